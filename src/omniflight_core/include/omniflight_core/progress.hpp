@@ -1,0 +1,35 @@
+// Progress of long work: a bar with rate and remaining time on a terminal, plain lines otherwise. Ctrl-C as a flag.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+namespace omniflight {
+
+/// Installs handlers for SIGINT and SIGTERM that set a flag; a second SIGINT ends the process at once.
+void install_interrupt_handler();
+/// True once SIGINT or SIGTERM arrived. Safe from any thread.
+bool interrupted();
+
+class Progress {
+ public:
+  /// total <= 0: unknown length. quiet: prints nothing. Prints to stderr.
+  Progress(std::string title, double total, std::string unit, bool quiet = false);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void update(double done);
+  /// Ends the line; called by the destructor as well.
+  void finish();
+
+ private:
+  void print(bool last);
+  std::string title_, unit_;
+  double total_, done_ = 0.0;
+  bool quiet_, terminal_, finished_ = false;
+  std::chrono::steady_clock::time_point start_, last_print_;
+};
+
+}  // namespace omniflight

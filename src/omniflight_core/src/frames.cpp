@@ -1,0 +1,57 @@
+#include "omniflight_core/frames.hpp"
+
+namespace omniflight {
+
+Quat exp_rotation(const Vec3& phi) {
+  const double angle2 = phi.squaredNorm();
+  const double angle = std::sqrt(angle2);
+  // sin(angle/2)/angle, by its series where the quotient loses digits
+  const double k = angle < 1e-4 ? 0.5 - angle2 / 48.0 : std::sin(0.5 * angle) / angle;
+  return Quat(std::cos(0.5 * angle), k * phi.x(), k * phi.y(), k * phi.z());
+}
+
+Vec3 log_rotation(const Quat& q) {
+  const double sign = q.w() < 0.0 ? -1.0 : 1.0;
+  const Vec3 v = sign * q.vec();
+  const double w = sign * q.w();
+  const double n = v.norm();
+  if (n < 1e-9) return 2.0 * v / w;
+  return 2.0 * std::atan2(n, w) / n * v;
+}
+
+Mat3 right_jacobian(const Vec3& phi) {
+  const double a2 = phi.squaredNorm();
+  const double a = std::sqrt(a2);
+  const double k1 = a < 1e-3 ? 0.5 - a2 / 24.0 : (1.0 - std::cos(a)) / a2;
+  const double k2 = a < 1e-3 ? 1.0 / 6.0 - a2 / 120.0 : (a - std::sin(a)) / (a2 * a);
+  const Mat3 s = skew(phi);
+  return Mat3::Identity() - k1 * s + k2 * s * s;
+}
+
+Mat3 right_jacobian_inverse(const Vec3& phi) {
+  const double a2 = phi.squaredNorm();
+  const double a = std::sqrt(a2);
+  const double k =
+      a < 1e-3 ? 1.0 / 12.0 + a2 / 720.0 : 1.0 / a2 - (1.0 + std::cos(a)) / (2.0 * a * std::sin(a));
+  const Mat3 s = skew(phi);
+  return Mat3::Identity() + 0.5 * s + k * s * s;
+}
+
+Vec3 roll_pitch_yaw(const Quat& q) {
+  const double sin_pitch = std::clamp(2.0 * (q.w() * q.y() - q.z() * q.x()), -1.0, 1.0);
+  return {std::atan2(2.0 * (q.w() * q.x() + q.y() * q.z()), 1.0 - 2.0 * (q.x() * q.x() + q.y() * q.y())),
+          std::asin(sin_pitch),
+          std::atan2(2.0 * (q.w() * q.z() + q.x() * q.y()), 1.0 - 2.0 * (q.y() * q.y() + q.z() * q.z()))};
+}
+
+Quat from_roll_pitch_yaw(const Vec3& rpy) {
+  return Quat(Eigen::AngleAxisd(rpy.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Vec3::UnitY()) *
+              Eigen::AngleAxisd(rpy.x(), Vec3::UnitX()));
+}
+
+bool is_finite(const RigidState& s) {
+  return s.p_WB.allFinite() && s.q_WB.coeffs().allFinite() && s.v_WB_W.allFinite() && s.w_WB_B.allFinite() &&
+         s.q_WB.norm() > 0.5;
+}
+
+}  // namespace omniflight

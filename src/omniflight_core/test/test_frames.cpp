@@ -1,0 +1,60 @@
+#include <gtest/gtest.h>
+
+#include "omniflight_core/frames.hpp"
+#include "omniflight_core/random.hpp"
+
+namespace omniflight {
+namespace {
+
+Vec3 random_vector(Random& rng, double scale) { return scale * Vec3(rng.normal(), rng.normal(), rng.normal()); }
+
+TEST(Frames, SkewIsTheCrossProduct) {
+  Random rng(1);
+  const Vec3 a = random_vector(rng, 1), b = random_vector(rng, 1);
+  EXPECT_LT((skew(a) * b - a.cross(b)).norm(), 1e-15);
+  EXPECT_LT((vee(skew(a)) - a).norm(), 1e-15);
+}
+
+TEST(Frames, LogInvertsExp) {
+  Random rng(2);
+  for (int i = 0; i < 200; ++i) {
+    Vec3 phi = random_vector(rng, i < 100 ? 1e-6 : 1.0);
+    if (phi.norm() > 3.0) phi *= 3.0 / phi.norm();
+    EXPECT_LT((log_rotation(exp_rotation(phi)) - phi).norm(), 1e-12);
+  }
+}
+
+TEST(Frames, RightJacobianIsTheDerivativeOfExp) {
+  Random rng(3);
+  for (int i = 0; i < 50; ++i) {
+    const Vec3 phi = random_vector(rng, 0.8), d = random_vector(rng, 1.0);
+    const double e = 1e-6;
+    const Vec3 numeric = log_rotation(exp_rotation(phi - e * d).conjugate() * exp_rotation(phi + e * d)) / (2 * e);
+    EXPECT_LT((right_jacobian(phi) * d - numeric).norm(), 1e-8);
+    EXPECT_LT((right_jacobian_inverse(phi) * right_jacobian(phi) - Mat3::Identity()).norm(), 1e-12);
+  }
+}
+
+TEST(Frames, RollPitchYawRoundTrip) {
+  const Vec3 rpy(0.3, -0.7, 2.1);
+  EXPECT_LT((roll_pitch_yaw(from_roll_pitch_yaw(rpy)) - rpy).norm(), 1e-14);
+}
+
+TEST(Random, IsTheSameEverywhereAndStandardNormal) {
+  Random rng(42, "imu");
+  Random again(42, "imu"), other(42, "mocap");
+  EXPECT_EQ(rng.next(), again.next());
+  EXPECT_NE(rng.next(), other.next());
+  double sum = 0.0, sum2 = 0.0;
+  constexpr int n = 200000;
+  for (int i = 0; i < n; ++i) {
+    const double x = rng.normal();
+    sum += x;
+    sum2 += x * x;
+  }
+  EXPECT_NEAR(sum / n, 0.0, 0.01);
+  EXPECT_NEAR(sum2 / n, 1.0, 0.01);
+}
+
+}  // namespace
+}  // namespace omniflight
