@@ -49,7 +49,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b);
 template <class Range>
 std::string nearest_word(std::string_view word, const Range& candidates) {
   std::string best;
-  std::size_t best_distance = word.size() / 2 + 2;
+  std::size_t best_distance = word.size() / 3 + 2;
   for (const auto& candidate : candidates) {
     const std::size_t distance = edit_distance(word, candidate);
     if (distance < best_distance) {
