@@ -1,0 +1,90 @@
+// Everything an effect may look at at one instant, and the wrench it answers with.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "omniflight_core/frames.hpp"
+#include "omniflight_vehicle/vehicle.hpp"
+
+namespace omniflight::physics {
+
+struct Environment {
+  double gravity = kGravity;  ///< m/s^2
+  double air_density = 1.2;   ///< kg/m^3
+  double floor_z = 0.0;       ///< m, world height of the floor
+};
+
+/// One rotor as the nominal model sees it.
+struct RotorSituation {
+  Vec3 p_BR, n_B;           ///< m; unit thrust axis at the present tilt, body frame
+  Vec3 tilt_axis_B;         ///< unit, zero for a rotor that does not tilt
+  double speed = 0;         ///< rad/s, signed
+  double acceleration = 0;  ///< rad/s^2
+  double thrust = 0;        ///< N, nominal law at this speed
+  double spin = 1;
+  double drag_ratio = 0;          ///< m
+  double radius = 0;              ///< m
+  double thrust_coefficient = 0;  ///< N/(rad/s)^2
+  int board = 0;
+};
+
+/// The vehicle at one instant. In a simulation the accelerations are unknown (zero) and effects that need
+/// them answer with an added inertia; in a diagnosis they are measured.
+struct Situation {
+  double t = 0;  ///< s
+  RigidState body;
+  Mat3 R_WB = Mat3::Identity();
+  Vec3 v_WB_B = Vec3::Zero();   ///< m/s, velocity in body axes
+  Vec3 a_WB_B = Vec3::Zero();   ///< m/s^2, coordinate acceleration of the body origin in body axes
+  Vec3 dw_WB_B = Vec3::Zero();  ///< rad/s^2
+  Vec3 g_B = Vec3::Zero();      ///< m/s^2, gravity in body axes: R_WB^T (0, 0, -g)
+  double alpha = 0;             ///< rad
+  double mass = 0;              ///< kg, nominal
+  Mat3 inertia = Mat3::Zero();  ///< kg m^2, nominal
+  Environment environment;
+  int rotor_count = 0;
+  std::array<RotorSituation, vehicle::kMaxRotors> rotors;
+
+  std::span<const RotorSituation> all_rotors() const {
+    return {rotors.data(), static_cast<std::size_t>(rotor_count)};
+  }
+};
+
+/// Fills everything that follows from vehicle, body state, tilt and signed rotor speeds [rad/s].
+/// rotor_acceleration [rad/s^2] may be empty (zero).
+void prepare(const vehicle::Vehicle& vehicle, const RigidState& body, double alpha,
+             std::span<const double> rotor_speed, std::span<const double> rotor_acceleration,
+             const Environment& environment, Situation& out);
+
+/// Force and torque about the body origin, body axes; plus inertia that moves along:
+/// wrench acting = (force, torque) - inertia * (a_WB_B, dw_WB_B).
+template <class T>
+struct WrenchT {
+  Eigen::Matrix<T, 3, 1> force_B = Eigen::Matrix<T, 3, 1>::Zero();   ///< N
+  Eigen::Matrix<T, 3, 1> torque_B = Eigen::Matrix<T, 3, 1>::Zero();  ///< Nm
+  bool has_inertia = false;
+  Eigen::Matrix<T, 6, 6> inertia = Eigen::Matrix<T, 6, 6>::Zero();  ///< kg, kg m, kg m^2
+
+  void add_at(const Vec3& p_B, const Eigen::Matrix<T, 3, 1>& f_B) {
+    force_B += f_B;
+    torque_B += p_B.cast<T>().cross(f_B);
+  }
+  /// Total wrench when the accelerations are known.
+  Eigen::Matrix<T, 6, 1> at(const Situation& s) const {
+    Eigen::Matrix<T, 6, 1> w;
+    w << force_B, torque_B;
+    if (has_inertia) {
+      Vec6 nu;
+      nu << s.a_WB_B, s.dw_WB_B;
+      w -= inertia * nu.cast<T>();
+    }
+    return w;
+  }
+};
+using Wrench = WrenchT<double>;
+
+/// Wrench of the rotors by the nominal law, force [N] then torque [Nm] about the body origin, body axes.
+Vec6 rotor_wrench(const Situation& situation);
+
+}  // namespace omniflight::physics

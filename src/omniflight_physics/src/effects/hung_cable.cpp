@@ -1,0 +1,49 @@
+// A cable that hangs from the vehicle to the floor: its carried weight grows with height.
+#include "effects/table.hpp"
+
+namespace omniflight::physics {
+namespace {
+
+class HungCable final : public WrenchEffect<HungCable> {
+ public:
+  const EffectInfo& info() const override {
+    static const EffectInfo info{
+        .id = "hung_cable",
+        .term = "hung cable, altitude-dependent weight",
+        .equation = "s = clamp(h - h0, 0, L), dF = -R^T lambda s (g + a_z) e3",
+        .latex = R"(\Delta F = -R^T \lambda\, s\,(g + \ddot z)\, e_3,\quad s = \mathrm{clamp}(h-h_0, 0, L))",
+        .source =
+            "thesis section 8.1; quasi-static, inertia of the carried length, checked against an articulated "
+            "chain",
+        .parameters = {{"linear_density", "lambda", "kg/m", 0, 1.5, 0.1, 0, true},
+                       {"start_height", "h_0", "m", -1.0, 3.0, 0.0, 0.0, false},
+                       {"length", "L", "m", 0.05, 10, 5, 5, false}},
+        .signals = {"position", "attitude", "acc"},
+        .channels = {"Fx", "Fy", "Fz"},
+        .stage = Stage::wrench,
+        .aliases = {"constant_pull", "payload_mass", "overhead_rope", "ground_effect"},
+        .separated_by = "ascent and descent over 0.7 m or more, with pauses"};
+    return info;
+  }
+
+  template <class T>
+  void wrench(const Situation& s, const T* theta, WrenchT<T>& out) const {
+    const T height = T(s.body.p_WB.z()) - theta[1];
+    if (height <= T(0)) return;
+    const T carried = theta[0] * (height < theta[2] ? height : theta[2]);
+    out.force_B += carried * s.g_B.cast<T>();
+    // the carried length is lifted with the vehicle: inertia along the world vertical only
+    const Vec3 up = s.R_WB.row(2).transpose();
+    out.has_inertia = true;
+    out.inertia.template topLeftCorner<3, 3>() += carried * (up * up.transpose()).cast<T>();
+  }
+};
+
+}  // namespace
+
+const Effect& hung_cable_effect() {
+  static const HungCable effect;
+  return effect;
+}
+
+}  // namespace omniflight::physics

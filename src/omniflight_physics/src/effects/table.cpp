@@ -1,0 +1,26 @@
+// The explicit table: an object file nobody names is dropped from a static archive, so nothing registers
+// itself.
+#include "effects/table.hpp"
+
+namespace omniflight::physics {
+
+const std::vector<const Effect*>& builtin_effects() {
+  static const std::vector<const Effect*> table{
+      &payload_mass_effect(),        &com_offset_effect(),        &inertia_error_effect(),
+      &thrust_scale_effect(),        &drag_torque_scale_effect(), &rotor_inertia_effect(),
+      &tilt_efficiency_effect(),     &rotor_drag_effect(),        &axial_inflow_effect(),
+      &parasitic_drag_effect(),      &blade_flapping_effect(),    &wind_effect(),
+      &ground_effect_effect(),       &hung_cable_effect(),        &constant_pull_effect(),
+      &lateral_stiffness_effect(),   &motor_lag_effect(),         &transport_delay_effect(),
+      &accelerometer_error_effect(), &gyro_error_effect(),        &mocap_tilt_effect(),
+  };
+  return table;
+}
+
+const Effect* find_effect(const std::string& id) {
+  for (const Effect* effect : builtin_effects())
+    if (effect->info().id == id) return effect;
+  return nullptr;
+}
+
+}  // namespace omniflight::physics

@@ -1,0 +1,30 @@
+// Every effect of the library, one accessor each; table.cpp lists them.
+#pragma once
+
+#include "omniflight_physics/effect.hpp"
+
+namespace omniflight::physics {
+
+const Effect& payload_mass_effect();
+const Effect& com_offset_effect();
+const Effect& inertia_error_effect();
+const Effect& thrust_scale_effect();
+const Effect& drag_torque_scale_effect();
+const Effect& rotor_inertia_effect();
+const Effect& tilt_efficiency_effect();
+const Effect& rotor_drag_effect();
+const Effect& axial_inflow_effect();
+const Effect& parasitic_drag_effect();
+const Effect& blade_flapping_effect();
+const Effect& wind_effect();
+const Effect& ground_effect_effect();
+const Effect& hung_cable_effect();
+const Effect& constant_pull_effect();
+const Effect& lateral_stiffness_effect();
+const Effect& motor_lag_effect();
+const Effect& transport_delay_effect();
+const Effect& accelerometer_error_effect();
+const Effect& gyro_error_effect();
+const Effect& mocap_tilt_effect();
+
+}  // namespace omniflight::physics

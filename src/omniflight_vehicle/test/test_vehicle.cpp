@@ -1,0 +1,103 @@
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "../src/urdf.hpp"
+#include "omniflight_vehicle/vehicle.hpp"
+
+namespace omniflight::vehicle {
+namespace {
+
+class Vehicles : public ::testing::Test {
+ protected:
+  void SetUp() override { setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1); }
+};
+
+TEST_F(Vehicles, OmniMorphIsTheThesisGeometry) {
+  const auto v = load_vehicle("omnimorph");
+  ASSERT_TRUE(v) << v.error().text();
+  EXPECT_EQ(v->rotor_count(), 8);
+  EXPECT_DOUBLE_EQ(v->mass, 1.315);
+  for (int i = 0; i < 8; ++i) {
+    // thesis 5.2: at 45 deg every thrust axis is orthogonal to the position of its rotor
+    EXPECT_NEAR(v->rotor_axis(i, to_radians(45)).dot(v->rotors[static_cast<std::size_t>(i)].p_BR), 0.0,
+                1e-12);
+    EXPECT_NEAR(v->rotor_axis(i, 0).z(), 1.0, 1e-15);
+  }
+  // alpha > 0 tilts rotor 1 toward -x and rotor 3 toward +y
+  EXPECT_LT(v->rotor_axis(0, 0.1).x(), -0.05);
+  EXPECT_GT(v->rotor_axis(2, 0.1).y(), 0.05);
+  // the force map is isotropic where the geometry equals the omnicopter
+  const AllocationMatrix F = v->allocation_matrix(std::acos(1 / std::sqrt(3.0)));
+  const Mat3 S = F.topRows<3>() * F.topRows<3>().transpose();
+  EXPECT_LT((S - 8.0 / 3.0 * Mat3::Identity()).norm(), 1e-12);
+  for (double alpha = 0; alpha <= to_radians(60); alpha += to_radians(1)) {
+    const AllocationMatrix B = v->allocation_matrix(alpha);
+    // upright (alpha = 0) there is no lateral force, but roll, pitch and yaw torque at every tilt
+    const Mat3 T = B.bottomRows<3>() * B.bottomRows<3>().transpose();
+    EXPECT_GT(T.determinant(), 1e-6) << to_degrees(alpha);
+    if (alpha > 0.5 * to_radians(1)) {
+      EXPECT_EQ((B * B.transpose()).eval().fullPivLu().rank(), 6) << to_degrees(alpha);
+    }
+  }
+}
+
+TEST_F(Vehicles, VariantsAndOverrides) {
+  const auto table = load_vehicle("omnimorph@table_4_1");
+  ASSERT_TRUE(table) << table.error().text();
+  EXPECT_DOUBLE_EQ(table->mass, 1.595);
+  const auto heavy = load_vehicle("omnimorph", {"mass=2.0", "rotors.drag_ratio=0.02"});
+  ASSERT_TRUE(heavy) << heavy.error().text();
+  EXPECT_DOUBLE_EQ(heavy->mass, 2.0);
+  EXPECT_DOUBLE_EQ(heavy->rotors[7].drag_ratio, 0.02);
+  EXPECT_NE(heavy->sha256, table->sha256);
+  const auto wrong = load_vehicle("omnimorf");
+  ASSERT_FALSE(wrong);
+  EXPECT_NE(wrong.error().text().find("Did you mean 'omnimorph'"), std::string::npos) << wrong.error().text();
+}
+
+TEST_F(Vehicles, EveryShippedVehicleLoads) {
+  for (const auto& name : vehicle_names()) {
+    const auto v = load_vehicle(name);
+    EXPECT_TRUE(v) << v.error().text();
+  }
+}
+
+TEST_F(Vehicles, RefusesWhatIsNotPhysical) {
+  for (const char* bad :
+       {"mass=-1", "mass=.nan", "inertia=[1, 1, 3, 0, 0, 0]", "rotors.max_thrust=0", "mass=1.5m"}) {
+    const auto v = load_vehicle("crazyflie_brushless", {bad});
+    EXPECT_FALSE(v) << bad;
+    if (!v) {
+      EXPECT_EQ(v.error().code, ErrorCode::bad_input);
+    }
+  }
+}
+
+std::string robot(const std::string& inside) { return "<robot name=\"r\">" + inside + "</robot>"; }
+std::string link(const std::string& name, const std::string& mass) {
+  return "<link name=\"" + name + "\"><inertial><mass value=\"" + mass +
+         "\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>";
+}
+
+TEST(Urdf, HostileFilesAreRefusedWithAReason) {
+  EXPECT_TRUE(read_urdf(robot(link("a", "1")), "ok.urdf"));
+  std::string deep;
+  for (int i = 0; i < 50000; ++i) deep += "<a>";
+  const std::string joint_cycle =
+      robot(link("r", "1") + link("a", "1") + link("b", "1") +
+            "<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>"
+            "<joint name=\"k\" type=\"fixed\"><parent link=\"b\"/><child link=\"a\"/></joint>");
+  for (const std::string& text :
+       {deep, robot(link("a", "-5")), robot(link("a", "nan")), robot(link("a", "1kg")),
+        robot("<link name=\"a\"/>"), joint_cycle, robot(link("a", "1")).substr(0, 60),
+        std::string("<!DOCTYPE x>") + robot(link("a", "1"))}) {
+    const auto body = read_urdf(text, "bad.urdf");
+    ASSERT_FALSE(body) << text.substr(0, 200);
+    EXPECT_NE(body.error().text().find("bad.urdf"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace omniflight::vehicle
