@@ -1,0 +1,47 @@
+// Exact solution of a small strictly convex quadratic program with bounds on every variable.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "omniflight_core/frames.hpp"
+
+namespace omniflight::allocation {
+
+inline constexpr int kMaxInputs = 16;
+/// Fixed capacity: no memory is allocated whatever the size.
+using QpVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxInputs, 1>;
+using QpMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxInputs, kMaxInputs>;
+
+enum class QpStatus {
+  solved,
+  not_finite,       ///< a NaN anywhere, or an infinity in H or g
+  bad_size,         ///< sizes differ, or n is 0 or above kMaxInputs
+  bad_bounds,       ///< a lower bound above its upper bound
+  not_convex,       ///< H is not positive definite to working precision
+  iteration_limit,  ///< u meets the bounds but is not the minimum
+};
+const char* to_string(QpStatus status);
+
+/// Guess of the active bounds: -1 at the lower one, 0 free, +1 at the upper one. All free by default.
+using ActiveSet = std::array<std::int8_t, kMaxInputs>;
+
+struct BoxQpSolution {
+  QpStatus status = QpStatus::bad_size;
+  QpVector u;              ///< the minimum; within the bounds to the bit whenever it is not empty
+  ActiveSet active_set{};  ///< hand it to the next, similar problem
+  int active_bounds = 0;   ///< variables held at a bound
+  int iterations = 0;      ///< linear systems solved
+  double kkt_residual =
+      0;  ///< max_i |v_i - clip(v_i - (H v + g)_i)| with max diag H = 1 and v = u / max |bound|
+};
+
+/// Minimises 1/2 u'Hu + g'u subject to lower <= u <= upper (infinite bounds are allowed). Of H, symmetric and
+/// positive definite, the lower triangle is read. Block principal pivoting (Judice and Pires, 1994) with the
+/// single-pivot rule of Murty as fallback, which cannot cycle; then one step of refinement.
+/// Pure; allocates nothing; the answer does not depend on start beyond rounding.
+BoxQpSolution solve_box_qp(const QpMatrix& H, const QpVector& g, const QpVector& lower, const QpVector& upper,
+                           const ActiveSet& start = {});
+
+}  // namespace omniflight::allocation
