@@ -1,0 +1,77 @@
+// Distance field over an octree: for any point, how far away the nearest occupied voxel certainly is.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "omniflight_core/frames.hpp"
+#include "omniflight_core/result.hpp"
+
+namespace octomap {
+class OcTree;
+}
+
+namespace omniflight::planning {
+
+/// What a voxel counts as that the map says nothing about.
+enum class UnknownSpace { occupied, free };
+
+struct MapOptions {
+  UnknownSpace unknown = UnknownSpace::occupied;  ///< inside the box that the known voxels span
+  double max_distance = 1.0;                      ///< m, distances are cut off here
+};
+
+/// Immutable after construction and safe from several threads. World frame, metres. Everything outside the
+/// box of known voxels counts as an obstacle.
+class DistanceMap {
+ public:
+  static Result<DistanceMap> create(const octomap::OcTree& tree, std::string sha256,
+                                    const MapOptions& options = {});
+  /// Reads a .bt file with the checks of octree_file.hpp.
+  static Result<DistanceMap> load(const std::filesystem::path& path, const MapOptions& options = {});
+
+  /// Lower bound [m] of the distance from p to the nearest occupied voxel (its box, not its centre) and to
+  /// the edge of the map, at most max_distance(); 0 in an occupied voxel, outside or when p is not finite.
+  double distance(const Vec3& p) const;
+
+  /// Exact distance [m] from the centre of a voxel to the nearest occupied voxel box, cut off at
+  /// max_distance().
+  double voxel_distance(int x, int y, int z) const { return field_[index(x, y, z)]; }
+  bool contains(const Vec3& p) const;
+  Vec3 voxel_center(int x, int y, int z) const {
+    return lower_ + resolution_ * (Vec3(x, y, z) + Vec3::Constant(0.5));
+  }
+  std::array<int, 3> voxel_of(const Vec3& p) const;  ///< clamped to the map
+
+  const Vec3& lower() const { return lower_; }  ///< m, corner of the box
+  const Vec3& upper() const { return upper_; }  ///< m
+  const std::array<int, 3>& size() const { return size_; }
+  double resolution() const { return resolution_; }      ///< m
+  double max_distance() const { return max_distance_; }  ///< m
+  UnknownSpace unknown() const { return unknown_; }
+  const std::string& sha256() const { return sha256_; }  ///< of the file the map came from
+
+ private:
+  std::size_t index(int x, int y, int z) const {
+    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size_[1]) + static_cast<std::size_t>(y)) *
+               static_cast<std::size_t>(size_[0]) +
+           static_cast<std::size_t>(x);
+  }
+  std::vector<float> field_;  ///< m, x fastest
+  std::array<int, 3> size_{};
+  Vec3 lower_ = Vec3::Zero(), upper_ = Vec3::Zero();
+  double resolution_ = 0.0, max_distance_ = 0.0;
+  UnknownSpace unknown_ = UnknownSpace::occupied;
+  std::string sha256_;
+};
+
+/// Exact squared distances, in (half voxel)^2, from voxel centres to the boxes of the occupied voxels of a
+/// grid (x fastest); `limit` or more is written as `limit`. Separable lower envelopes of parabolas
+/// (Felzenszwalb and Huttenlocher, 2012) with three sites a voxel: its centre and its two faces.
+std::vector<float> squared_distances_to_boxes(const std::vector<std::uint8_t>& occupied,
+                                              const std::array<int, 3>& size, float limit);
+
+}  // namespace omniflight::planning

@@ -1,0 +1,44 @@
+// OctoMap .bt files of unknown origin: scanned without recursion before OctoMap itself reads a byte.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "omniflight_core/result.hpp"
+
+namespace octomap {
+class OcTree;
+}
+
+namespace omniflight::planning {
+
+/// What the scan of a .bt file found.
+struct OctreeHeader {
+  std::uint64_t nodes = 0;     ///< inner nodes and leaves
+  double resolution = 0.0;     ///< m
+  std::size_t data_begin = 0;  ///< offset of the first node byte
+  bool has_occupied = false;
+};
+
+inline constexpr std::uint64_t kMaxOctreeNodes = 20'000'000;  ///< about 800 MB in memory
+
+/// Checks a whole .bt file held in memory: header of at most 64 kB, id OcTree, resolution in [1e-3, 10] m, at
+/// most 16 levels, node count equal to the header's, nothing missing and nothing left over, at least one
+/// occupied node. `name` appears in errors.
+Result<OctreeHeader> scan_octree(std::string_view bytes, const std::string& name);
+
+struct OctreeFile {
+  std::shared_ptr<const octomap::OcTree> tree;
+  std::string sha256;  ///< of the file's bytes
+};
+
+/// Reads a .bt file of at most 256 MB into a temporary tree and hands it out only when everything agrees.
+Result<OctreeFile> read_octree(const std::filesystem::path& path);
+
+/// The .bt bytes of a tree (maximum-likelihood form, pruned).
+Result<std::string> octree_bytes(const octomap::OcTree& tree);
+
+}  // namespace omniflight::planning

@@ -1,0 +1,119 @@
+#include "omniflight_planning/map.hpp"
+
+#include <octomap/OcTree.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "omniflight_planning/octree_file.hpp"
+
+namespace omniflight::planning {
+namespace {
+constexpr double kMaxVoxels = 64e6;  // 256 MB of distances
+}
+
+Result<DistanceMap> DistanceMap::create(const octomap::OcTree& tree, std::string sha256,
+                                        const MapOptions& options) {
+  DistanceMap map;
+  map.sha256_ = std::move(sha256);
+  map.resolution_ = tree.getResolution();
+  map.unknown_ = options.unknown;
+  if (!(options.max_distance > 0.0 && options.max_distance <= 100.0))
+    return bad_input("max_distance must lie in (0, 100] m", "map options");
+  if (tree.size() == 0) return bad_input("the map is empty", "map");
+  const double res = map.resolution_;
+  Vec3 upper;
+  tree.getMetricMin(map.lower_.x(), map.lower_.y(), map.lower_.z());
+  tree.getMetricMax(upper.x(), upper.y(), upper.z());
+  const Vec3 cells = (upper - map.lower_) / res;
+  if (!cells.allFinite() || cells.minCoeff() < 0.5 || cells.array().round().prod() > kMaxVoxels)
+    return bad_input("the map spans more than 64 million voxels of " + std::to_string(res) + " m", "map",
+                     "Crop it or use a coarser resolution");
+  for (int k = 0; k < 3; ++k)
+    map.size_[static_cast<std::size_t>(k)] = static_cast<int>(std::lround(cells[k]));
+  map.upper_ = map.lower_ + res * Vec3(map.size_[0], map.size_[1], map.size_[2]);
+
+  std::vector<std::uint8_t> occupied(static_cast<std::size_t>(cells.array().round().prod()),
+                                     options.unknown == UnknownSpace::occupied ? 1 : 0);
+  bool any = false;
+  for (auto leaf = tree.begin_leafs(), end = tree.end_leafs(); leaf != end; ++leaf) {
+    const bool full = tree.isNodeOccupied(*leaf);
+    any |= full;
+    if (!full && options.unknown == UnknownSpace::free) continue;
+    const double half = 0.5 * leaf.getSize();
+    const Vec3 first =
+        (Vec3(leaf.getX(), leaf.getY(), leaf.getZ()) - Vec3::Constant(half) - map.lower_) / res;
+    const int n = static_cast<int>(std::lround(leaf.getSize() / res));
+    const int x0 = static_cast<int>(std::lround(first.x())), y0 = static_cast<int>(std::lround(first.y())),
+              z0 = static_cast<int>(std::lround(first.z()));
+    for (int z = z0; z < z0 + n; ++z)
+      for (int y = y0; y < y0 + n; ++y)
+        std::fill_n(occupied.begin() + static_cast<std::ptrdiff_t>(map.index(x0, y, z)), n,
+                    static_cast<std::uint8_t>(full));
+  }
+  if (!any) return bad_input("the map has no occupied voxel", "map");
+
+  const double half_voxels = 2.0 * options.max_distance / res;
+  map.field_ = squared_distances_to_boxes(occupied, map.size_, static_cast<float>(half_voxels * half_voxels));
+  map.max_distance_ = options.max_distance;
+  // Rounded down by a few float steps, so that it stays a lower bound.
+  for (float& value : map.field_) value = std::sqrt(value) * static_cast<float>(0.5 * res) * (1.0f - 4e-7f);
+  return map;
+}
+
+Result<DistanceMap> DistanceMap::load(const std::filesystem::path& path, const MapOptions& options) {
+  auto file = read_octree(path);
+  if (!file) return Failure(file.error());
+  auto map = create(*file->tree, file->sha256, options);
+  if (!map) {
+    Error error = map.error();
+    error.where = path.string();
+    return Failure(error);
+  }
+  return map;
+}
+
+bool DistanceMap::contains(const Vec3& p) const {
+  return (p.array() >= lower_.array()).all() && (p.array() <= upper_.array()).all();  // false for NaN
+}
+
+std::array<int, 3> DistanceMap::voxel_of(const Vec3& p) const {
+  const Vec3 cell = (p - lower_) / resolution_;
+  std::array<int, 3> out{};
+  for (std::size_t k = 0; k < 3; ++k)
+    out[k] = static_cast<int>(std::clamp(cell[static_cast<int>(k)], 0.0, size_[k] - 1.0));
+  return out;
+}
+
+double DistanceMap::distance(const Vec3& p) const {
+  if (!contains(p)) return 0.0;
+  const double edge = std::min((p - lower_).minCoeff(), (upper_ - p).minCoeff());
+  // The distance to a set is 1-Lipschitz, so each of the eight voxel centres around p gives a lower bound.
+  const Vec3 cell = (p - lower_) / resolution_ - Vec3::Constant(0.5);
+  int low[3];
+  double fraction[3];
+  for (int k = 0; k < 3; ++k) {
+    const int n = size_[static_cast<std::size_t>(k)];
+    low[k] = std::clamp(static_cast<int>(std::floor(cell[k])), 0, std::max(0, n - 2));
+    fraction[k] = cell[k] - low[k];
+  }
+  double best = 0.0;
+  for (int corner = 0; corner < 8; ++corner) {
+    int at[3];
+    double squared = 0.0;
+    bool inside = true;
+    for (int k = 0; k < 3; ++k) {
+      const int bit = corner >> k & 1;
+      at[k] = low[k] + bit;
+      inside &= at[k] < size_[static_cast<std::size_t>(k)];
+      const double d = fraction[k] - bit;
+      squared += d * d;
+    }
+    if (!inside) continue;
+    best = std::max(
+        best, static_cast<double>(field_[index(at[0], at[1], at[2])]) - resolution_ * std::sqrt(squared));
+  }
+  return std::min(best, edge);
+}
+
+}  // namespace omniflight::planning

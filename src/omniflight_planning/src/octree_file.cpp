@@ -1,0 +1,154 @@
+#include "omniflight_planning/octree_file.hpp"
+
+#include <octomap/OcTree.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <sstream>
+
+#include "omniflight_files/files.hpp"
+
+namespace omniflight::planning {
+namespace {
+
+constexpr std::size_t kMaxHeader = 64 * 1024;
+constexpr std::size_t kMaxFile = 256 * files::kMegabyte;
+constexpr int kMaxDepth = 16;
+const char* const kRemake = "Make the map again with omniflight_make_test_bed or OctoMap";
+
+template <class Number>
+bool parse(std::string_view text, Number& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size();
+}
+
+/// Reads the text lines up to and including "data".
+Result<OctreeHeader> scan_header(std::string_view bytes, const std::string& name) {
+  OctreeHeader header;
+  bool id = false, size = false, resolution = false;
+  std::size_t at = 0;
+  for (int line_number = 1;; ++line_number) {
+    const std::string_view window =
+        bytes.substr(at, std::min(bytes.size() - at, kMaxHeader - std::min(at, kMaxHeader)));
+    const std::size_t end = window.find('\n');
+    const std::string where = name + ":" + std::to_string(line_number);
+    if (end == std::string_view::npos)
+      return bad_input("the header has no 'data' line within 64 kB", where, kRemake);
+    std::string_view line = window.substr(0, end);
+    at += end + 1;
+    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    if (line_number == 1 && !line.starts_with("# Octomap OcTree binary file"))
+      return bad_input("not an OctoMap .bt file: the first line is " + files::shown(line), where, kRemake);
+    if (line.empty() || line.front() == '#') continue;
+    if (line == "data") break;
+    const std::size_t space = line.find(' ');
+    const std::string_view key = line.substr(0, space);
+    const std::string_view value =
+        space == std::string_view::npos ? std::string_view{} : line.substr(space + 1);
+    if (key == "id") {
+      if (value != "OcTree")
+        return bad_input("id is " + files::shown(value) + ", not OcTree", where, kRemake);
+      id = true;
+    } else if (key == "size") {
+      if (!parse(value, header.nodes))
+        return bad_input("size " + files::shown(value) + " is not a count of nodes", where, kRemake);
+      size = true;
+    } else if (key == "res") {
+      if (!parse(value, header.resolution) || !(header.resolution >= 1e-3 && header.resolution <= 10.0))
+        return bad_input("res " + files::shown(value) + " is outside [0.001, 10] m", where, kRemake);
+      resolution = true;
+    } else {
+      return bad_input("unknown header field " + files::shown(key), where, kRemake);
+    }
+  }
+  if (!id || !size || !resolution) return bad_input("the header lacks id, size or res", name, kRemake);
+  header.data_begin = at;
+  return header;
+}
+
+}  // namespace
+
+Result<OctreeHeader> scan_octree(std::string_view bytes, const std::string& name) {
+  auto header = scan_header(bytes, name);
+  if (!header) return header;
+  if (header->nodes == 0)
+    return bad_input("the map is empty (size 0): it would mean that there is no obstacle at all", name,
+                     kRemake);
+  if (header->nodes > kMaxOctreeNodes)
+    return bad_input("the map announces " + std::to_string(header->nodes) +
+                         " nodes, more than the limit of " + std::to_string(kMaxOctreeNodes),
+                     name, "Use a coarser resolution");
+  // Two bytes an inner node, two bits a child: 0 unknown, 1 free, 2 occupied, 3 inner. Depth first.
+  std::array<std::uint16_t, kMaxDepth> pending{};  // inner children still to be read, per level
+  std::uint64_t count = 1;
+  std::size_t at = header->data_begin;
+  int depth = 0;
+  const auto read_node = [&]() -> Status {
+    if (at + 2 > bytes.size())
+      return bad_input("the file ends in the middle of node " + std::to_string(count), name, kRemake);
+    const unsigned word = static_cast<unsigned char>(bytes[at]) | static_cast<unsigned char>(bytes[at + 1])
+                                                                      << 8;
+    at += 2;
+    int inner = 0;
+    for (int child = 0; child < 8; ++child) {
+      const unsigned kind = word >> (2 * child) & 3u;
+      if (kind != 0) ++count;
+      if (kind == 2) header->has_occupied = true;
+      if (kind == 3) ++inner;
+    }
+    if (inner > 0 && depth + 1 >= kMaxDepth)
+      return bad_input("the tree is deeper than 16 levels", name, kRemake);
+    if (count > header->nodes)
+      return bad_input(
+          "the file holds more nodes than the " + std::to_string(header->nodes) + " of its header", name,
+          kRemake);
+    pending[static_cast<std::size_t>(depth)] = static_cast<std::uint16_t>(inner);
+    return {};
+  };
+  if (auto ok = read_node(); !ok) return Failure(ok.error());
+  while (depth >= 0) {
+    auto& left = pending[static_cast<std::size_t>(depth)];
+    if (left == 0) {
+      --depth;
+      continue;
+    }
+    --left;
+    ++depth;
+    if (auto ok = read_node(); !ok) return Failure(ok.error());
+  }
+  if (at != bytes.size())
+    return bad_input(std::to_string(bytes.size() - at) + " bytes follow the last node", name, kRemake);
+  if (count != header->nodes)
+    return bad_input("the file holds " + std::to_string(count) + " nodes, its header says " +
+                         std::to_string(header->nodes),
+                     name, kRemake);
+  if (!header->has_occupied)
+    return bad_input("the map has no occupied node: it would mean that there is no obstacle at all", name,
+                     kRemake);
+  return header;
+}
+
+Result<OctreeFile> read_octree(const std::filesystem::path& path) {
+  auto bytes = files::read_file(path, kMaxFile);
+  if (!bytes) return Failure(bytes.error());
+  const auto header = scan_octree(*bytes, path.string());
+  if (!header) return Failure(header.error());
+  OctreeFile out;
+  out.sha256 = files::sha256_hex(*bytes);
+  auto tree = std::make_shared<octomap::OcTree>(header->resolution);
+  std::istringstream stream(std::move(*bytes));
+  if (!tree->readBinary(stream) || tree->size() != header->nodes)
+    return bad_input("OctoMap could not read the map", path.string(), kRemake);
+  out.tree = std::move(tree);
+  return out;
+}
+
+Result<std::string> octree_bytes(const octomap::OcTree& tree) {
+  std::ostringstream stream;
+  octomap::OcTree copy(tree);
+  if (!copy.writeBinary(stream)) return fail(ErrorCode::internal, "OctoMap could not write the map");
+  return stream.str();
+}
+
+}  // namespace omniflight::planning
