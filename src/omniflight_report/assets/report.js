@@ -1,0 +1,61 @@
+// What every page does: set the equations, follow the table of contents, tell the plots when to draw.
+'use strict';
+const Report = (() => {
+  for (const element of document.querySelectorAll('.equation')) {
+    const latex = element.textContent;
+    try {
+      katex.render(latex, element, {output: 'mathml', displayMode: true, throwOnError: true, trust: false, maxSize: 20, maxExpand: 500});
+      element.classList.add('set');
+    } catch (error) {
+      element.textContent = latex;
+      element.title = String(error.message || error);
+    }
+  }
+
+  const links = new Map([...document.querySelectorAll('.toc a')].map(a => [a.getAttribute('href').slice(1), a]));
+  const headings = [...document.querySelectorAll('h2.section')];
+  const follow = () => {
+    let here = headings[0];
+    for (const heading of headings) if (heading.getBoundingClientRect().top < 120) here = heading;
+    for (const [id, link] of links) link.classList.toggle('here', here && id === here.id);
+  };
+  if (links.size) { addEventListener('scroll', follow, {passive: true}); follow(); }
+
+  // Plots are drawn when they have a width (not inside folded details), again when it changes, and in new colours
+  // when the theme changes. Paper has a width of its own, which only the print events announce.
+  const redraws = [];
+  let paper = false;
+  const onSize = (element, draw) => {
+    let width = 0;
+    const run = force => {
+      const now = element.clientWidth;
+      if (now > 0 && (force || now !== width)) { width = now; draw(now); }
+    };
+    redraws.push(run);
+    new ResizeObserver(() => { if (!paper) run(false); }).observe(element);
+    run(false);
+  };
+  const redraw = () => redraws.forEach(run => run(true));
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redraw);
+  addEventListener('beforeprint', () => { paper = true; document.querySelector('main').style.width = '680px'; redraw(); });
+  addEventListener('afterprint', () => { paper = false; document.querySelector('main').style.width = ''; redraw(); });
+
+  const light = {'--s0': '#0072b2', '--s1': '#d55e00', '--s2': '#009e73', '--s3': '#b5559b', '--s4': '#b98500', '--s5': '#3a9fd8',
+    '--s6': '#6b6b6b', '--s7': '#7a4a12', '--ok': '#00795a', '--warn': '#a86400', '--bad': '#b8400a', '--unknown': '#5c6773',
+    '--text': '#1b2430', '--muted': '#5c6773', '--bg': '#fff'};
+  const colour = name => (paper && light[name]) || getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const format = value => {
+    if (value === null || value === undefined || !isFinite(value)) return '\u2013';
+    const size = Math.abs(value);
+    if (size !== 0 && (size < 1e-3 || size >= 1e6)) return value.toExponential(2);
+    return String(Number(value.toPrecision(4)));
+  };
+  const make = (tag, parent, className, text) => {
+    const element = document.createElement(tag);
+    if (className) element.className = className;
+    if (text !== undefined) element.textContent = text;
+    parent.appendChild(element);
+    return element;
+  };
+  return {onSize, colour, format, make};
+})();

@@ -1,0 +1,29 @@
+// The HTML of each kind of block. A failure names what is wrong; the page adds where.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "omniflight_core/result.hpp"
+#include "omniflight_report/blocks.hpp"
+
+namespace omniflight::report {
+
+inline constexpr std::size_t max_samples = 3000;  ///< of one series, about three a pixel
+
+const char* tone_class(Tone tone);
+
+Result<std::string> render(const Table& table);
+Result<std::string> render(const Bars& bars);
+Result<std::string> render(const Matrix& matrix);
+
+/// Checks the lengths, sorts by x, drops samples without x.
+Status prepare(TimePlot& plot);
+Status prepare(PathPlot& plot);
+/// Numbers a plot will write, when no series keeps more than `samples`.
+std::size_t number_count(const TimePlot& plot, std::size_t samples);
+std::size_t number_count(const PathPlot& plot, std::size_t samples);
+std::string render(const TimePlot& plot, std::size_t samples);
+std::string render(const PathPlot& plot, std::size_t samples);
+
+}  // namespace omniflight::report

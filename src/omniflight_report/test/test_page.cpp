@@ -1,0 +1,118 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <regex>
+
+#include "example_page.hpp"
+
+namespace omniflight::report {
+namespace {
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t n = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size())) ++n;
+  return n;
+}
+
+TEST(Page, ShowsEveryKindOfBlockInLessThanFourMegabytes) {
+  const auto html = example_page().html();
+  ASSERT_TRUE(html) << html.error().text();
+  for (const char* part : {"class=\"verdict warn\"", "class=\"facts\"", "figure class=\"path\"",
+                           "figure class=\"plot\"", "figure class=\"bars\"", "figure class=\"table\"",
+                           "figure class=\"matrix\"", "class=\"equation\"", "<details>", "class=\"toc\""}) {
+    EXPECT_NE(html->find(part), std::string::npos) << part;
+  }
+  EXPECT_LT(html->size(), 4'000'000u);
+  if (const char* keep = std::getenv("OMNIFLIGHT_KEEP_EXAMPLE")) {
+    EXPECT_TRUE(example_page().write(keep));
+  }
+}
+
+TEST(Page, LoadsNothing) {
+  const std::string html = *example_page().html();
+  const std::regex load(
+      R"(<(link|img|iframe|object|embed|base|source|video|audio)\b|<script[^>]+src|@import|url\()",
+      std::regex::icase);
+  const std::string page_part = html.substr(0, html.find("/*! @license"));  // markup, style and data
+  EXPECT_FALSE(std::regex_search(page_part, load));
+  const std::regex reference(R"re((?:src|href)="(?!#section-\d+"))re");
+  EXPECT_FALSE(std::regex_search(page_part, reference));
+  EXPECT_EQ(html.find("sourceMappingURL"), std::string::npos);
+  EXPECT_NE(html.find("default-src 'none'"),
+            std::string::npos);  // and the browser refuses what we overlooked
+  EXPECT_EQ(count(html, "http://") + count(html, "https://"),
+            count(html, "http://www.w3.org/") +
+                count(html, "https://github.com/danvk/dygraphs/blob/v2.2.1/LICENSE.txt"));
+}
+
+TEST(Page, HasOnlyTheScriptsItNeeds) {
+  Page page("Short", "");
+  page.paragraph("Nothing to plot.");
+  EXPECT_LT(page.html()->size(), 30'000u);
+}
+
+TEST(Page, HostileTextStaysText) {
+  const std::string evil = "</script><script>alert(1)</script><!-- \"'&\\ \x01\xff";
+  Page page(evil, evil);
+  page.verdict(Tone::ok, evil, evil)
+      .section(evil)
+      .section(evil)
+      .paragraph(evil)
+      .facts({{evil, evil, evil}})
+      .equation(evil)
+      .details(evil, evil);
+  page.table({{{evil, evil}}, {{Cell(evil)}}, evil});
+  page.bars({evil, evil, {{evil, 1.0, {}, {}, evil}}, 1.0, 0.5, evil})
+      .matrix({evil, {evil}, {evil}, {{1.0}}, evil, evil, evil});
+  page.plot({evil, evil, evil, {{evil, {0, 1}, {0, 1}}}, {{0, 1, evil, Tone::bad}}, 200, evil});
+  page.path_plot({evil, {0}, {0}, {0}, {0}, evil, {}, {}, {}, {}, 200});
+  const std::string html = *page.html();
+  EXPECT_EQ(html.find("alert(1)<"), std::string::npos);
+  EXPECT_EQ(html.find("<!--"), std::string::npos);
+  EXPECT_EQ(html.find('\xff'), std::string::npos);
+  EXPECT_EQ(html.find('\x01'), std::string::npos);
+  EXPECT_EQ(count(html, "<script"), count(html, "</script>"));
+  EXPECT_EQ(count(html, "<script"), 7u);  // two blocks of data; dygraphs, KaTeX and three of ours
+}
+
+TEST(Page, TenThousandSamplesOfFiftySeriesStaySmall) {
+  Page page("Large", "");
+  std::vector<double> x, y;
+  for (int i = 0; i < 10000; ++i) {
+    x.push_back(1.7e9 + 0.001 * i);
+    y.push_back(std::sin(0.37 * i) * 1.2345678);
+  }
+  for (int k = 0; k < 50; ++k)
+    page.plot({"p", "time [s]", "y [m]", {{"a", x, y}, {"b", x, y}, {"c", x, y}}, {}, 200, "all"});
+  EXPECT_LT(page.html()->size(), 4'000'000u);
+}
+
+TEST(Page, NamesTheBlockThatCannotBeShown) {
+  Page page("Broken", "");
+  page.section("Forces").plot({"Fz", "time [s]", "F [N]", {{"measured", {0, 1, 2}, {0, 1}}}, {}, 200, ""});
+  const auto html = page.html();
+  ASSERT_FALSE(html);
+  EXPECT_EQ(html.error().text(),
+            "report 'Broken', plot 'Fz': series 'measured' has vectors of different lengths");
+  EXPECT_FALSE(Page("T", "").table({{{"a", ""}, {"b", ""}}, {{1.0}}, "short"}).html());
+  EXPECT_FALSE(Page("T", "").matrix({"m", {"a"}, {"a", "b"}, {{1.0}}, "", "", ""}).html());
+  EXPECT_FALSE(Page("T", "").details("d", [](Page& inside) { inside.section("no"); }).html());
+  EXPECT_FALSE(Page("T", "").bars({"b", "", {{"negative", -1.0, {}, {}, ""}}, 1.0, {}, ""}).html());
+}
+
+TEST(Page, MissingSamplesAreGapsAndCounted) {
+  Page page("Gaps", "");
+  page.plot({"p",
+             "time [s]",
+             "y [m]",
+             {{"a", {0, 1, 2, std::nan("")}, {1, std::nan(""), INFINITY, 4}}},
+             {},
+             200,
+             ""});
+  const std::string html = *page.html();
+  EXPECT_NE(html.find("\"x\":[0,1,2],\"y\":[1,null,null]"), std::string::npos);
+  EXPECT_NE(html.find("a: 2 of 3 samples are missing or not finite"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace omniflight::report
