@@ -1,0 +1,76 @@
+#include "collector.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace omniflight::recording {
+
+void Collector::add(const std::string& signal, double t_s, const double* values, std::size_t width) {
+  Samples& s = all_[signal];
+  if (s.width == 0) s.width = width;
+  bool good = width > 0 && width == s.width && std::isfinite(t_s);
+  for (std::size_t i = 0; good && i < width; ++i) good = std::isfinite(values[i]);
+  if (good && is_attitude(signal)) {
+    double norm = 0;
+    for (std::size_t i = 0; i < width; ++i) norm += values[i] * values[i];
+    good = width == 4 && norm > 0.25 && norm < 4.0;  // not a quaternion otherwise
+  }
+  if (!good) {
+    ++s.refused;
+    return;
+  }
+  s.t.push_back(t_s);
+  s.values.insert(s.values.end(), values, values + width);
+}
+
+void Collector::describe(const std::string& signal, const std::string& unit, const std::string& source) {
+  all_[signal].unit = unit;
+  all_[signal].source = source;
+}
+
+void Collector::finish(Recording& recording) {
+  double first = std::numeric_limits<double>::infinity(), last = -first;
+  for (auto& [name, s] : all_) {
+    if (s.refused > 0)
+      recording.note(Note::Kind::ignored,
+                     name + ": " + std::to_string(s.refused) +
+                         " samples are not finite, have another width or are no "
+                         "unit quaternion, and were left out",
+                     s.refused);
+    if (s.t.empty()) continue;
+    std::vector<std::size_t> order(s.t.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    if (!std::is_sorted(s.t.begin(), s.t.end()))
+      std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return s.t[a] < s.t[b]; });
+    Signal signal;
+    signal.name = name;
+    signal.unit = s.unit;
+    signal.source = s.source;
+    std::vector<std::size_t> kept;
+    kept.reserve(order.size());
+    for (const std::size_t i : order)
+      if (kept.empty() || s.t[i] > s.t[kept.back()]) kept.push_back(i);
+    if (kept.size() < order.size())
+      recording.note(Note::Kind::ignored,
+                     name + ": " + std::to_string(order.size() - kept.size()) +
+                         " samples repeat a time and were left out",
+                     order.size() - kept.size());
+    signal.values.resize(static_cast<Eigen::Index>(kept.size()), static_cast<Eigen::Index>(s.width));
+    signal.t_s.reserve(kept.size());
+    for (std::size_t row = 0; row < kept.size(); ++row) {
+      signal.t_s.push_back(s.t[kept[row]]);
+      for (std::size_t c = 0; c < s.width; ++c)
+        signal.values(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(c)) =
+            s.values[kept[row] * s.width + c];
+    }
+    if (is_attitude(name)) signal.values.rowwise().normalize();
+    first = std::min(first, signal.t_s.front());
+    last = std::max(last, signal.t_s.back());
+    recording.signals[name] = std::move(signal);
+  }
+  recording.duration_s = last >= first ? last - first : 0.0;
+}
+
+}  // namespace omniflight::recording
