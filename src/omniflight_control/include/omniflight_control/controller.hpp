@@ -1,0 +1,45 @@
+// Geometric 6D tracking control: reference and state in, desired acceleration of the rigid body out.
+#pragma once
+
+#include "omniflight_core/frames.hpp"
+
+namespace omniflight::control {
+
+struct ControllerConfig {
+  Vec3 kv = Vec3::Constant(6);    ///< 1/s, velocity error
+  Vec3 kp = Vec3::Constant(12);   ///< 1/s^2, position error
+  Vec3 ki = Vec3::Constant(2);    ///< 1/s^3, integral of the position error; zero makes it the PD law
+  Vec3 kw = Vec3::Constant(20);   ///< 1/s, angular velocity error
+  Vec3 kR = Vec3::Constant(100);  ///< 1/s^2, attitude error
+  Vec3 kI = Vec3::Constant(20);   ///< 1/s^3, integral of the attitude error
+  double max_integral_acceleration = 6.0;           ///< m/s^2, bound of the integral action a axis
+  double max_integral_angular_acceleration = 15.0;  ///< rad/s^2
+  double max_acceleration = 12.0;                   ///< m/s^2, saturation of the feedback (eq. 4.4)
+  double max_angular_acceleration = 60.0;           ///< rad/s^2
+  bool feed_forward = true;                         ///< add reference accelerations
+};
+
+/// PD of thesis eq. 4.1 with feed-forward; with integral gains the saturated PID of eq. 4.4. Anti-windup: the
+/// integrators are bounded, and stand still while the feedback saturates or the allocator reports that it
+/// could not achieve the last demand.
+class Controller {
+ public:
+  explicit Controller(const ControllerConfig& config) : config_(config) {}
+
+  /// Desired acceleration: m/s^2 in world axes, then rad/s^2 in body axes. dt [s] since the last call.
+  /// demand_met: the last demand was achieved by the allocator.
+  Vec6 update(const Reference& reference, const RigidState& state, double dt, bool demand_met = true);
+
+  /// Integral action as acceleration: m/s^2 world, rad/s^2 body.
+  Vec6 integral_action() const;
+  void reset() { integral_.setZero(); }
+
+ private:
+  ControllerConfig config_;
+  Vec6 integral_ = Vec6::Zero();  ///< m s, then rad s
+};
+
+/// Attitude error 1/2 vee(R^T R_d - R_d^T R): restoring rotation vector in body axes for small errors.
+Vec3 attitude_error(const Quat& q_WB, const Quat& q_WD);
+
+}  // namespace omniflight::control
