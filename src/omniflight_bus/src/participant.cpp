@@ -1,0 +1,51 @@
+#include "omniflight_bus/participant.hpp"
+
+#include <cctype>
+
+#include "endpoint.hpp"
+
+namespace omniflight::bus {
+
+detail::ParticipantState::~ParticipantState() {
+  if (entity > 0) dds_delete(entity);
+}
+
+Result<Participant> Participant::create(int domain) {
+  if (domain < 0 || domain > max_domain) {
+    return bad_input("domain " + std::to_string(domain) + " does not exist", "domain",
+                     "Choose 0 to " + std::to_string(max_domain));
+  }
+  auto state = std::make_shared<detail::ParticipantState>();
+  state->domain = domain;
+  const detail::QosHandle qos(dds_create_qos());
+  const std::string user_data = "enclave=/;";  // lets ROS 2 count this process among its own
+  dds_qset_userdata(qos.get(), user_data.data(), user_data.size());
+  state->entity = dds_create_participant(static_cast<dds_domainid_t>(domain), qos.get(), nullptr);
+  if (state->entity < 0) {
+    return detail::dds_failure(
+        state->entity, "cannot join domain " + std::to_string(domain),
+        "See that a network interface is up and that CYCLONEDDS_URI names a valid file");
+  }
+  return Participant(std::move(state));
+}
+
+int Participant::domain() const { return state_->domain; }
+
+Result<std::string> dds_topic_name(std::string_view ros_name) {
+  const std::string_view name = ros_name.starts_with('/') ? ros_name.substr(1) : ros_name;
+  bool valid = !name.empty() && name.size() <= 240;
+  char previous = '/';
+  for (const char c : name) {
+    const auto u = static_cast<unsigned char>(c);
+    valid = valid && (c == '/' ? previous != '/'
+                               : std::isalpha(u) || c == '_' || (std::isdigit(u) && previous != '/'));
+    previous = c;
+  }
+  if (!valid || previous == '/') {
+    return bad_input("'" + std::string(ros_name) + "' is not a topic name", "topic",
+                     "Use letters, digits and _ in parts separated by /, such as /omni/pose");
+  }
+  return "rt/" + std::string(name);
+}
+
+}  // namespace omniflight::bus
