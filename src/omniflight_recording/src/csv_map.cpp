@@ -1,0 +1,109 @@
+#include "csv_map.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "csv_columns.hpp"
+#include "omniflight_files/files.hpp"
+#include "omniflight_files/yaml.hpp"
+#include "omniflight_recording/recording.hpp"
+
+namespace omniflight::recording {
+namespace {
+
+int index_of(const std::vector<std::string>& header, const std::string& column) {
+  const auto found = std::find(header.begin(), header.end(), column);
+  return found == header.end() ? -1 : static_cast<int>(found - header.begin());
+}
+
+/// The column's index, or an error that names the nearest column.
+int column_at(const std::vector<std::string>& header, const std::string& column, files::YamlReader& where) {
+  const int index = index_of(header, column);
+  if (index < 0) {
+    const std::string near = files::nearest_word(column, header);
+    where.error("the file has no column " + files::shown(column),
+                near.empty() ? "Name one of its columns" : "Did you mean " + files::shown(near) + "?");
+  }
+  return index;
+}
+
+}  // namespace
+
+Result<CsvLayout> canonical_layout(const std::vector<std::string>& header, const std::string& file) {
+  CsvLayout layout;
+  std::map<std::string, std::map<int, int>> found;  // signal -> component -> column
+  for (int column = 0; column < static_cast<int>(header.size()); ++column) {
+    const std::string& name = header[static_cast<std::size_t>(column)];
+    if (std::count(header.begin(), header.end(), name) > 1)
+      return bad_input("column " + files::shown(name) + " appears twice", file + ":1", "Rename one of them");
+    if (name == "t_s") {
+      layout.time_column = column;
+    } else if (const auto place = place_of_column(name)) {
+      found[place->signal][place->component] = column;
+    } else {
+      layout.ignored.push_back(name);
+    }
+  }
+  if (layout.time_column < 0)
+    return bad_input("there is no column t_s (time in seconds)", file + ":1",
+                     "Rename the time column, or describe the columns with --map FILE");
+  for (const auto& [name, components] : found) {
+    const SignalSpec* spec = find_spec(name);
+    const int width = spec->width > 0 ? spec->width : components.rbegin()->first + 1;
+    CsvSignal signal{name, spec->unit, {}, 1.0, 0.0};
+    for (int c = 0; c < width; ++c) {
+      if (!components.count(c))
+        return bad_input("column " + column_of(name, c, width) + " is missing beside the others of " + name,
+                         file + ":1", "Add it, or remove the others");
+      signal.columns.push_back(components.at(c));
+    }
+    layout.signals.push_back(std::move(signal));
+  }
+  return layout;
+}
+
+Result<CsvLayout> mapped_layout(const std::vector<std::string>& header, const std::string& file,
+                                const std::filesystem::path& map) {
+  auto root = files::YamlReader::load(map);
+  if (!root) return Failure(root.error());
+  CsvLayout layout;
+  if (root->string("schema") != "omniflight.csv_map/1")
+    root->error_at("schema", "must be omniflight.csv_map/1", "Correct the schema");
+  root->string("description", "");
+  auto time = root->child("time");
+  layout.time_column = column_at(header, time.string("column"), time);
+  layout.time_scale = time.number("scale", files::positive("s"), 1.0);
+  std::set<std::string> seen;
+  for (auto& item : root->children("signals", 1, 200)) {
+    CsvSignal signal;
+    signal.signal = item.string("signal");
+    const SignalSpec* spec = find_spec(signal.signal);
+    const auto columns = item.strings("columns");
+    signal.scale = item.number("scale", files::any_number(), 1.0);
+    signal.offset = item.number("offset", files::any_number(), 0.0);
+    if (!spec) {
+      std::vector<std::string> names;
+      for (const auto& s : canonical_signals()) names.emplace_back(s.name);
+      const std::string near = files::nearest_word(signal.signal, names);
+      item.error_at("signal", files::shown(signal.signal) + " is no canonical signal",
+                    near.empty() ? "See the list in the README" : "Did you mean " + files::shown(near) + "?");
+      break;
+    }
+    signal.unit = spec->unit;
+    if (columns.empty() || (spec->width > 0 && static_cast<int>(columns.size()) != spec->width))
+      item.error_at("columns", signal.signal + " has " + std::to_string(spec->width) + " components",
+                    "Name one column for each");
+    if (!seen.insert(signal.signal).second) item.error_at("signal", "appears twice", "Remove one");
+    for (const auto& column : columns) signal.columns.push_back(column_at(header, column, item));
+    layout.signals.push_back(std::move(signal));
+  }
+  if (auto ok = root->finish(); !ok) {
+    Error error = ok.error();
+    error.message += " (reading " + file + ")";
+    return Failure(error);
+  }
+  return layout;
+}
+
+}  // namespace omniflight::recording

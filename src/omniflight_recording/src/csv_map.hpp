@@ -1,0 +1,31 @@
+// Which columns of a CSV are which signals: read from the header (canonical) or from a map file (foreign).
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "omniflight_core/result.hpp"
+
+namespace omniflight::recording {
+
+struct CsvSignal {
+  std::string signal;
+  std::string unit;
+  std::vector<int> columns;  // by component
+  double scale = 1.0;
+  double offset = 0.0;  // value = text * scale + offset
+};
+
+struct CsvLayout {
+  int time_column = -1;
+  double time_scale = 1.0;  // to seconds
+  std::vector<CsvSignal> signals;
+  std::vector<std::string> ignored;  // columns without a meaning
+};
+
+Result<CsvLayout> canonical_layout(const std::vector<std::string>& header, const std::string& file);
+Result<CsvLayout> mapped_layout(const std::vector<std::string>& header, const std::string& file,
+                                const std::filesystem::path& map);
+
+}  // namespace omniflight::recording
