@@ -48,8 +48,8 @@
       }
       context.stroke();
     }
-    function line(context, a, b, style) {
-      context.setLineDash([6, 4]); context.strokeStyle = style; context.lineWidth = 1.4; context.beginPath();
+    function line(context, a, b, style, dashes, thickness) {
+      context.setLineDash(dashes); context.strokeStyle = style; context.lineWidth = thickness; context.beginPath();
       let pen = false;
       a.forEach((x, i) => {
         if (x === null || b[i] === null) { pen = false; return; }
@@ -73,7 +73,8 @@
       const context = canvas.getContext('2d');
       context.scale(ratio, ratio);
       grid(context);
-      line(context, refAcross, refUp, colour('--muted'));
+      line(context, refAcross, refUp, colour('--muted'), [6, 4], 1.4);
+      context.globalAlpha = 0.3; context.lineJoin = 'round'; line(context, data.x.map((x, i) => x === null ? null : across[i]), up, colour('--muted'), [], 4.5); context.globalAlpha = 1;
       context.lineWidth = 3; context.lineCap = 'round';
       const span = range[1] - range[0] || 1;
       for (let i = 1; i < across.length; ++i) {

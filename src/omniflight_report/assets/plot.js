@@ -86,7 +86,6 @@
     };
     group.push(self);
     const others = action => { for (const other of group) if (other !== self) action(other); };
-    let busy = false;
 
     const shaded = (context, area, g) => {
       for (const w of data.windows) {
@@ -125,16 +124,17 @@
         highlightCallback: (event, x) => { point(x); others(o => o.select(x)); },
         unhighlightCallback: () => { point(null); others(o => o.select(null)); },
         drawCallback: (g, first) => {
-          if (first || busy) return;
+          if (first) return;
           const range = g.xAxisRange();
           if (self.range && range[0] === self.range[0] && range[1] === self.range[1]) return;
           self.range = range;
           if (group.syncing) return;
+        group.range = range;
           group.syncing = true;
           others(o => o.zoom(range));
           group.syncing = false;
         },
-      }, options()));
+      }, group.range ? {dateWindow: group.range} : {}, options()));
     });
     chart.title = 'drag to zoom, shift-drag to move, double-click to reset';
   }

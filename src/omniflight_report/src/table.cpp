@@ -42,9 +42,9 @@ Result<std::string> render(const Table& table) {
   }
   std::vector<std::string> classes;
   std::vector<bool> whole;
-  std::string out = "<figure class=\"table\"><div class=\"scroll\"><table>";
-  if (!table.caption.empty()) out += "<caption>" + escape_html(table.caption) + "</caption>";
-  out += "<thead><tr>";
+  std::string out = "<figure class=\"table\">";
+  if (!table.caption.empty()) out += "<figcaption>" + escape_html(table.caption) + "</figcaption>";
+  out += "<div class=\"scroll\"><table><thead><tr>";
   for (std::size_t c = 0; c < table.columns.size(); ++c) {
     const Column& column = table.columns[c];
     const bool right =

@@ -42,7 +42,8 @@ Status write_and_close(int descriptor, std::string_view content, const fs::path&
 
 Status write_file(const fs::path& path, std::string_view content) {
   std::error_code error;
-  const fs::path target = fs::weakly_canonical(path, error);  // a link keeps pointing at its file
+  const fs::path target =
+      fs::weakly_canonical(fs::absolute(path), error);  // a link keeps pointing at its file
   if (error) return failed("find", path, error.value());
   const auto kind = fs::status(target, error).type();
   if (kind == fs::file_type::directory) return failed("write", path, EISDIR);

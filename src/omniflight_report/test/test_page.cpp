@@ -3,6 +3,8 @@
 #include <fstream>
 #include <regex>
 
+#include <nlohmann/json.hpp>
+
 #include "example_page.hpp"
 
 namespace omniflight::report {
@@ -73,6 +75,38 @@ TEST(Page, HostileTextStaysText) {
   EXPECT_EQ(html.find('\x01'), std::string::npos);
   EXPECT_EQ(count(html, "<script"), count(html, "</script>"));
   EXPECT_EQ(count(html, "<script"), 7u);  // two blocks of data; dygraphs, KaTeX and three of ours
+}
+
+TEST(Page, DataIsJsonThatReadsBackAsGiven) {
+  const std::string name = "a \"quoted\" </script> \\u03bb \u03BB";
+  Page page("Data", "");
+  page.plot({"p",
+             "time [s]",
+             "y [m]",
+             {{name, {0, 1, 2}, {0.1, -1e-9, 12345.678}, {0, 0, 0}, {1, 1, 1}}},
+             {{-1, 0.5, name, Tone::ok}},
+             200,
+             name});
+  page.path_plot({"path", {0, 1}, {0, NAN}, {0, 1}, {3, 4}, "e [m]", {0.0, 0.1}});
+  const std::string html = *page.html(), open = "<script type=\"application/json\">";
+  std::vector<nlohmann::json> data;
+  for (auto at = html.find(open); at != std::string::npos; at = html.find(open, at + 1)) {
+    const auto from = at + open.size();
+    data.push_back(nlohmann::json::parse(html.substr(from, html.find("</script>", from) - from)));
+  }
+  ASSERT_EQ(data.size(), 2u);
+  EXPECT_EQ(data[0]["series"][0]["name"], name);
+  EXPECT_EQ(data[0]["windows"][0]["label"], name);
+  EXPECT_EQ(data[0]["group"], name);
+  EXPECT_NEAR(data[0]["series"][0]["y"][2].get<double>(), 12345.678, 0.0124);
+  EXPECT_EQ(data[0]["series"][0]["high"].size(), 3u);
+  EXPECT_EQ(data[1]["x"], (nlohmann::json{0, nullptr}));  // a position is whole or missing
+}
+
+TEST(Page, UnsortedSamplesAreSortedByX) {
+  Page page("Sorted", "");
+  page.plot({"p", "height [m]", "F [N]", {{"a", {2, 0, 1}, {20, 0, 10}}}});
+  EXPECT_NE(page.html()->find("\"x\":[0,1,2],\"y\":[0,10,20]"), std::string::npos);
 }
 
 TEST(Page, TenThousandSamplesOfFiftySeriesStaySmall) {

@@ -121,6 +121,15 @@ TEST_F(WriteFile, AnInterruptedWriteLeavesTheOldPageAndNothingElse) {
   EXPECT_EQ(files(), 1u);
 }
 
+TEST_F(WriteFile, TakesARelativePath) {
+  const fs::path before = fs::current_path();
+  fs::current_path(folder_);
+  const auto status = write_file("report.html", "x");
+  fs::current_path(before);
+  EXPECT_TRUE(status) << status.error().text();
+  EXPECT_EQ(content(folder_ / "report.html"), "x");
+}
+
 TEST_F(WriteFile, AMissingFolderIsNamed) {
   const auto status = write_file(folder_ / "no" / "report.html", "x");
   ASSERT_FALSE(status);
