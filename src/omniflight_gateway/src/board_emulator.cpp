@@ -1,0 +1,129 @@
+#include "omniflight_gateway/board_emulator.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <set>
+
+namespace omniflight::gateway {
+namespace {
+
+std::uint64_t frames_in(const std::vector<std::uint8_t>& wire) {
+  return static_cast<std::uint64_t>(std::count(wire.begin(), wire.end(), std::uint8_t{'$'}));
+}
+
+}  // namespace
+
+EmulatorConfig EmulatorConfig::omnimorph() {
+  EmulatedBoardConfig first;
+  first.has_battery = false;
+  EmulatedBoardConfig second = first;
+  second.rotor_offset = 4;
+  EmulatedBoardConfig chimera;
+  chimera.id = "chimera1.1";
+  chimera.rotors = 0;
+  chimera.has_imu = true;
+  chimera.imu_scale = chimera_imu_scale();
+  return {{first, second, chimera}, {}};
+}
+
+BoardEmulator::BoardEmulator(EmulatorConfig config, EmulatedPlant& plant)
+    : link_directory_(std::move(config.link_directory)), plant_(&plant) {
+  for (auto& board : config.boards)
+    boards_.push_back({EmulatedBoard(std::move(board)), {}, ByteStream(16384)});
+}
+
+Result<BoardEmulator> BoardEmulator::create(EmulatorConfig config, EmulatedPlant& plant) {
+  std::set<std::size_t> ids;
+  std::size_t total = 0;
+  for (std::size_t i = 0; i < config.boards.size(); ++i) {
+    const auto& board = config.boards[i];
+    const std::string where = "boards[" + std::to_string(i) + "]";
+    if (board.rotors > 15)
+      return bad_input("a board drives at most 15 rotors", where + ".rotors", "Use more boards");
+    for (std::size_t k = 0; k < board.rotors; ++k) ids.insert(board.rotor_offset + k);
+    total += board.rotors;
+    if (ids.size() != total || (total > 0 && *ids.rbegin() > 63)) {
+      return bad_input("rotor ids overlap or exceed 63", where + ".rotor_offset",
+                       "Give every board its own ids");
+    }
+  }
+  const std::size_t rotors = ids.empty() ? 0 : *ids.rbegin() + 1;
+  BoardEmulator emulator(std::move(config), plant);
+  emulator.command_.assign(rotors, 0.0);
+  for (std::size_t i = 0; i < emulator.boards_.size(); ++i) {
+    if (auto ok = emulator.plug(i); !ok) return Failure(ok.error());
+  }
+  return emulator;
+}
+
+BoardEmulator::~BoardEmulator() {
+  for (std::size_t i = 0; i < boards_.size(); ++i) unplug(i);
+}
+
+std::string BoardEmulator::link(std::size_t i) const {
+  return link_directory_ + "/board" + std::to_string(i);
+}
+
+std::string BoardEmulator::device(std::size_t i) const {
+  return link_directory_.empty() ? boards_[i].pty.path : link(i);
+}
+
+void BoardEmulator::unplug(std::size_t i) {
+  if (boards_[i].pty.master.is_open() && !link_directory_.empty()) ::unlink(link(i).c_str());
+  boards_[i].pty = {};
+  boards_[i].stream.clear();
+}
+
+Status BoardEmulator::plug(std::size_t i) {
+  auto pty = open_pseudo_terminal();
+  if (!pty) return Failure(pty.error());
+  unplug(i);
+  if (!link_directory_.empty()) {
+    const std::string path = link(i);
+    ::unlink(path.c_str());  // left behind by a killed run
+    if (::symlink(pty->path.c_str(), path.c_str()) != 0) {
+      return bad_input(std::string("cannot make the link: ") + std::strerror(errno), path,
+                       "Give an existing, writable link_directory");
+    }
+  }
+  boards_[i].pty = std::move(*pty);
+  return {};
+}
+
+void BoardEmulator::wait(double timeout_s) const {
+  std::vector<int> fds;
+  for (const auto& b : boards_) fds.push_back(b.pty.master.get());
+  wait_readable(fds, timeout_s);
+}
+
+Status BoardEmulator::step(double now_s) {
+  if (!std::isfinite(now_s)) return bad_input("time is not finite", "BoardEmulator::step", "Check the clock");
+  for (auto& b : boards_) {
+    std::vector<std::uint8_t> answers;
+    if (b.pty.master.is_open()) {
+      bytes_.clear();
+      if (auto ok = b.stream.read(b.pty.master.get(), bytes_); !ok) return ok;
+      b.board.receive(bytes_, now_s, answers);
+      if (!b.stream.queue(answers)) dropped_ += frames_in(answers);
+    }
+    b.board.update(now_s);
+    const auto& config = b.board.config();
+    for (std::size_t k = 0; k < config.rotors; ++k) command_[config.rotor_offset + k] = b.board.target(k);
+  }
+  plant_->set_command(command_);
+  const PlantSample sample = plant_->sample();
+  for (auto& b : boards_) {
+    bytes_.clear();
+    b.board.emit(now_s, sample, bytes_);
+    if (!b.pty.master.is_open()) continue;
+    if (!b.stream.queue(bytes_)) dropped_ += frames_in(bytes_);
+    if (auto ok = b.stream.flush(b.pty.master.get()); !ok) return ok;
+  }
+  return {};
+}
+
+}  // namespace omniflight::gateway
