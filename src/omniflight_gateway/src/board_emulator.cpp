@@ -94,6 +94,10 @@ Status BoardEmulator::plug(std::size_t i) {
   return {};
 }
 
+bool BoardEmulator::inject_noise(std::size_t i, std::span<const std::uint8_t> bytes) {
+  return boards_[i].pty.master.is_open() && boards_[i].stream.queue(bytes);
+}
+
 void BoardEmulator::wait(double timeout_s) const {
   std::vector<int> fds;
   for (const auto& b : boards_) fds.push_back(b.pty.master.get());

@@ -48,6 +48,9 @@ class BoardEmulator {
   void unplug(std::size_t i);
   /// Puts it back on a new pseudo terminal.
   Status plug(std::size_t i);
+  /// Puts bytes on board i's line to the host as they are, as a bad cable would. False when the line is full
+  /// or cut.
+  bool inject_noise(std::size_t i, std::span<const std::uint8_t> bytes);
 
   std::size_t board_count() const { return boards_.size(); }
   EmulatedBoard& board(std::size_t i) { return boards_[i].board; }
