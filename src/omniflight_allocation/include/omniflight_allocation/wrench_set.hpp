@@ -1,0 +1,49 @@
+// Every wrench a vehicle can exert at one tilt, exactly: the zonotope of its rotors, and slices of it.
+#pragma once
+
+#include "omniflight_allocation/polytope.hpp"
+#include "omniflight_core/result.hpp"
+#include "omniflight_vehicle/vehicle.hpp"
+
+namespace omniflight::allocation {
+
+class WrenchSet {
+ public:
+  /// The set of B u over lower <= u <= upper [N], torques about the centre of mass, body axes.
+  /// f_max [N] replaces the largest thrust of every rotor; 0 keeps the vehicle's.
+  static Result<WrenchSet> create(const vehicle::Vehicle& vehicle, double alpha, double f_max = 0);
+
+  int rank() const { return rank_; }  ///< 6: force and torque can be chosen independently near the centre
+
+  Polytope force_at_torque(const Vec3& torque) const;  ///< N, the forces that leave exactly this torque [Nm]
+  Polytope torque_at_force(const Vec3& force) const;   ///< Nm, the torques that leave exactly this force [N]
+  /// Nm, the torques that are left whatever the attitude, while the weight [N] is carried.
+  Polytope torque_at_any_attitude(double weight) const;
+
+  /// N, largest force that can be exerted in every direction at zero torque; the inradius, without the
+  /// vertices.
+  double omnidirectional_force() const;
+
+ private:
+  struct Face {
+    Vec6 normal;    // wrench with torques divided by lever_, unit length, within the span of the set
+    double offset;  // normal . wrench <= offset
+  };
+  enum class Part { force, torque };
+  struct Slice {
+    bool empty = true;
+    Flat flat;
+    std::vector<HalfSpace> half_spaces;
+  };
+  Slice slice(Part shown, const Vec3& fixed_value) const;
+  Polytope body(const Slice& slice, double scale) const;
+
+  Eigen::Matrix<double, 6, Eigen::Dynamic> span_;  // orthonormal, 6 x rank
+  Vec6 centre_ = Vec6::Zero();                     // scaled wrench of the middle of the box
+  std::vector<Face> faces_;
+  int rank_ = 0;
+  double lever_ = 1;  // m
+  double reach_ = 0;  // N, bound of |scaled wrench|
+};
+
+}  // namespace omniflight::allocation

@@ -1,0 +1,50 @@
+#include "omniflight_allocation/hover.hpp"
+
+#include "omniflight_allocation/box_qp.hpp"
+
+namespace omniflight::allocation {
+
+std::optional<vehicle::RotorVector> hover_thrusts(const vehicle::Vehicle& v, const Quat& q_WB, double alpha,
+                                                  double headroom) {
+  const int n = v.rotor_count();
+  if (n < 1 || n > kMaxInputs || !q_WB.coeffs().allFinite() || !(q_WB.norm() > 1e-6) ||
+      !std::isfinite(alpha) || !(headroom >= 0 && headroom < 1))
+    return std::nullopt;
+  vehicle::AllocationMatrix B = v.allocation_matrix(alpha);
+  double lever = 1e-9;
+  for (int i = 0; i < n; ++i) lever = std::max(lever, B.block<3, 1>(3, i).norm());
+  B.bottomRows<3>() /= lever;
+  const Vec3 force = q_WB.normalized().conjugate() * Vec3(0, 0, v.mass * kGravity);
+  Vec6 wrench;
+  wrench << force, v.center_of_mass.cross(force) / lever;
+  vehicle::RotorVector lower = v.lower_thrusts(), upper = v.upper_thrusts();
+  const vehicle::RotorVector margin = 0.5 * headroom * (upper - lower);
+  lower += margin;
+  upper -= margin;
+
+  // Proximal point iteration on |B u - wrench|^2: each step is a strictly convex problem solved exactly, and
+  // the steps end in a balance or in a residual that separates the wrench from everything the rotors can
+  // give.
+  QpMatrix H = B.transpose() * B;
+  const double proximity = 1e-6 * H.diagonal().maxCoeff();
+  H.diagonal().array() += proximity;
+  const QpVector pull = -B.transpose() * wrench;
+  vehicle::RotorVector u = (0.5 * (lower + upper)).eval();
+  ActiveSet active{};
+  const double tolerance = 1e-6 * wrench.norm();
+  for (int i = 0; i < 50; ++i) {
+    const QpVector g = pull - proximity * u;
+    const BoxQpSolution qp = solve_box_qp(H, g, lower, upper, active);
+    if (qp.status != QpStatus::solved) return std::nullopt;
+    u = qp.u;
+    active = qp.active_set;
+    const Vec6 missing = wrench - B * u;
+    if (missing.norm() <= tolerance) return u;
+    const QpVector share = B.transpose() * missing;
+    const double most = share.cwiseProduct(lower).cwiseMax(share.cwiseProduct(upper)).sum();
+    if (missing.dot(wrench) > most + 1e-9 * missing.norm() * wrench.norm()) return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+}  // namespace omniflight::allocation

@@ -1,0 +1,124 @@
+#include "omniflight_allocation/polytope.hpp"
+
+namespace omniflight::allocation {
+namespace {
+
+using Polygon = std::vector<Vec3>;
+
+// Sutherland-Hodgman: the part of a convex polygon (or segment, or point) inside a half space. Corners within
+// tolerance of the plane count as inside, so a plane that only touches cuts nothing off.
+Polygon clip(const Polygon& polygon, const HalfSpace& h, double tolerance) {
+  Polygon out;
+  const std::size_t n = polygon.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec3 &a = polygon[i], &b = polygon[(i + 1) % n];
+    const double da = h.normal.dot(a) - h.offset, db = h.normal.dot(b) - h.offset;
+    const bool in_a = da <= tolerance, in_b = db <= tolerance;
+    if (in_a) out.push_back(a);
+    if (in_a != in_b && da != db) out.push_back(a + std::clamp(da / (da - db), 0.0, 1.0) * (b - a));
+  }
+  return out;
+}
+
+void add_distinct(std::vector<Vec3>& points, const Vec3& p, double tolerance) {
+  for (const Vec3& q : points)
+    if ((p - q).norm() <= tolerance) return;
+  points.push_back(p);
+}
+
+// Drops repeated corners and corners inside an edge.
+Polygon corners(const Polygon& polygon, double tolerance) {
+  Polygon distinct;
+  for (const Vec3& p : polygon) add_distinct(distinct, p, tolerance);
+  if (distinct.size() < 3) return distinct;
+  Polygon out;
+  const std::size_t n = distinct.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec3 &before = distinct[(i + n - 1) % n], &after = distinct[(i + 1) % n];
+    const Vec3 edge = after - before;
+    const double off = edge.cross(distinct[i] - before).norm() / std::max(edge.norm(), tolerance);
+    if (off > tolerance) out.push_back(distinct[i]);
+  }
+  return out;
+}
+
+Polygon square(const Vec3& centre, const Vec3& a, const Vec3& b, double radius) {
+  return {centre + radius * (a + b), centre + radius * (b - a), centre - radius * (a + b),
+          centre + radius * (a - b)};
+}
+
+std::vector<HalfSpace> merged(const std::vector<HalfSpace>& all, double tolerance, double radius) {
+  std::vector<HalfSpace> out;
+  for (const HalfSpace& h : all) {
+    bool known = false;
+    for (HalfSpace& o : out) {
+      if ((h.normal - o.normal).norm() * radius > tolerance || std::abs(h.offset - o.offset) > tolerance)
+        continue;
+      o.offset = std::min(o.offset, h.offset);
+      known = true;
+      break;
+    }
+    if (!known) out.push_back(h);
+  }
+  return out;
+}
+
+}  // namespace
+
+Polytope intersect(const Flat& flat, std::vector<HalfSpace> half_spaces, double radius, double tolerance) {
+  Polytope body;
+  half_spaces = merged(half_spaces, tolerance, radius);
+  const double reach = 2.0 * radius;
+  if (flat.basis.cols() == 3) {
+    for (std::size_t i = 0; i < half_spaces.size(); ++i) {
+      const HalfSpace& plane = half_spaces[i];
+      const Vec3 a = plane.normal.unitOrthogonal(), b = plane.normal.cross(a);
+      const Vec3 foot = flat.origin + (plane.offset - plane.normal.dot(flat.origin)) * plane.normal;
+      Polygon polygon = square(foot, a, b, reach);
+      for (std::size_t j = 0; j < half_spaces.size() && !polygon.empty(); ++j)
+        if (j != i) polygon = clip(polygon, half_spaces[j], tolerance);
+      polygon = corners(polygon, 4 * tolerance);
+      if (polygon.size() < 3) continue;
+      body.facets.push_back(plane);
+      for (const Vec3& v : polygon) add_distinct(body.vertices, v, 4 * tolerance);
+    }
+    if (body.facets.size() >= 4)
+      body.dimension = 3;
+    else
+      body.facets.clear(), body.vertices.clear();
+    return body;
+  }
+  Polygon polygon{flat.origin};
+  if (flat.basis.cols() == 2) polygon = square(flat.origin, flat.basis.col(0), flat.basis.col(1), reach);
+  if (flat.basis.cols() == 1)
+    polygon = {flat.origin - reach * flat.basis.col(0), flat.origin + reach * flat.basis.col(0)};
+  for (const HalfSpace& h : half_spaces) polygon = clip(polygon, h, tolerance);
+  body.vertices = corners(polygon, 4 * tolerance);
+  body.dimension = static_cast<int>(std::min<std::size_t>(body.vertices.size(), 3)) - 1;
+  return body;
+}
+
+SetMeasures measure(const Polytope& body) {
+  SetMeasures m;
+  m.dimension = body.dimension;
+  m.facets = static_cast<int>(body.facets.size());
+  m.vertices = static_cast<int>(body.vertices.size());
+  if (body.empty()) return m;
+  m.d_min_vertex = HUGE_VAL;
+  for (const Vec3& v : body.vertices) {
+    m.d_min_vertex = std::min(m.d_min_vertex, v.norm());
+    m.d_max = std::max(m.d_max, v.norm());
+  }
+  if (body.dimension < 3) return m;
+  double nearest = HUGE_VAL;
+  for (const HalfSpace& h : body.facets) nearest = std::min(nearest, h.offset);
+  m.holds_zero = nearest >= -1e-12 * m.d_max;
+  m.d_min_surface = std::max(nearest, 0.0);
+  if (m.holds_zero && m.d_max > 0) {
+    m.uniformity_surface = m.d_min_surface / m.d_max;
+    m.uniformity_vertex = m.d_min_vertex / m.d_max;
+  }
+  return m;
+}
+
+}  // namespace omniflight::allocation

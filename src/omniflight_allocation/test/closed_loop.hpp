@@ -1,0 +1,91 @@
+// A rigid body under PD control and allocation: just enough to ask which weights survive a thrust mismatch.
+// The plant has no motor lag; its tilt follows at once, its thrust can be scaled against what the allocator
+// believes.
+#pragma once
+
+#include <functional>
+
+#include "omniflight_allocation/allocator.hpp"
+#include "omnimorph.hpp"
+
+namespace omniflight::allocation {
+
+struct LoopGains {
+  double kp1 = 34.6, kp2 = 300;  // 1/s, 1/s^2: near-critical damping
+  double kr1 = 34.6, kr2 = 300;
+};
+
+struct LoopResult {
+  bool failed = false;
+  double end = 0;                             // s
+  double worst_error = 0;                     // m
+  double mean_error = 0;                      // m
+  double worst_angle = 0;                     // rad
+  double tilt_low = HUGE_VAL, tilt_high = 0;  // rad
+};
+
+/// Smooth step from 0 to 1 over [0, 1] with its first two derivatives (quintic).
+inline Vec3 quintic(double x) {
+  if (x <= 0) return {0, 0, 0};
+  if (x >= 1) return {1, 0, 0};
+  return {x * x * x * (10 - 15 * x + 6 * x * x), 30 * x * x * (1 - x) * (1 - x),
+          60 * x * (1 - 3 * x + 2 * x * x)};
+}
+
+/// Hover 2 s, move by (0.5, 0.4, 0) m in 2 s, hover 2 s, pitch to 90 deg in pitch_time, hold 2 s, back, hold
+/// 2 s.
+inline Reference thesis_reference(double t, double pitch_time) {
+  Reference r;
+  const Vec3 move = quintic((t - 2.0) / 2.0), away(0.5, 0.4, 0.0);
+  r.p_WB = Vec3(0, 0, 1) + move[0] * away;
+  r.v_WB_W = move[1] / 2.0 * away;
+  r.a_WB_W = move[2] / 4.0 * away;
+  const Vec3 up = quintic((t - 6.0) / pitch_time), down = quintic((t - 8.0 - pitch_time) / pitch_time);
+  const double quarter = 0.5 * kPi;
+  r.q_WB = exp_rotation(Vec3(0, quarter * (up[0] - down[0]), 0));
+  r.w_WB_B.y() = quarter * (up[1] - down[1]) / pitch_time;
+  r.dw_WB_B.y() = quarter * (up[2] - down[2]) / (pitch_time * pitch_time);
+  return r;
+}
+
+inline LoopResult fly(const vehicle::Vehicle& v, const AllocatorConfig& config, double pitch_time,
+                      const std::function<double(double alpha)>& thrust_scale, const LoopGains& k = {}) {
+  auto allocator = Allocator::create(v, config).value();
+  constexpr int kSubsteps = 4;
+  constexpr double kPeriod = 0.01, kDt = kPeriod / kSubsteps;
+  RigidState x;
+  x.p_WB = Vec3(0, 0, 1);
+  LoopResult out;
+  const int steps = static_cast<int>((10.0 + 2 * pitch_time) / kPeriod);
+  for (int i = 0; i < steps; ++i) {
+    out.end = i * kPeriod;
+    const Reference ref = thesis_reference(out.end, pitch_time);
+    const Quat q_BR = x.q_WB.conjugate() * ref.q_WB;
+    const Mat3 R_BR = q_BR.toRotationMatrix();
+    const Vec3 e_p = ref.p_WB - x.p_WB, e_R = vee(R_BR - R_BR.transpose()) * 0.5;
+    AllocationInput in;
+    in.q_WB = x.q_WB;
+    in.w_WB_B = x.w_WB_B;
+    in.position_error = e_p.norm();
+    in.qdd_ref << ref.a_WB_W + k.kp1 * (ref.v_WB_W - x.v_WB_W) + k.kp2 * e_p,
+        R_BR * ref.dw_WB_B + k.kr1 * (R_BR * ref.w_WB_B - x.w_WB_B) + k.kr2 * e_R;
+    const double angle = log_rotation(q_BR).norm();
+    out.worst_error = std::max(out.worst_error, e_p.norm());
+    out.mean_error += e_p.norm() / steps;
+    out.worst_angle = std::max(out.worst_angle, angle);
+    const auto command = allocator.allocate(in);
+    if (!command || e_p.norm() > 2.0) return out.failed = true, out;
+    out.tilt_low = std::min(out.tilt_low, command->alpha);
+    out.tilt_high = std::max(out.tilt_high, command->alpha);
+    const Vec6 wrench = v.allocation_matrix(command->alpha) * command->u * thrust_scale(command->alpha);
+    for (int j = 0; j < kSubsteps; ++j) {
+      x.v_WB_W += kDt * (x.q_WB * wrench.head<3>() / v.mass - kGravity * Vec3::UnitZ());
+      x.w_WB_B += kDt * (v.inertia.inverse() * (wrench.tail<3>() - x.w_WB_B.cross(v.inertia * x.w_WB_B)));
+      x.p_WB += kDt * x.v_WB_W;
+      x.q_WB = (x.q_WB * exp_rotation(kDt * x.w_WB_B)).normalized();
+    }
+  }
+  return out;
+}
+
+}  // namespace omniflight::allocation
