@@ -85,6 +85,8 @@ Status Component::shutdown() {
   return first;
 }
 
+void Component::report() { publish_state({}); }
+
 Status Component::enter(ComponentPhase phase, const std::string& detail) {
   phase_ = phase;
   publish_state(detail);

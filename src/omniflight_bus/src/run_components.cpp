@@ -41,6 +41,10 @@ struct Wake {
     ended = true;
     changed.notify_all();
   }
+  bool wait(std::chrono::milliseconds longest) {
+    std::unique_lock lock(mutex);
+    return changed.wait_for(lock, longest, [this] { return ended; });
+  }
 };
 
 Status start(Component& component, const Participant& participant, const RunOptions& options) {
@@ -49,12 +53,17 @@ Status start(Component& component, const Participant& participant, const RunOpti
   return component.configure(participant, *parameters);
 }
 
-void wait_for_end(Wake& wake, const RunOptions& options, Verdict& verdict) {
+void wait_for_end(const std::vector<std::unique_ptr<Component>>& components, Wake& wake,
+                  const RunOptions& options, Verdict& verdict) {
   const auto begin = std::chrono::steady_clock::now();
-  std::unique_lock lock(wake.mutex);
-  while (!wake.ended && !interrupted()) {
-    wake.changed.wait_for(lock, options.poll);
-    if (options.timeout && std::chrono::steady_clock::now() - begin > *options.timeout) {
+  auto next_report = begin + options.report;
+  while (!wake.wait(options.poll) && !interrupted()) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now >= next_report) {
+      next_report = now + options.report;
+      for (const auto& component : components) component->report();
+    }
+    if (options.timeout && now - begin > *options.timeout) {
       verdict.take("runner", "finished",
                    fail(ErrorCode::incomplete,
                         "still running after " + std::to_string(options.timeout->count()) + " s", "timeout",
@@ -88,7 +97,7 @@ int run_components(std::vector<std::unique_ptr<Component>> components, const Run
   for (auto& component : components) {
     running = running && verdict.take(component->name(), "activated", component->activate());
   }
-  if (running) wait_for_end(*wake, options, verdict);
+  if (running) wait_for_end(components, *wake, options, verdict);
   for (auto& component : components) {
     if (const auto outcome = component->outcome()) verdict.take(component->name(), "finished", *outcome);
   }

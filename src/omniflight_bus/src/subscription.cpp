@@ -1,6 +1,7 @@
 #include "omniflight_bus/subscription.hpp"
 
 #include <algorithm>
+#include <vector>
 
 #include "dds/ddsi/ddsi_serdata.h"
 #include "endpoint.hpp"
@@ -13,12 +14,24 @@ struct Reader : Endpoint {
   BytesCallback on_bytes;
   std::atomic<std::uint64_t> received{0}, lost{0};
   dds_entity_t waitset = 0;
+  std::vector<std::byte> bytes;  ///< reused for messages that must be copied
   void* sample = nullptr;  ///< reused for every delivery, so that its strings and sequences keep their memory
 
   ~Reader() {
     if (waitset > 0) dds_delete(waitset);
     close();
     if (sample != nullptr) dds_sample_free(sample, type->descriptor, DDS_FREE_ALL);
+  }
+
+  /// Cyclone DDS pads to a multiple of four and says so in the last two bits of the header; ROS 2 does
+  /// neither. Only padded messages are copied.
+  std::span<const std::byte> canonical(std::span<const std::byte> cdr) {
+    if (cdr.size() < 4 || (cdr[2] == std::byte{0} && cdr[3] == std::byte{0})) return cdr;
+    const std::size_t padding =
+        std::min<std::size_t>(std::to_integer<std::size_t>(cdr[3]) & 3u, cdr.size() - 4);
+    bytes.assign(cdr.begin(), cdr.end() - static_cast<std::ptrdiff_t>(padding));
+    bytes[2] = bytes[3] = std::byte{0};
+    return bytes;
   }
 
   static Reader& of(void* arg) { return *static_cast<Reader*>(arg); }
@@ -41,13 +54,12 @@ struct Reader : Endpoint {
     ddsi_serdata* data = nullptr;
     while (dds_takecdr(entity, &data, 1, &info, DDS_ANY_STATE) == 1) {
       if (info.valid_data) {
-        ddsrt_iovec_t bytes;
-        ddsi_serdata* held = ddsi_serdata_to_ser_ref(data, 0, ddsi_serdata_size(data), &bytes);
+        ddsrt_iovec_t part;
+        ddsi_serdata* held = ddsi_serdata_to_ser_ref(data, 0, ddsi_serdata_size(data), &part);
         self.received.fetch_add(1, std::memory_order_relaxed);
-        self.on_bytes(
-            {static_cast<const std::byte*>(bytes.iov_base), static_cast<std::size_t>(bytes.iov_len)},
-            info.source_timestamp);
-        ddsi_serdata_to_ser_unref(held, &bytes);
+        self.on_bytes(self.canonical({static_cast<const std::byte*>(part.iov_base), part.iov_len}),
+                      info.source_timestamp);
+        ddsi_serdata_to_ser_unref(held, &part);
       }
       ddsi_serdata_unref(data);
     }

@@ -88,6 +88,27 @@ TEST_F(PublishSubscribe, RawBytesAreTheCdrOfTheMessage) {
   EXPECT_EQ(seen_ns, 77);
 }
 
+TEST_F(PublishSubscribe, RawBytesCarryNoPadding) {
+  const Participant participant = join();
+  std::vector<std::vector<std::byte>> seen;
+  auto raw = RawSubscription::create(
+      participant, *msgs::find_message_type("std_msgs/msg/String"), "/text", Qos::bulk(),
+      [&](std::span<const std::byte> cdr, std::int64_t) { seen.emplace_back(cdr.begin(), cdr.end()); });
+  auto publisher = Publisher<msgs::std_msgs::String>::create(participant, "/text");
+  Message<msgs::std_msgs::String> message;
+  for (const char* text : {"", "a", "ab", "abc", "abcd"}) {
+    set_text(message->data, text);
+    ASSERT_TRUE(publisher->publish(*message, 1));
+    const std::size_t length = std::strlen(text);
+    std::vector<std::byte> expected(8 + length + 1, std::byte{0});
+    expected[1] = std::byte{1};
+    expected[4] = static_cast<std::byte>(length + 1);
+    std::memcpy(expected.data() + 8, text, length);
+    ASSERT_FALSE(seen.empty());
+    EXPECT_EQ(seen.back(), expected) << text;
+  }
+}
+
 TEST_F(PublishSubscribe, SequencesAndNestedStringsArriveByTake) {
   const Participant participant = join();
   auto publisher = Publisher<DiagnosticArray>::create(participant, "/diagnostics");
@@ -138,6 +159,27 @@ TEST_F(PublishSubscribe, PublishingFromACallbackOfTheSameTopicIsRefused) {
   ASSERT_TRUE(publisher->publish(*known_pose(), 1));
   EXPECT_NE(message.find("/omni/pose"), std::string::npos);
   EXPECT_EQ(publisher->sent(), 1u);
+}
+
+TEST_F(PublishSubscribe, TwoPublishingThreadsCallASubscriptionOneAtATime) {
+  const Participant participant = join();
+  std::atomic<int> inside{0}, overlaps{0};
+  auto subscription = Subscription<PoseStamped>::create(participant, "/omni/pose", Qos::control(64),
+                                                        [&](const PoseStamped&, std::int64_t) {
+                                                          if (++inside != 1) ++overlaps;
+                                                          std::this_thread::yield();
+                                                          --inside;
+                                                        });
+  const auto send = [&] {
+    auto publisher = Publisher<PoseStamped>::create(participant, "/omni/pose", Qos::control(64));
+    const Message<PoseStamped> pose = known_pose();
+    for (int i = 0; i < 5000; ++i) EXPECT_TRUE(publisher->publish(*pose, i));
+  };
+  std::thread one(send), two(send);
+  one.join();
+  two.join();
+  EXPECT_EQ(overlaps, 0);
+  EXPECT_EQ(subscription->received(), 10000u);
 }
 
 TEST_F(PublishSubscribe, NothingIsCalledAfterDestruction) {

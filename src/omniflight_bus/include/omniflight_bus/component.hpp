@@ -42,6 +42,9 @@ class Component {
   /// From anywhere to finalized, through deactivate and cleanup where they are due. The first error, if any.
   Status shutdown();
 
+  /// Publishes the state again with the counts of now, so that losses show while it runs.
+  void report();
+
   /// How it ended, once it has ended by itself. Safe from any thread.
   std::optional<Status> outcome() const;
   /// Called (from any thread) when the component ends by itself. Set before activate().

@@ -18,6 +18,7 @@ struct RunOptions {
   std::vector<std::string> overrides;           ///< "key:=value" or "component:key:=value"
   std::optional<std::chrono::seconds> timeout;  ///< longest run; ErrorCode::incomplete afterwards
   std::chrono::milliseconds poll{50};           ///< longest time until SIGTERM is noticed
+  std::chrono::milliseconds report{1000};       ///< period of /component_state while running
   bool quiet = false;  ///< no line per transition on stderr; errors are always printed
 };
 

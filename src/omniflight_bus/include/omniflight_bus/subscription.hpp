@@ -31,7 +31,9 @@ class SubscriptionBase {
   std::uint32_t peers() const;
   const std::string& topic() const;
   std::uint64_t received() const;  ///< messages delivered
-  std::uint64_t lost() const;      ///< messages the bus knows to have lost on the way here
+  /// Losses that the middleware itself reports. It is silent about messages a publisher's history has dropped
+  /// before this side was ready for them: DeliveryLedger counts all.
+  std::uint64_t lost() const;
 
  protected:
   static Result<SubscriptionBase> create(const Participant& participant, const msgs::MessageType& type,
