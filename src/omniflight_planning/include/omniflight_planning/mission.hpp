@@ -1,0 +1,40 @@
+// What a flight shall do: schema omniflight.mission/1.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "omniflight_planning/timing.hpp"
+
+namespace omniflight::planning {
+
+struct Waypoint {
+  std::string name;  ///< for messages; "waypoint 3" when the file gives none
+  Pose pose;
+  double hold_s = 0.0;  ///< s at rest there; only for stops
+  bool stop = true;     ///< false: flown through
+  std::string where;    ///< file:line
+};
+
+struct Mission {
+  std::string name;
+  std::string vehicle;                ///< name or path, as load_vehicle takes it
+  std::filesystem::path test_bed;     ///< the .bt file, resolved
+  std::filesystem::path description;  ///< the test bed's YAML beside it, empty when there is none
+  std::optional<double> alpha;        ///< rad; nothing = search
+  std::vector<Waypoint> waypoints;    ///< the first one is the start
+  MotionLimits limits;
+  double clearance = 0.05;  ///< m that every point of the vehicle keeps from the map's voxels
+  std::uint64_t seed = 1;
+  double budget_s = 2.0;  ///< s for finding paths
+  std::string file;       ///< where it was read from
+  std::string sha256;     ///< of that file
+};
+
+/// Reads a mission: a path, or a name under configs/missions. Errors name file, line, field and unit.
+Result<Mission> load_mission(const std::string& spec);
+
+}  // namespace omniflight::planning

@@ -1,0 +1,62 @@
+// From pose to pose: a straight motion when it is free, else OMPL's RRTConnect in SE(3) and shortcuts.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "omniflight_planning/state_check.hpp"
+
+namespace omniflight::planning {
+
+/// Why there is no path.
+enum class PathFailure {
+  not_finite,
+  outside_map,
+  start_occupied,
+  goal_occupied,
+  start_unhoverable,
+  goal_unhoverable,
+  no_path_in_time,
+  proven_impossible,
+};
+const char* to_string(PathFailure failure);
+
+struct PathProblem {
+  PathFailure failure = PathFailure::no_path_in_time;
+  std::string message;  ///< one sentence with values and units
+};
+
+struct PathOptions {
+  std::uint64_t seed = 1;
+  double budget_s = 1.0;  ///< s of wall time; RRTConnect stops at most one motion check later
+  int shortcuts = 300;    ///< attempts; a number and not a time, so that results repeat
+  /// Name of the solid nearest to a point, for messages; may be empty.
+  std::function<std::string(const Vec3& p_W)> name_of;
+};
+
+template <class T>
+using PathResult = tl::expected<T, PathProblem>;
+
+/// Checks one pose before any planner sees it; `what` is "start" or "goal".
+tl::expected<void, PathProblem> check_end(const StateCheck& check, const Pose& pose, bool is_start,
+                                          const PathOptions& options);
+
+/// Poses from start to goal, both included; every motion between neighbours has passed motion_valid. The same
+/// seed gives the same path whenever the budget suffices.
+PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& start, const Pose& goal,
+                                        const PathOptions& options);
+
+/// True when no attitude whatever lets the body origin get from a to b: a flood fill of the ball that is
+/// solid vehicle at every attitude (inscribed_radius, plus the margin) does not connect them. Never true by
+/// mistake.
+bool proven_disconnected(const StateCheck& check, const Vec3& a, const Vec3& b);
+
+/// Fewer and shorter motions: replaces stretches by straight motions, in position, in attitude or in both.
+std::vector<Pose> shorten(const StateCheck& check, std::vector<Pose> path, std::uint64_t seed, int attempts);
+
+/// Length [m] of a path: way of the origin plus 0.3 m a radian.
+double path_length(const std::vector<Pose>& path);
+
+}  // namespace omniflight::planning

@@ -1,0 +1,70 @@
+// Is a pose free, can it be hovered, and is a whole motion free? Motions are certified, not sampled.
+#pragma once
+
+#include <memory>
+
+#include "omniflight_core/trajectory.hpp"
+#include "omniflight_planning/map.hpp"
+#include "omniflight_planning/vehicle_spheres.hpp"
+#include "omniflight_planning/wrench_limits.hpp"
+
+namespace omniflight::planning {
+
+struct Pose {
+  Vec3 p_WB = Vec3::Zero();  ///< m
+  Quat q_WB = Quat::Identity();
+};
+
+/// On the straight line and the shortest rotation from a to b, s in [0, 1].
+Pose interpolate(const Pose& a, const Pose& b, double s);
+bool is_finite(const Pose& pose);
+
+/// How close the vehicle comes to an obstacle, and where.
+struct Clearance {
+  double distance = 0.0;    ///< m, lower bound; negative in contact; at most the map's max_distance
+  Vec3 p_W = Vec3::Zero();  ///< m, centre of the vehicle sphere that comes closest
+};
+
+/// Where a timed curve comes closest, and what it was checked with.
+struct CurveCheck {
+  bool free = false;
+  double min_clearance = 0.0;  ///< m, least over the places looked at
+  double at = 0.0;             ///< s, when; the first violation when not free
+  Vec3 p_W = Vec3::Zero();     ///< m, the vehicle sphere that comes closest then
+  std::size_t witnesses = 0;   ///< places looked at
+};
+
+/// Constant after construction. Holds a reference to the map, which must outlive it. The hover check may keep
+/// state, so one StateCheck belongs to one thread.
+class StateCheck {
+ public:
+  /// margin: m of clearance that every state must keep.
+  StateCheck(const DistanceMap& map, VehicleSpheres spheres, HoverCheck hover, double alpha, double margin);
+
+  Clearance clearance(const Pose& pose) const;
+  bool hoverable(const Quat& q_WB) const { return hover_(q_WB, alpha_); }
+  /// Finite, at least `margin` away from everything and hoverable.
+  bool valid(const Pose& pose) const;
+  /// Conservative advancement over the whole motion of interpolate(a, b, .): no pose between the ones looked
+  /// at can come closer than the margin. Hovering is checked every 2 degrees.
+  bool motion_valid(const Pose& a, const Pose& b) const;
+  /// Conservative advancement along the curve itself, with speeds bounded by its Bernstein control points.
+  CurveCheck curve(const Trajectory& trajectory) const;
+
+  const DistanceMap& map() const { return map_; }
+  const VehicleSpheres& spheres() const { return spheres_; }
+  double alpha() const { return alpha_; }    ///< rad
+  double margin() const { return margin_; }  ///< m
+
+ private:
+  const DistanceMap& map_;
+  VehicleSpheres spheres_;
+  HoverCheck hover_;
+  double alpha_, margin_;
+};
+
+/// Upper bound [m/s] of the speed of any vehicle point within `radius` [m] of the body origin between two
+/// knots.
+double speed_bound(const TrajectoryKnot& k0, const TrajectoryKnot& k1, double radius);
+
+}  // namespace omniflight::planning

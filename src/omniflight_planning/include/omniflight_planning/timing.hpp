@@ -1,0 +1,56 @@
+// From a path of poses to a timed curve: twice continuously differentiable, at rest at both ends, within
+// limits.
+#pragma once
+
+#include <vector>
+
+#include "omniflight_planning/state_check.hpp"
+#include "omniflight_planning/wrench_limits.hpp"
+
+namespace omniflight::planning {
+
+/// Limits on the motion of the body origin and of the attitude.
+struct MotionLimits {
+  double speed = 0.5;                 ///< m/s
+  double acceleration = 1.0;          ///< m/s^2
+  double rate = to_radians(45);       ///< rad/s
+  double angular_acceleration = 3.0;  ///< rad/s^2
+  double rotor_headroom = 0.1;        ///< share of every rotor's range that stays free, [0, 1)
+};
+
+/// A curve through poses: natural cubic spline in the chord parameter, of the position and of the rotation
+/// vector from the first attitude. Between two poses it is the straight line and the shortest rotation.
+class PoseCurve {
+ public:
+  /// At least two poses; neighbours that coincide are merged.
+  explicit PoseCurve(const std::vector<Pose>& poses);
+
+  /// Reference at parameter u with speed du [1/s] and acceleration ddu [1/s^2] along it.
+  Reference at(double u, double du, double ddu) const;
+  double length() const { return u_.empty() ? 0.0 : u_.back(); }  ///< m, with 0.3 m a radian
+
+ private:
+  std::vector<double> u_;
+  std::vector<Vec6> value_, curvature_;  // position, rotation vector; and their second derivatives
+  Quat q_WF_;                            // attitude that the rotation vectors start from
+};
+
+/// Time between knots.
+inline constexpr double kKnotPeriod = 0.01;  // s
+
+/// Rides a curve from rest to rest with the minimum-jerk law u = L (10 s^3 - 15 s^4 + 6 s^5), in the shortest
+/// time (a whole number of knot periods) that keeps every limit at every knot. Knots start at t = 0.
+/// Fails when an attitude on the curve cannot be hovered with the headroom, which no slowing down can cure.
+Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const WrenchLimits& rotors,
+                                         const MotionLimits& limits);
+
+/// The largest values on a trajectory, looked at on every knot.
+struct MotionPeaks {
+  double speed = 0.0, acceleration = 0.0;         ///< m/s, m/s^2
+  double rate = 0.0, angular_acceleration = 0.0;  ///< rad/s, rad/s^2
+  double rotor_load = 0.0;                        ///< share of the rotors' range, 1 is the limit
+  double rotor_load_at = 0.0;                     ///< s
+};
+MotionPeaks peaks(const std::vector<TrajectoryKnot>& knots, const WrenchLimits& rotors);
+
+}  // namespace omniflight::planning

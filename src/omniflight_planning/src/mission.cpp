@@ -1,0 +1,146 @@
+#include "omniflight_planning/mission.hpp"
+
+#include "omniflight_files/files.hpp"
+#include "omniflight_files/yaml.hpp"
+
+namespace omniflight::planning {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr double kFarthest = 1000.0;  // m
+
+/// attitude: {rpy_deg: [r, p, y]} or {quaternion: [w, x, y, z]}; `otherwise` when the key is absent.
+Quat read_attitude(files::YamlReader& item, const Quat& otherwise) {
+  auto attitude = item.optional_child("attitude");
+  if (!attitude) return otherwise;
+  if (attitude->has("rpy_deg") == attitude->has("quaternion")) {
+    attitude->error("an attitude needs either rpy_deg or quaternion",
+                    "Write attitude: {rpy_deg: [roll, pitch, yaw]} or {quaternion: [w, x, y, z]}");
+    return otherwise;
+  }
+  if (attitude->has("rpy_deg")) {
+    const Vec3 rpy = attitude->vec3("rpy_deg", files::between(-360.0, 360.0, "deg"));
+    return from_roll_pitch_yaw(Vec3(to_radians(rpy.x()), to_radians(rpy.y()), to_radians(rpy.z())));
+  }
+  const auto q = attitude->numbers("quaternion", 4, files::between(-1.0 - 1e-6, 1.0 + 1e-6));
+  if (q.size() != 4) return otherwise;
+  const Quat out(q[0], q[1], q[2], q[3]);
+  if (std::abs(out.norm() - 1.0) > 1e-3) {
+    attitude->error_at("quaternion", "the quaternion (w, x, y, z) has norm " + std::to_string(out.norm()),
+                       "Give a unit quaternion");
+    return otherwise;
+  }
+  return out.normalized();
+}
+
+Waypoint read_waypoint(files::YamlReader item, const Waypoint* previous, std::size_t number) {
+  Waypoint w;
+  w.where = item.where();
+  w.name = item.string("name", previous ? "waypoint " + std::to_string(number) : "start");
+  const auto place = files::between(-kFarthest, kFarthest, "m");
+  if (previous && item.has("by")) {
+    if (item.has("position")) item.error("a waypoint has either position or by (relative to the one before)");
+    w.pose.p_WB = previous->pose.p_WB + item.vec3("by", place);
+  } else if (previous && !item.has("position")) {
+    w.pose.p_WB = previous->pose.p_WB;
+    if (!item.has("attitude") && !item.has("hold_s"))
+      item.error("the waypoint changes nothing", "Give it a position, by, attitude or hold_s");
+  } else {
+    w.pose.p_WB = item.vec3("position", place);
+  }
+  w.pose.q_WB = read_attitude(item, previous ? previous->pose.q_WB : Quat::Identity());
+  w.hold_s = item.number("hold_s", files::between(0.0, 600.0, "s"), 0.0);
+  if (previous) {
+    w.stop = item.choice<bool>("mode", {{"must_stop", true}, {"via", false}}, true);
+    if (!w.stop && w.hold_s > 0.0)
+      item.error_at("hold_s", "a via point cannot be held", "Use mode: must_stop");
+  }
+  return w;
+}
+
+void read_limits(files::YamlReader root, MotionLimits& limits) {
+  auto group = root.optional_child("limits");
+  if (!group) return;
+  limits.speed = group->number("speed_mps", files::between(1e-3, 50.0, "m/s"), limits.speed);
+  limits.acceleration =
+      group->number("acceleration_mps2", files::between(1e-3, 100.0, "m/s2"), limits.acceleration);
+  limits.rate =
+      to_radians(group->number("rate_dps", files::between(0.1, 2000.0, "deg/s"), to_degrees(limits.rate)));
+  limits.angular_acceleration =
+      to_radians(group->number("angular_acceleration_dps2", files::between(0.1, 1e5, "deg/s2"),
+                               to_degrees(limits.angular_acceleration)));
+  limits.rotor_headroom = group->number("rotor_headroom", files::between(0.0, 0.95), limits.rotor_headroom);
+}
+
+/// A path beside the mission, an absolute one, or a name under configs/test_beds.
+Result<fs::path> find_test_bed(const std::string& value, const fs::path& mission, const std::string& where) {
+  std::vector<fs::path> places{mission.parent_path() / value,
+                               mission.parent_path() / "../test_beds" / (value + ".bt")};
+  if (const auto configs = files::config_dir()) places.push_back(*configs / "test_beds" / (value + ".bt"));
+  for (fs::path place : places) {
+    if (place.extension() == ".yaml") place.replace_extension(".bt");
+    std::error_code ignored;
+    if (fs::is_regular_file(place, ignored)) return fs::weakly_canonical(place, ignored);
+  }
+  return bad_input(
+      "there is no test bed map " + files::shown(value), where,
+      "Give a .bt file or a name under configs/test_beds; omniflight_make_test_bed makes one from a YAML");
+}
+
+Result<fs::path> find_mission(const std::string& spec) {
+  std::error_code ignored;
+  if (fs::is_regular_file(spec, ignored)) return fs::path(spec);
+  const auto configs = files::config_dir();
+  if (configs && fs::is_regular_file(*configs / "missions" / (spec + ".yaml"), ignored))
+    return *configs / "missions" / (spec + ".yaml");
+  std::string known;
+  if (configs)
+    for (const auto& entry : fs::directory_iterator(*configs / "missions", ignored))
+      known += (known.empty() ? "" : ", ") + entry.path().stem().string();
+  return bad_input("there is no mission " + files::shown(spec), "",
+                   "Give a path or one of: " + (known.empty() ? std::string("(none found)") : known));
+}
+
+}  // namespace
+
+Result<Mission> load_mission(const std::string& spec) {
+  const auto path = find_mission(spec);
+  if (!path) return Failure(path.error());
+  auto root = files::YamlReader::load(*path);
+  if (!root) return Failure(root.error());
+  Mission m;
+  m.file = path->string();
+  if (const std::string schema = root->string("schema"); root->ok() && schema != "omniflight.mission/1")
+    root->error_at("schema", "schema is " + files::shown(schema), "Write omniflight.mission/1");
+  m.name = root->string("name");
+  root->string("notes", "");
+  m.vehicle = root->string("vehicle");
+  const std::string test_bed = root->string("test_bed");
+  if (root->string("alpha_deg") != "search")
+    m.alpha = to_radians(root->number("alpha_deg", files::between(-180.0, 180.0, "deg")));
+  m.clearance = root->number("clearance_m", files::between(0.0, 5.0, "m"), m.clearance);
+  m.seed = static_cast<std::uint64_t>(root->integer("seed", 0, 1'000'000'000, 1));
+  m.budget_s = 1e-3 * root->number("budget_ms", files::between(1.0, 600e3, "ms"), 1e3 * m.budget_s);
+  read_limits(*root, m.limits);
+  m.waypoints.push_back(read_waypoint(root->child("start"), nullptr, 0));
+  for (auto& item : root->children("waypoints", 1, 1000)) {
+    const Waypoint previous = m.waypoints.back();
+    m.waypoints.push_back(read_waypoint(item, &previous, m.waypoints.size()));
+  }
+  if (root->ok() && !m.waypoints.back().stop)
+    root->error("the last waypoint is a via point", "End with mode: must_stop");
+  if (auto ok = root->finish(); !ok) return Failure(ok.error());
+  const auto map = find_test_bed(test_bed, fs::absolute(*path), m.file + ": test_bed");
+  if (!map) return Failure(map.error());
+  m.test_bed = *map;
+  auto yaml = m.test_bed;
+  yaml.replace_extension(".yaml");
+  std::error_code ignored;
+  if (fs::is_regular_file(yaml, ignored)) m.description = yaml;
+  auto hash = files::sha256_file(*path);
+  if (!hash) return Failure(hash.error());
+  m.sha256 = *hash;
+  return m;
+}
+
+}  // namespace omniflight::planning

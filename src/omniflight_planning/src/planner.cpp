@@ -1,0 +1,150 @@
+#include "omniflight_planning/planner.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "rrt.hpp"
+
+namespace omniflight::planning {
+namespace {
+
+std::string text(const char* format, auto... values) {
+  char buffer[400];
+  std::snprintf(buffer, sizeof buffer, format, values...);
+  return buffer;
+}
+
+std::string place(const Vec3& p) { return text("(%.2f, %.2f, %.2f) m", p.x(), p.y(), p.z()); }
+
+tl::unexpected<PathProblem> problem(PathFailure failure, std::string message) {
+  return tl::unexpected<PathProblem>(PathProblem{failure, std::move(message)});
+}
+
+}  // namespace
+
+const char* to_string(PathFailure failure) {
+  switch (failure) {
+    case PathFailure::not_finite:
+      return "not_finite";
+    case PathFailure::outside_map:
+      return "outside_map";
+    case PathFailure::start_occupied:
+      return "start_occupied";
+    case PathFailure::goal_occupied:
+      return "goal_occupied";
+    case PathFailure::start_unhoverable:
+      return "start_unhoverable";
+    case PathFailure::goal_unhoverable:
+      return "goal_unhoverable";
+    case PathFailure::no_path_in_time:
+      return "no_path_in_time";
+    case PathFailure::proven_impossible:
+      return "proven_impossible";
+  }
+  return "unknown";
+}
+
+tl::expected<void, PathProblem> check_end(const StateCheck& check, const Pose& pose, bool is_start,
+                                          const PathOptions& options) {
+  const std::string what = is_start ? "the start" : "the goal";
+  if (!is_finite(pose))
+    return problem(PathFailure::not_finite, what + " is not finite or its quaternion is not a unit one");
+  if (!check.map().contains(pose.p_WB))
+    return problem(PathFailure::outside_map,
+                   what + " " + place(pose.p_WB) + " lies outside the map, which reaches from " +
+                       place(check.map().lower()) + " to " + place(check.map().upper()));
+  const Clearance c = check.clearance(pose);
+  if (!check.valid(pose) && check.hoverable(pose.q_WB)) {
+    std::string solid = options.name_of ? options.name_of(c.p_W) : std::string();
+    if (!solid.empty()) solid = " of '" + solid + "'";
+    const std::string how = c.distance < 0.0 ? text("%.3f m inside the voxels", -c.distance)
+                                             : text("%.3f m from the voxels", c.distance);
+    return problem(is_start ? PathFailure::start_occupied : PathFailure::goal_occupied,
+                   what + " " + place(pose.p_WB) + " puts the vehicle " + how + solid + " near " +
+                       place(c.p_W) + text(", and %.3f m of clearance are asked for", check.margin()));
+  }
+  if (!check.hoverable(pose.q_WB)) {
+    const Vec3 rpy = roll_pitch_yaw(pose.q_WB);
+    return problem(
+        is_start ? PathFailure::start_unhoverable : PathFailure::goal_unhoverable,
+        what + text(" attitude (roll %.1f, pitch %.1f, yaw %.1f deg) cannot be hovered with the rotors "
+                    "tilted by %.1f deg",
+                    to_degrees(rpy.x()), to_degrees(rpy.y()), to_degrees(rpy.z()),
+                    to_degrees(check.alpha())));
+  }
+  return {};
+}
+
+bool proven_disconnected(const StateCheck& check, const Vec3& a, const Vec3& b) {
+  const DistanceMap& map = check.map();
+  // A cell may hold a free place of the ball unless its centre is nearer to an obstacle than the ball's
+  // radius less half the cell's diagonal.
+  const double needed =
+      check.spheres().inscribed_radius + check.margin() - 0.5 * std::sqrt(3.0) * map.resolution();
+  if (!map.contains(a) || !map.contains(b) || needed >= map.max_distance()) return false;
+  const auto [nx, ny, nz] = map.size();
+  const auto index = [nx = nx, ny = ny](int x, int y, int z) {
+    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(ny) + static_cast<std::size_t>(y)) *
+               static_cast<std::size_t>(nx) +
+           static_cast<std::size_t>(x);
+  };
+  std::vector<bool> seen(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) *
+                         static_cast<std::size_t>(nz));
+  const auto from = map.voxel_of(a), to = map.voxel_of(b);
+  std::vector<std::array<int, 3>> stack{from};
+  seen[index(from[0], from[1], from[2])] = true;
+  while (!stack.empty()) {
+    const auto cell = stack.back();
+    stack.pop_back();
+    if (cell == to) return false;
+    for (int z = std::max(0, cell[2] - 1); z <= std::min(nz - 1, cell[2] + 1); ++z)
+      for (int y = std::max(0, cell[1] - 1); y <= std::min(ny - 1, cell[1] + 1); ++y)
+        for (int x = std::max(0, cell[0] - 1); x <= std::min(nx - 1, cell[0] + 1); ++x) {
+          if (seen[index(x, y, z)]) continue;
+          seen[index(x, y, z)] = true;
+          // an occupied voxel (distance 0) never lets the origin through, however large the voxels are
+          const double d = map.voxel_distance(x, y, z);
+          if (d > 0.0 && d >= needed) stack.push_back({x, y, z});
+        }
+  }
+  return true;
+}
+
+PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& start, const Pose& goal,
+                                        const PathOptions& options) {
+  for (const bool is_start : {true, false})
+    if (auto ok = check_end(check, is_start ? start : goal, is_start, options); !ok)
+      return tl::unexpected<PathProblem>(ok.error());
+  if (check.motion_valid(start, goal)) return std::vector<Pose>{start, goal};
+
+  const auto begin = std::chrono::steady_clock::now();
+  const auto left = [&] {
+    return options.budget_s - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  Rrt rrt(check, start, goal, options.seed);
+  auto path = rrt.solve(std::min(0.2, 0.5 * options.budget_s));
+  if (!path) {
+    if (proven_disconnected(check, start.p_WB, goal.p_WB))
+      return problem(PathFailure::proven_impossible,
+                     "no path exists from " + place(start.p_WB) + " to " + place(goal.p_WB) +
+                         text(": not even the solid ball of %.3f m inside the vehicle can get there with "
+                              "%.3f m of clearance",
+                              check.spheres().inscribed_radius, check.margin()));
+    path = rrt.solve(left());
+  }
+  if (!path)
+    return problem(PathFailure::no_path_in_time, "no path was found from " + place(start.p_WB) + " to " +
+                                                     place(goal.p_WB) +
+                                                     text(" within %.0f ms", 1e3 * options.budget_s));
+  auto shorter = shorten(check, std::move(*path), options.seed, options.shortcuts);
+  shorter.front() = start;
+  shorter.back() = goal;
+  for (std::size_t i = 0; i + 1 < shorter.size(); ++i)
+    if (!check.motion_valid(shorter[i], shorter[i + 1]))
+      return problem(PathFailure::no_path_in_time, "the path that was found did not pass its second check");
+  return shorter;
+}
+
+}  // namespace omniflight::planning

@@ -1,0 +1,163 @@
+#include "rrt.hpp"
+
+#include <ompl/base/MotionValidator.h>
+#include <ompl/base/ProblemDefinition.h>
+#include <ompl/base/SpaceInformation.h>
+#include <ompl/base/spaces/SE3StateSpace.h>
+#include <ompl/datastructures/NearestNeighborsLinear.h>
+#include <ompl/geometric/PathGeometric.h>
+#include <ompl/geometric/planners/rrt/RRTConnect.h>
+#include <ompl/util/Console.h>
+
+namespace ob = ompl::base;
+namespace og = ompl::geometric;
+
+namespace omniflight::planning {
+namespace {
+
+using Space = ob::SE3StateSpace;
+
+Pose read(const ob::State* state) {
+  const auto* s = state->as<Space::StateType>();
+  const auto& q = s->rotation();
+  return {Vec3(s->getX(), s->getY(), s->getZ()), Quat(q.w, q.x, q.y, q.z).normalized()};
+}
+
+void write(const Pose& pose, ob::State* state) {
+  auto* s = state->as<Space::StateType>();
+  s->setXYZ(pose.p_WB.x(), pose.p_WB.y(), pose.p_WB.z());
+  s->rotation().w = pose.q_WB.w();
+  s->rotation().x = pose.q_WB.x();
+  s->rotation().y = pose.q_WB.y();
+  s->rotation().z = pose.q_WB.z();
+}
+
+class Validator : public ob::MotionValidator {
+ public:
+  Validator(const ob::SpaceInformationPtr& si, const StateCheck& check)
+      : ob::MotionValidator(si), check_(check) {}
+  bool checkMotion(const ob::State* a, const ob::State* b) const override {
+    return check_.motion_valid(read(a), read(b));
+  }
+  bool checkMotion(const ob::State* a, const ob::State* b,
+                   std::pair<ob::State*, double>& last) const override {
+    last.second = 0.0;
+    return checkMotion(a, b);
+  }
+
+ private:
+  const StateCheck& check_;
+};
+
+/// Positions uniform in the map; attitudes mostly between start and goal, else uniform: a mission that keeps
+/// its attitude should not tumble on the way.
+class Sampler : public ob::StateSampler {
+ public:
+  Sampler(const ob::StateSpace* space, const StateCheck& check, const Pose& start, const Pose& goal,
+          Random* random)
+      : ob::StateSampler(space), check_(check), start_(start), goal_(goal), random_(*random) {}
+
+  void sampleUniform(ob::State* state) override {
+    Pose pose;
+    const Vec3 low = check_.map().lower(), high = check_.map().upper();
+    for (int k = 0; k < 3; ++k) pose.p_WB[k] = random_.uniform(low[k], high[k]);
+    if (random_.uniform() < 0.75) {
+      pose.q_WB = start_.q_WB.slerp(random_.uniform(), goal_.q_WB).normalized();
+    } else {
+      pose.q_WB = uniform_attitude();
+    }
+    write(pose, state);
+  }
+  void sampleUniformNear(ob::State* state, const ob::State* near, double distance) override {
+    perturb(state, near, [&] { return random_.uniform(-distance, distance); });
+  }
+  void sampleGaussian(ob::State* state, const ob::State* mean, double deviation) override {
+    perturb(state, mean, [&] { return deviation * random_.normal(); });
+  }
+
+ private:
+  template <class Draw>
+  void perturb(ob::State* state, const ob::State* around, Draw draw) {
+    Pose pose = read(around);
+    for (int k = 0; k < 3; ++k) pose.p_WB[k] += draw();
+    const Vec3 turn(draw(), draw(), draw());
+    pose.q_WB = (pose.q_WB * exp_rotation(turn)).normalized();
+    write(pose, state);
+    space_->enforceBounds(state);
+  }
+  Quat uniform_attitude() {
+    Eigen::Vector4d v;
+    do {
+      for (int k = 0; k < 4; ++k) v[k] = random_.normal();
+    } while (v.norm() < 1e-6);
+    return Quat(v[0], v[1], v[2], v[3]).normalized();
+  }
+
+  const StateCheck& check_;
+  Pose start_, goal_;
+  Random& random_;
+};
+
+}  // namespace
+
+struct Rrt::Impl {
+  Random random;
+  ob::SpaceInformationPtr si;
+  std::shared_ptr<ob::ProblemDefinition> problem;
+  std::shared_ptr<og::RRTConnect> planner;
+  explicit Impl(std::uint64_t seed) : random(seed, "rrt") {}
+};
+
+Rrt::Rrt(const StateCheck& check, const Pose& start, const Pose& goal, std::uint64_t seed)
+    : impl_(std::make_unique<Impl>(seed)) {
+  ompl::msg::setLogLevel(ompl::msg::LOG_ERROR);
+  auto space = std::make_shared<Space>();
+  ob::RealVectorBounds bounds(3);
+  for (unsigned k = 0; k < 3; ++k) {
+    bounds.setLow(k, check.map().lower()[k]);
+    bounds.setHigh(k, check.map().upper()[k]);
+  }
+  space->setBounds(bounds);
+  space->setStateSamplerAllocator([&check, start, goal, random = &impl_->random](const ob::StateSpace* s) {
+    return std::make_shared<Sampler>(s, check, start, goal, random);
+  });
+  impl_->si = std::make_shared<ob::SpaceInformation>(space);
+  impl_->si->setStateValidityChecker([&check](const ob::State* s) { return check.valid(read(s)); });
+  impl_->si->setMotionValidator(std::make_shared<Validator>(impl_->si, check));
+  impl_->si->setup();
+  impl_->problem = std::make_shared<ob::ProblemDefinition>(impl_->si);
+  ob::ScopedState<Space> from(space), to(space);
+  write(start, from.get());
+  write(goal, to.get());
+  impl_->problem->setStartAndGoalStates(from, to, 1e-9);
+  impl_->planner = std::make_shared<og::RRTConnect>(impl_->si);
+  impl_->planner->setNearestNeighbors<ompl::NearestNeighborsLinear>();
+  impl_->planner->setRange(1.0);
+  impl_->planner->setProblemDefinition(impl_->problem);
+  impl_->planner->setup();
+}
+
+Rrt::~Rrt() = default;
+
+std::optional<std::vector<Pose>> Rrt::solve(double seconds) {
+  if (!(seconds > 0.0)) return std::nullopt;
+  try {
+    impl_->planner->solve(ob::timedPlannerTerminationCondition(seconds));
+  } catch (const ompl::Exception&) {
+    return std::nullopt;
+  }
+  if (!impl_->problem->hasExactSolution()) return std::nullopt;
+  const auto path = impl_->problem->getSolutionPath();
+  const auto* geometric = path ? path->as<og::PathGeometric>() : nullptr;
+  if (!geometric) return std::nullopt;
+  std::vector<Pose> out;
+  for (std::size_t i = 0; i < geometric->getStateCount(); ++i) {
+    const Pose pose = read(geometric->getState(static_cast<unsigned>(i)));
+    if (out.empty() || (pose.p_WB - out.back().p_WB).norm() > 1e-9 ||
+        pose.q_WB.angularDistance(out.back().q_WB) > 1e-9)
+      out.push_back(pose);
+  }
+  return out;
+}
+
+}  // namespace omniflight::planning

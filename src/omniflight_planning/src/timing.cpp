@@ -1,0 +1,165 @@
+#include "omniflight_planning/timing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace omniflight::planning {
+namespace {
+
+constexpr double kRotationLength = 0.3;  // m a radian
+constexpr int kShapeSamples = 400;
+constexpr double kLongest = 600.0;  // s, for one ride
+
+/// Body rate and its derivative of R exp(phi(t)).
+void body_rates(const Vec3& phi, const Vec3& dphi, const Vec3& ddphi, Vec3& w, Vec3& dw) {
+  constexpr double e = 1e-5;
+  const Mat3 J = right_jacobian(phi);
+  w = J * dphi;
+  dw =
+      J * ddphi + (right_jacobian(phi + e * dphi) * dphi - right_jacobian(phi - e * dphi) * dphi) / (2.0 * e);
+}
+
+/// The rotation vector of q that lies nearest to `near`: it must not jump by a turn along a curve.
+Vec3 log_near(const Quat& q, const Vec3& near) {
+  const Vec3 phi = log_rotation(q);
+  if (phi.norm() < 1e-9) return phi;
+  const Vec3 other = phi - 2.0 * kPi * phi.normalized();
+  return (other - near).norm() < (phi - near).norm() ? other : phi;
+}
+
+/// Minimum-jerk law on [0, 1] with its derivatives.
+struct Law {
+  double u, du, ddu;
+  explicit Law(double s)
+      : u(s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)),
+        du(30.0 * s * s * (1.0 - s) * (1.0 - s)),
+        ddu(60.0 * s * (1.0 - s) * (1.0 - 2.0 * s)) {}
+};
+
+}  // namespace
+
+PoseCurve::PoseCurve(const std::vector<Pose>& poses) : q_WF_(poses.front().q_WB.normalized()) {
+  Vec3 phi = Vec3::Zero();
+  for (const Pose& pose : poses) {
+    phi = log_near(q_WF_.conjugate() * pose.q_WB, phi);
+    Vec6 x;
+    x << pose.p_WB, phi;
+    if (value_.empty()) {
+      u_.push_back(0.0);
+    } else {
+      const Vec6 d = x - value_.back();
+      const double step = d.head<3>().norm() + kRotationLength * d.tail<3>().norm();
+      if (step < 1e-9) continue;
+      u_.push_back(u_.back() + step);
+    }
+    value_.push_back(x);
+  }
+  // Natural spline: tridiagonal system for the second derivatives at the inner places (Thomas).
+  const std::size_t n = value_.size();
+  curvature_.assign(n, Vec6::Zero());
+  if (n < 3) return;
+  std::vector<double> upper(n, 0.0);
+  for (std::size_t i = 1; i + 1 < n; ++i) {
+    const double h0 = u_[i] - u_[i - 1], h1 = u_[i + 1] - u_[i];
+    const Vec6 right = 6.0 * ((value_[i + 1] - value_[i]) / h1 - (value_[i] - value_[i - 1]) / h0);
+    const double pivot = 2.0 * (h0 + h1) - h0 * upper[i - 1];
+    upper[i] = h1 / pivot;
+    curvature_[i] = (right - h0 * curvature_[i - 1]) / pivot;
+  }
+  for (std::size_t i = n - 2; i >= 1; --i) curvature_[i] -= upper[i] * curvature_[i + 1];
+}
+
+Reference PoseCurve::at(double u, double du, double ddu) const {
+  Reference r;
+  Vec6 x = value_.front(), dx = Vec6::Zero(), ddx = Vec6::Zero();
+  if (value_.size() > 1) {
+    u = std::clamp(u, 0.0, u_.back());
+    const auto next = std::upper_bound(u_.begin() + 1, u_.end() - 1, u);
+    const auto k = static_cast<std::size_t>(next - u_.begin()) - 1;
+    const double h = u_[k + 1] - u_[k], a = (u_[k + 1] - u) / h, b = (u - u_[k]) / h;
+    const Vec6 &m0 = curvature_[k], &m1 = curvature_[k + 1];
+    x = a * value_[k] + b * value_[k + 1] + h * h / 6.0 * ((a * a * a - a) * m0 + (b * b * b - b) * m1);
+    dx = (value_[k + 1] - value_[k]) / h + h / 6.0 * ((3.0 * b * b - 1.0) * m1 - (3.0 * a * a - 1.0) * m0);
+    ddx = a * m0 + b * m1;
+  }
+  const Vec6 rate = dx * du, second = ddx * du * du + dx * ddu;
+  r.p_WB = x.head<3>();
+  r.v_WB_W = rate.head<3>();
+  r.a_WB_W = second.head<3>();
+  r.q_WB = (q_WF_ * exp_rotation(x.tail<3>())).normalized();
+  body_rates(x.tail<3>(), rate.tail<3>(), second.tail<3>(), r.w_WB_B, r.dw_WB_B);
+  return r;
+}
+
+MotionPeaks peaks(const std::vector<TrajectoryKnot>& knots, const WrenchLimits& rotors) {
+  MotionPeaks out;
+  for (const auto& knot : knots) {
+    const Reference& r = knot.reference;
+    out.speed = std::max(out.speed, r.v_WB_W.norm());
+    out.acceleration = std::max(out.acceleration, r.a_WB_W.norm());
+    out.rate = std::max(out.rate, r.w_WB_B.norm());
+    out.angular_acceleration = std::max(out.angular_acceleration, r.dw_WB_B.norm());
+    if (const double load = rotors.motion_load(r); load > out.rotor_load) {
+      out.rotor_load = load;
+      out.rotor_load_at = knot.t;
+    }
+  }
+  return out;
+}
+
+Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const WrenchLimits& rotors,
+                                         const MotionLimits& limits) {
+  const double allowed = 1.0 - limits.rotor_headroom;
+  const auto sample = [&](int intervals, double duration) {
+    std::vector<TrajectoryKnot> knots;
+    knots.reserve(static_cast<std::size_t>(intervals) + 1);
+    for (int i = 0; i <= intervals; ++i) {
+      const Law law(static_cast<double>(i) / intervals);
+      Reference r = curve.at(curve.length() * law.u, curve.length() * law.du / duration,
+                             curve.length() * law.ddu / (duration * duration));
+      r.alpha = rotors.alpha();
+      knots.push_back({duration * i / intervals, r});
+    }
+    return knots;
+  };
+  for (int i = 0; i <= kShapeSamples; ++i) {
+    const Reference r = curve.at(curve.length() * i / kShapeSamples, 0.0, 0.0);
+    if (const double load = rotors.hover_load(r.q_WB); load > allowed) {
+      const Vec3 rpy = roll_pitch_yaw(r.q_WB);
+      char text[256];
+      std::snprintf(
+          text, sizeof text,
+          "the attitude roll %.1f, pitch %.1f, yaw %.1f deg on the way needs %.0f %% of the rotors' range to "
+          "hover at alpha %.1f deg, %.0f %% are allowed",
+          to_degrees(rpy.x()), to_degrees(rpy.y()), to_degrees(rpy.z()), 100.0 * load,
+          to_degrees(rotors.alpha()), 100.0 * allowed);
+      return fail(ErrorCode::incomplete, text, "", "Choose another alpha or attitude, or less headroom");
+    }
+  }
+  // With the shape fixed, speeds go with 1/T and accelerations with 1/T^2, so the kinematic limits give T at
+  // once; the required wrench is that of hovering plus a part that goes with 1/T^2, so its load falls with T.
+  const MotionPeaks unit = peaks(sample(kShapeSamples, 1.0), rotors);
+  double low = std::max({unit.speed / limits.speed, unit.rate / limits.rate,
+                         std::sqrt(unit.acceleration / limits.acceleration),
+                         std::sqrt(unit.angular_acceleration / limits.angular_acceleration), 0.1});
+  const auto fits = [&](double T) { return peaks(sample(kShapeSamples, T), rotors).rotor_load <= allowed; };
+  double high = low;
+  while (high < kLongest && !fits(high)) {
+    low = high;
+    high *= 1.5;
+  }
+  while (high - low > 0.5 * kKnotPeriod) (fits(0.5 * (low + high)) ? high : low) = 0.5 * (low + high);
+  for (int intervals = static_cast<int>(std::ceil(high / kKnotPeriod - 1e-9));
+       intervals * kKnotPeriod < kLongest; ++intervals) {
+    auto knots = sample(intervals, intervals * kKnotPeriod);
+    const MotionPeaks p = peaks(knots, rotors);
+    if (p.rotor_load <= allowed && p.speed <= limits.speed && p.acceleration <= limits.acceleration &&
+        p.rate <= limits.rate && p.angular_acceleration <= limits.angular_acceleration)
+      return knots;
+  }
+  return fail(ErrorCode::incomplete, "no ride of less than 600 s keeps the limits", "limits",
+              "Allow more speed or acceleration, or shorten the way");
+}
+
+}  // namespace omniflight::planning

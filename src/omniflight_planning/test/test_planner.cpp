@@ -1,0 +1,88 @@
+#include <gtest/gtest.h>
+#include <octomap/OcTree.h>
+
+#include <chrono>
+
+#include "bench.hpp"
+#include "omniflight_planning/planner.hpp"
+
+namespace omniflight::planning {
+namespace {
+
+const Quat kTilted = from_roll_pitch_yaw(Vec3(to_radians(60), 0, 0));
+
+PathOptions named(std::uint64_t seed = 1, double budget = 1.0) {
+  static const TestBed bed = load_test_bed(kConfigs / "test_beds/pyramid.yaml").value();
+  return {.seed = seed, .budget_s = budget, .name_of = [](const Vec3& p) { return bed.nearest(p).name; }};
+}
+
+TEST(Planner, FindsAWayRoundTheFrameAndTheSameSeedGivesTheSameOne) {
+  const auto check = make_check(pyramid(), 48, 0.08);
+  const Pose start{Vec3(1.9, 1.9, 1.0), kTilted}, goal{Vec3(-1.9, -1.9, 1.0), kTilted};
+  ASSERT_FALSE(check.motion_valid(start, goal));
+  const auto first = find_path(check, start, goal, named(3)),
+             second = find_path(check, start, goal, named(3));
+  ASSERT_TRUE(first) << first.error().message;
+  ASSERT_EQ(first->size(), second->size());
+  for (std::size_t i = 0; i < first->size(); ++i) {
+    EXPECT_EQ((*first)[i].p_WB, (*second)[i].p_WB);
+    EXPECT_EQ((*first)[i].q_WB.coeffs(), (*second)[i].q_WB.coeffs());
+  }
+  for (std::size_t i = 0; i + 1 < first->size(); ++i)
+    EXPECT_TRUE(check.motion_valid((*first)[i], (*first)[i + 1]));
+  EXPECT_EQ(first->front().p_WB, start.p_WB);
+  EXPECT_EQ(first->back().p_WB, goal.p_WB);
+}
+
+TEST(Planner, BadEndsAreNamedBeforeOmplSeesThem) {
+  const auto check = make_check(pyramid(), 30, 0.05);
+  const Pose good{Vec3(0, 0, 1.4), Quat::Identity()};
+  const auto failure = [&](const Pose& a, const Pose& b) {
+    const auto path = find_path(check, a, b, named());
+    return path ? PathProblem{} : path.error();
+  };
+  const auto in_frame = failure({Vec3(0.75, 0.75, 1.5), Quat::Identity()}, good);
+  EXPECT_EQ(in_frame.failure, PathFailure::start_occupied);
+  EXPECT_NE(in_frame.message.find("frame beam"), std::string::npos) << in_frame.message;
+  EXPECT_EQ(failure(good, {Vec3(0, 0, 0.3), Quat::Identity()}).failure, PathFailure::goal_occupied);
+  EXPECT_EQ(failure(good, {Vec3(0, 0, 30), Quat::Identity()}).failure, PathFailure::outside_map);
+  EXPECT_EQ(failure(good, {Vec3(NAN, 0, 1), Quat::Identity()}).failure, PathFailure::not_finite);
+  EXPECT_EQ(failure({good.p_WB, Quat(NAN, 1, 0, 0)}, good).failure, PathFailure::not_finite);
+  const auto steep = make_check(pyramid(), 15, 0.05);
+  const auto path =
+      find_path(steep, {Vec3(2.2, -2.2, 1.4), Quat::Identity()}, {Vec3(2.2, -2.2, 1.4), kTilted}, named());
+  ASSERT_FALSE(path);
+  EXPECT_EQ(path.error().failure, PathFailure::goal_unhoverable);
+  EXPECT_NE(path.error().message.find("15.0 deg"), std::string::npos) << path.error().message;
+}
+
+TEST(Planner, ABoxedGoalIsProvenImpossible) {
+  TestBed bed;
+  bed.name = "box";
+  bed.lower = Vec3(-2, -2, 0);
+  bed.upper = Vec3(2, 2, 2);
+  for (const double side :
+       {-0.6, 0.6}) {  // walls round (1.2, 0, 1), with windows that are smaller than the core
+    bed.primitives.push_back(
+        {Primitive::Kind::box, "wall x", Vec3(1.2 + side, 0, 1), Vec3(0.05, 1.25, 2), 0});
+    bed.primitives.push_back({Primitive::Kind::box, "wall y", Vec3(1.2, side, 1), Vec3(1.25, 0.05, 2), 0});
+  }
+  const auto closed = DistanceMap::create(*make_octree(bed).value(), "").value();
+  const auto check = make_check(closed, 45, 0.05);
+  const Pose start{Vec3(-1.2, 0, 1), Quat::Identity()}, goal{Vec3(1.2, 0, 1), Quat::Identity()};
+  const auto begin = std::chrono::steady_clock::now();
+  const auto path = find_path(check, start, goal, named(1, 5.0));
+  ASSERT_FALSE(path);
+  EXPECT_EQ(path.error().failure, PathFailure::proven_impossible) << path.error().message;
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
+  EXPECT_FALSE(proven_disconnected(check, start.p_WB, Vec3(-1.2, 1, 1)));
+  // A door half open for the ball but not for the vehicle: no proof, so the honest answer is a timeout.
+  bed.primitives.front().b.y() = 0.5;
+  const auto ajar = DistanceMap::create(*make_octree(bed).value(), "").value();
+  const auto slow = find_path(make_check(ajar, 45, 0.05), start, goal, named(1, 0.4));
+  ASSERT_FALSE(slow);
+  EXPECT_EQ(slow.error().failure, PathFailure::no_path_in_time) << slow.error().message;
+}
+
+}  // namespace
+}  // namespace omniflight::planning
