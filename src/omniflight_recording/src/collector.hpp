@@ -14,6 +14,7 @@ class Collector {
   /// Adds one sample. Non-finite rows and rows of another width than the first are counted, not stored.
   void add(const std::string& signal, double t_s, const double* values, std::size_t width);
   void describe(const std::string& signal, const std::string& unit, const std::string& source);
+  void forget(const std::string& signal) { all_.erase(signal); }
   /// Sorts by time, drops repeated times, normalises quaternions, notes what was dropped, sets the duration.
   void finish(Recording& recording);
 

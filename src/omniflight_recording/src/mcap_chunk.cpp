@@ -1,0 +1,65 @@
+#include "mcap_chunk.hpp"
+
+#include <lz4frame.h>
+#include <zstd.h>
+
+#include "mcap_records.hpp"
+
+namespace omniflight::recording::mcap {
+namespace {
+
+constexpr std::uint64_t kMaxChunk = 256u << 20;
+
+bool unpack_lz4(std::string_view in, std::string& out) {
+  LZ4F_dctx* context = nullptr;
+  if (LZ4F_isError(LZ4F_createDecompressionContext(&context, LZ4F_VERSION))) return false;
+  std::size_t read = 0, written = 0, hint = 1;
+  while (hint != 0 && read < in.size()) {
+    std::size_t to_read = in.size() - read, to_write = out.size() - written;
+    hint = LZ4F_decompress(context, out.data() + written, &to_write, in.data() + read, &to_read, nullptr);
+    if (LZ4F_isError(hint) || (to_read == 0 && to_write == 0)) break;
+    read += to_read;
+    written += to_write;
+  }
+  LZ4F_freeDecompressionContext(context);
+  return hint == 0 && written == out.size();
+}
+
+}  // namespace
+
+std::optional<ChunkHeader> read_chunk_header(std::string_view content) {
+  ByteCursor c(content);
+  ChunkHeader h;
+  h.first_ns = c.get<std::uint64_t>();
+  h.last_ns = c.get<std::uint64_t>();
+  h.uncompressed = c.get<std::uint64_t>();
+  h.crc = c.get<std::uint32_t>();
+  h.compression = c.string();
+  h.records = c.take(c.get<std::uint64_t>());
+  const bool known = h.compression.empty() || h.compression == "zstd" || h.compression == "lz4";
+  if (!c.ok() || !known || h.first_ns > h.last_ns || h.uncompressed > kMaxChunk) return std::nullopt;
+  return h;
+}
+
+std::string unpack_chunk(const ChunkHeader& chunk, std::string& out) {
+  if (chunk.compression.empty()) {
+    if (chunk.records.size() != chunk.uncompressed) return "its size is wrong";
+    out.assign(chunk.records);
+  } else {
+    // A ratio no compressor of log data reaches is a bomb; both formats can at best repeat 255 bytes per byte
+    // (lz4) or one block of 128 kB per 4 bytes (zstd).
+    if (chunk.uncompressed > 65536 + chunk.records.size() * 40000) return "its size is implausible";
+    out.resize(static_cast<std::size_t>(chunk.uncompressed));
+    if (chunk.compression == "lz4") {
+      if (!unpack_lz4(chunk.records, out)) return "it cannot be decompressed (lz4)";
+    } else {
+      const std::size_t n =
+          ZSTD_decompress(out.data(), out.size(), chunk.records.data(), chunk.records.size());
+      if (ZSTD_isError(n) || n != out.size()) return "it cannot be decompressed (zstd)";
+    }
+  }
+  if (chunk.crc != 0 && crc32_of(out) != chunk.crc) return "its CRC32 does not match";
+  return {};
+}
+
+}  // namespace omniflight::recording::mcap
