@@ -11,14 +11,15 @@
 namespace omniflight::allocation {
 
 struct LoopGains {
-  double kp1 = 34.6, kp2 = 300;  // 1/s, 1/s^2: near-critical damping
-  double kr1 = 34.6, kr2 = 300;
+  double kp1 = 25, kp2 = 300;    // 1/s, 1/s^2
+  double kr1 = 24.5, kr2 = 150;  // 1/s, 1/s^2
 };
 
 struct LoopResult {
   bool failed = false;
   double end = 0;                             // s
   double worst_error = 0;                     // m
+  double last_error = 0;                      // m
   double mean_error = 0;                      // m
   double worst_angle = 0;                     // rad
   double tilt_low = HUGE_VAL, tilt_high = 0;  // rad
@@ -49,14 +50,15 @@ inline Reference thesis_reference(double t, double pitch_time) {
 }
 
 inline LoopResult fly(const vehicle::Vehicle& v, const AllocatorConfig& config, double pitch_time,
-                      const std::function<double(double alpha)>& thrust_scale, const LoopGains& k = {}) {
+                      const std::function<double(double alpha)>& thrust_scale, const LoopGains& k = {},
+                      double until = HUGE_VAL) {
   auto allocator = Allocator::create(v, config).value();
   constexpr int kSubsteps = 4;
   constexpr double kPeriod = 0.01, kDt = kPeriod / kSubsteps;
   RigidState x;
   x.p_WB = Vec3(0, 0, 1);
   LoopResult out;
-  const int steps = static_cast<int>((10.0 + 2 * pitch_time) / kPeriod);
+  const int steps = static_cast<int>(std::min(10.0 + 2 * pitch_time, until) / kPeriod);
   for (int i = 0; i < steps; ++i) {
     out.end = i * kPeriod;
     const Reference ref = thesis_reference(out.end, pitch_time);
@@ -70,6 +72,7 @@ inline LoopResult fly(const vehicle::Vehicle& v, const AllocatorConfig& config, 
     in.qdd_ref << ref.a_WB_W + k.kp1 * (ref.v_WB_W - x.v_WB_W) + k.kp2 * e_p,
         R_BR * ref.dw_WB_B + k.kr1 * (R_BR * ref.w_WB_B - x.w_WB_B) + k.kr2 * e_R;
     const double angle = log_rotation(q_BR).norm();
+    out.last_error = e_p.norm();
     out.worst_error = std::max(out.worst_error, e_p.norm());
     out.mean_error += e_p.norm() / steps;
     out.worst_angle = std::max(out.worst_angle, angle);
