@@ -104,16 +104,22 @@ void BoardEmulator::wait(double timeout_s) const {
   wait_readable(fds, timeout_s);
 }
 
-Status BoardEmulator::step(double now_s) {
-  if (!std::isfinite(now_s)) return bad_input("time is not finite", "BoardEmulator::step", "Check the clock");
+Status BoardEmulator::receive(double now_s) {
+  if (!std::isfinite(now_s)) return bad_input("time is not finite", "BoardEmulator", "Check the clock");
   for (auto& b : boards_) {
-    std::vector<std::uint8_t> answers;
-    if (b.pty.master.is_open()) {
-      bytes_.clear();
-      if (auto ok = b.stream.read(b.pty.master.get(), bytes_); !ok) return ok;
-      b.board.receive(bytes_, now_s, answers);
-      if (!b.stream.queue(answers)) dropped_ += frames_in(answers);
-    }
+    if (!b.pty.master.is_open()) continue;
+    bytes_.clear();
+    answers_.clear();
+    if (auto ok = b.stream.read(b.pty.master.get(), bytes_); !ok) return ok;
+    b.board.receive(bytes_, now_s, answers_);
+    if (!b.stream.queue(answers_)) dropped_ += frames_in(answers_);
+  }
+  return {};
+}
+
+Status BoardEmulator::step(double now_s) {
+  if (auto ok = receive(now_s); !ok) return ok;
+  for (auto& b : boards_) {
     b.board.update(now_s);
     const auto& config = b.board.config();
     for (std::size_t k = 0; k < config.rotors; ++k) command_[config.rotor_offset + k] = b.board.target(k);

@@ -121,6 +121,7 @@ Status ByteStream::read(int fd, std::vector<std::uint8_t>& in, std::size_t limit
     if (n == 0) return bad_input("the device hung up", "serial read", "Check the cable, then connect again");
     in.insert(in.end(), chunk.begin(), chunk.begin() + n);
     limit -= static_cast<std::size_t>(n);
+    bytes_read_ += static_cast<std::uint64_t>(n);
   }
   return {};
 }
@@ -141,6 +142,7 @@ Status ByteStream::flush(int fd) {
     }
     if (n == 0) return {};
     sent_ += static_cast<std::size_t>(n);
+    bytes_written_ += static_cast<std::uint64_t>(n);
   }
   clear();
   return {};

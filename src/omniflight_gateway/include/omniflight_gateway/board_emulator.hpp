@@ -38,12 +38,18 @@ class BoardEmulator {
   /// blocks: frames that a full line does not take are dropped whole and counted.
   /// @param now_s time of the plant, s, not decreasing.
   Status step(double now_s);
+  /// Only reads the lines, as step() does first; for lockstep runs that wait for bytes in flight.
+  Status receive(double now_s);
   /// Waits for bytes from the host, at most timeout_s (up to 1 s).
   void wait(double timeout_s) const;
 
   /// What the host opens for board i: the link when there is a directory, else the pty itself (changes on
   /// plug()).
   std::string device(std::size_t i) const;
+  bool plugged(std::size_t i) const { return boards_[i].pty.master.is_open(); }
+  /// Bytes over board i's line since construction.
+  std::uint64_t bytes_read(std::size_t i) const { return boards_[i].stream.bytes_read(); }
+  std::uint64_t bytes_written(std::size_t i) const { return boards_[i].stream.bytes_written(); }
   /// Pulls the cable: the host sees a hang-up. The board keeps its power and its watchdog.
   void unplug(std::size_t i);
   /// Puts it back on a new pseudo terminal.
@@ -70,7 +76,7 @@ class BoardEmulator {
   EmulatedPlant* plant_;
   std::vector<Connected> boards_;
   std::vector<double> command_;
-  std::vector<std::uint8_t> bytes_;
+  std::vector<std::uint8_t> bytes_, answers_;
   std::uint64_t dropped_ = 0;
 };
 

@@ -54,6 +54,9 @@ class BoardLink {
   const std::string& id() const { return id_; }
   const LinkConfig& config() const { return config_; }
   const DecoderStatistics& decoder_statistics() const { return decoder_.statistics(); }
+  /// Bytes since construction; with the emulator's counts a lockstep run sees that nothing is in flight.
+  std::uint64_t bytes_read() const { return stream_.bytes_read(); }
+  std::uint64_t bytes_written() const { return stream_.bytes_written(); }
   std::uint64_t refused_messages() const { return refused_messages_; }  ///< intact frames without a meaning
   std::uint64_t superseded_commands() const { return superseded_commands_; }
 

@@ -58,11 +58,15 @@ class ByteStream {
   Status flush(int fd);
   std::size_t pending() const { return output_.size() - sent_; }
   void clear();
+  /// Bytes moved since construction.
+  std::uint64_t bytes_read() const { return bytes_read_; }
+  std::uint64_t bytes_written() const { return bytes_written_; }
 
  private:
   std::size_t output_limit_;
   std::vector<std::uint8_t> output_;
   std::size_t sent_ = 0;
+  std::uint64_t bytes_read_ = 0, bytes_written_ = 0;
 };
 
 /// Waits until a descriptor is readable or timeout_s (0 to 1 s) has passed; -1 entries are skipped.
