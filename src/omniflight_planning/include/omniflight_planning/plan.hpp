@@ -1,0 +1,84 @@
+// A mission made into a timed 6D trajectory with a certificate of what was checked.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "omniflight_core/trajectory.hpp"
+#include "omniflight_planning/map.hpp"
+#include "omniflight_planning/mission.hpp"
+#include "omniflight_planning/test_bed.hpp"
+
+namespace omniflight::planning {
+
+/// What was checked, with which inputs, and the worst values found. Stored as certificate.json.
+struct Certificate {
+  std::string verdict = "certified";  ///< certified | rejected
+  std::string reason;                 ///< why it was rejected, or what the plan had to give up
+  std::string mission, vehicle;       ///< names
+  std::string mission_file, vehicle_file, map_file;
+  std::string mission_sha256, vehicle_sha256, map_sha256;
+  double vehicle_mass = 0.0;  ///< kg
+  std::uint64_t seed = 0;
+  double alpha = 0.0;  ///< rad
+  bool alpha_searched = false;
+  double duration = 0.0;           ///< s
+  double clearance_asked = 0.0;    ///< m; no point of the curve is nearer to an occupied voxel
+  double min_clearance = 0.0;      ///< m, least on the knots (lower bound; cut off at clearance_horizon)
+  double min_clearance_at = 0.0;   ///< s
+  double clearance_horizon = 0.0;  ///< m
+  std::size_t witnesses = 0;       ///< poses looked at along the curve
+  MotionLimits limits;
+  MotionPeaks peak;  ///< on the knots
+};
+
+struct Plan {
+  Trajectory trajectory;  ///< knots every 10 ms, alpha constant
+  Certificate certificate;
+};
+
+struct PlanOptions {
+  std::optional<std::uint64_t> seed;  ///< instead of the mission's
+  std::optional<double> budget_s;     ///< s, instead of the mission's
+  const TestBed* names = nullptr;     ///< to name what is hit in messages; may be absent
+  std::string map_file;               ///< recorded in the certificate
+};
+
+/// Plans every leg, rounds it, times it and checks the curve itself. Deterministic for a seed as long as the
+/// budget suffices. Errors begin with the kind of failure (PathFailure or alpha_out_of_range, curve_blocked,
+/// ...), name the waypoint, and carry code bad_input, incomplete (no path in time) or impossible (proven).
+Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const DistanceMap& map,
+                  const PlanOptions& options = {});
+
+/// Loads vehicle, map and names of the mission and plans.
+Result<Plan> plan_mission(const Mission& mission, const PlanOptions& options = {});
+
+/// The tilt [rad] within the vehicle's range, in steps of 1 degree, at which hovering every waypoint with the
+/// mission's acceleration in any world axis needs the smallest share of the rotors' range.
+Result<double> search_alpha(const Mission& mission, const vehicle::Vehicle& vehicle);
+
+/// A few sentences for people: what was planned and how near the limits it comes, or why there is no plan.
+std::string explain(const Result<Plan>& plan);
+
+/// trajectory.json (schema omniflight.trajectory/1), trajectory.csv (canonical ref_* columns),
+/// certificate.json.
+Status write_plan(const Plan& plan, const std::filesystem::path& dir);
+
+/// Reads trajectory.json and certificate.json; every number is checked to be finite and within wide bounds,
+/// and the trajectory's hash must be the one in the certificate.
+Result<Plan> read_plan(const std::filesystem::path& dir);
+
+struct VerifyReport {
+  double min_clearance = 0.0;     ///< m, exact distance of the sphere model to the octree's occupied boxes
+  double min_clearance_at = 0.0;  ///< s
+  std::size_t poses = 0;          ///< looked at
+  MotionPeaks peak;
+  double duration = 0.0;  ///< s
+};
+
+/// Checks a stored plan again without the distance field: hashes of map, vehicle and mission, limits, rotor
+/// loads, waypoints, and clearance along the curve by exact distances to the boxes of the octree.
+Result<VerifyReport> verify(const std::filesystem::path& dir);
+
+}  // namespace omniflight::planning

@@ -1,0 +1,264 @@
+#include "omniflight_planning/plan.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "omniflight_planning/planner.hpp"
+
+namespace omniflight::planning {
+namespace {
+
+using Knots = std::vector<TrajectoryKnot>;
+
+std::string text(const char* format, auto... values) {
+  char buffer[400];
+  std::snprintf(buffer, sizeof buffer, format, values...);
+  return buffer;
+}
+
+Error to_error(const PathProblem& problem, const Waypoint& waypoint, const std::string& mission_file) {
+  Error error;
+  error.message = std::string(to_string(problem.failure)) + ": " + waypoint.name + ": " + problem.message;
+  error.where = waypoint.where.empty() ? mission_file : waypoint.where;
+  switch (problem.failure) {
+    case PathFailure::no_path_in_time:
+      error.code = ErrorCode::incomplete;
+      error.next_step = "Give more budget_ms, less clearance_m or a via point";
+      break;
+    case PathFailure::proven_impossible:
+      error.code = ErrorCode::impossible;
+      error.next_step = "Move the waypoint or open the test bed";
+      break;
+    case PathFailure::start_unhoverable:
+    case PathFailure::goal_unhoverable:
+      error.code = ErrorCode::bad_input;
+      error.next_step = "Choose another alpha_deg (or search), another attitude or less rotor_headroom";
+      break;
+    default:
+      error.code = ErrorCode::bad_input;
+      error.next_step = "Move the waypoint or reduce clearance_m";
+  }
+  return error;
+}
+
+/// Each motion of a path cut into `parts`, so that a spline through it hugs the path more closely.
+std::vector<Pose> subdivided(const std::vector<Pose>& path, int parts) {
+  std::vector<Pose> out{path.front()};
+  for (std::size_t i = 0; i + 1 < path.size(); ++i)
+    for (int k = 1; k <= parts; ++k)
+      out.push_back(interpolate(path[i], path[i + 1], static_cast<double>(k) / parts));
+  return out;
+}
+
+void append(Knots& all, const Knots& more) {
+  const double t0 = all.empty() ? 0.0 : all.back().t;
+  for (std::size_t i = all.empty() ? 0 : 1; i < more.size(); ++i) {
+    all.push_back(more[i]);
+    all.back().t += t0;
+  }
+}
+
+void hold(Knots& all, const Pose& pose, double alpha, double seconds) {
+  const int periods = static_cast<int>(std::lround(seconds / kKnotPeriod));
+  Knots still(static_cast<std::size_t>(periods) + 1);
+  for (int i = 0; i <= periods; ++i) {
+    auto& knot = still[static_cast<std::size_t>(i)];
+    knot.t = i * kKnotPeriod;
+    knot.reference.p_WB = pose.p_WB;
+    knot.reference.q_WB = pose.q_WB;
+    knot.reference.alpha = alpha;
+  }
+  append(all, still);
+}
+
+struct Ridden {
+  Knots knots;
+  bool stops_on_the_way = false;
+};
+
+/// The smoothest ride of a path that the map and the rotors allow: one curve through it, closer and closer to
+/// the path, and at last a stop at every corner, where the curve is the path.
+Result<Ridden> ride_path(const std::vector<Pose>& path, const StateCheck& check, const WrenchLimits& rotors,
+                         const MotionLimits& limits) {
+  const auto clear = [&](const Knots& knots) {
+    const auto trajectory = Trajectory::create(knots);
+    return trajectory && check.curve(*trajectory).free;
+  };
+  for (const int parts : {1, 3, 6}) {
+    auto knots = ride(PoseCurve(subdivided(path, parts)), rotors, limits);
+    if (knots && clear(*knots)) return Ridden{std::move(*knots), false};
+    if (path.size() == 2 && !knots) return Failure(knots.error());
+    if (path.size() == 2) break;
+  }
+  Ridden out{{}, path.size() > 2};
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    auto knots = ride(PoseCurve({path[i], path[i + 1]}), rotors, limits);
+    if (!knots) return Failure(knots.error());
+    append(out.knots, *knots);
+  }
+  if (!clear(out.knots))
+    return fail(ErrorCode::incomplete,
+                "curve_blocked: the timed curve does not keep the clearance of the path");
+  return out;
+}
+
+}  // namespace
+
+Result<double> search_alpha(const Mission& mission, const vehicle::Vehicle& vehicle) {
+  double best = vehicle.tilt.min, least = std::numeric_limits<double>::infinity();
+  const int steps = static_cast<int>(std::floor(to_degrees(vehicle.tilt.max - vehicle.tilt.min) + 1e-9));
+  for (int i = 0; i <= steps; ++i) {
+    const double alpha = vehicle.tilt.min + to_radians(i);
+    const WrenchLimits rotors(vehicle, alpha);
+    double worst = 0.0;
+    for (std::size_t k = 0; k < mission.waypoints.size(); ++k) {
+      const Quat& q0 = mission.waypoints[k == 0 ? 0 : k - 1].pose.q_WB;
+      for (int part = 0; part <= 4; ++part) {
+        Reference r;
+        r.q_WB = q0.slerp(0.25 * part, mission.waypoints[k].pose.q_WB);
+        for (int axis = 0; axis < 6; ++axis) {
+          r.a_WB_W.setZero();
+          r.a_WB_W[axis % 3] = (axis < 3 ? 1.0 : -1.0) * mission.limits.acceleration;
+          worst = std::max(worst, rotors.motion_load(r));
+        }
+      }
+    }
+    if (worst < least - 1e-9) {
+      least = worst;
+      best = alpha;
+    }
+  }
+  if (!(least <= 1.0 - mission.limits.rotor_headroom))
+    return bad_input(
+        text("goal_unhoverable: no alpha between %.0f and %.0f deg lets '%s' hold the mission's attitudes; "
+             "the best, %.0f deg, needs %.0f %% of the rotors' range and %.0f %% are allowed",
+             to_degrees(vehicle.tilt.min), to_degrees(vehicle.tilt.max), vehicle.name.c_str(),
+             to_degrees(best), 100.0 * least, 100.0 * (1.0 - mission.limits.rotor_headroom)),
+        mission.file + ": waypoints", "Tilt less, lower limits.acceleration_mps2 or rotor_headroom");
+  return best;
+}
+
+Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const DistanceMap& map,
+                  const PlanOptions& options) {
+  if (auto ok = vehicle::validate(vehicle); !ok) return Failure(ok.error());
+  if (mission.waypoints.size() < 2) return bad_input("a mission needs a start and a waypoint", mission.file);
+  Plan out;
+  Certificate& c = out.certificate;
+  c.alpha_searched = !mission.alpha.has_value();
+  if (mission.alpha) {
+    c.alpha = *mission.alpha;
+    if (c.alpha < vehicle.tilt.min - 1e-9 || c.alpha > vehicle.tilt.max + 1e-9)
+      return bad_input(text("alpha_out_of_range: %.2f deg is outside the range of '%s', [%.1f, %.1f] deg",
+                            to_degrees(c.alpha), vehicle.name.c_str(), to_degrees(vehicle.tilt.min),
+                            to_degrees(vehicle.tilt.max)),
+                       mission.file + ": alpha_deg", "Choose an angle within the range, or search");
+  } else {
+    const auto found = search_alpha(mission, vehicle);
+    if (!found) return Failure(found.error());
+    c.alpha = *found;
+  }
+  const WrenchLimits rotors(vehicle, c.alpha);
+  const StateCheck check(map, cover_with_spheres(vehicle, c.alpha),
+                         hover_check(vehicle, mission.limits.rotor_headroom), c.alpha, mission.clearance);
+
+  PathOptions path_options;
+  path_options.seed = options.seed.value_or(mission.seed);
+  if (options.names)
+    path_options.name_of = [bed = options.names](const Vec3& p) { return bed->nearest(p).name; };
+  for (std::size_t i = 0; i < mission.waypoints.size(); ++i)
+    if (auto ok = check_end(check, mission.waypoints[i].pose, i == 0, path_options); !ok)
+      return Failure(to_error(ok.error(), mission.waypoints[i], mission.file));
+
+  const auto begin = std::chrono::steady_clock::now();
+  const double budget = options.budget_s.value_or(mission.budget_s);
+  Knots knots;
+  hold(knots, mission.waypoints[0].pose, c.alpha, mission.waypoints[0].hold_s);
+  std::vector<Pose> path{mission.waypoints[0].pose};
+  for (std::size_t i = 1; i < mission.waypoints.size(); ++i) {
+    const Waypoint& goal = mission.waypoints[i];
+    path_options.budget_s = std::max(
+        1e-3, budget - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    const auto part = find_path(check, mission.waypoints[i - 1].pose, goal.pose, path_options);
+    if (!part) return Failure(to_error(part.error(), goal, mission.file));
+    path.insert(path.end(), part->begin() + 1, part->end());
+    if (!goal.stop) continue;
+    if (path_length(path) > 1e-6) {
+      auto ridden = ride_path(path, check, rotors, mission.limits);
+      if (!ridden) {
+        Error error = ridden.error();
+        error.message = goal.name + ": " + error.message;
+        if (error.where.empty()) error.where = goal.where;
+        return Failure(error);
+      }
+      if (ridden->stops_on_the_way) c.reason += "stops at every corner on the way to " + goal.name + "; ";
+      append(knots, ridden->knots);
+    }
+    hold(knots, goal.pose, c.alpha, goal.hold_s);
+    path = {goal.pose};
+  }
+  if (knots.size() < 2) return bad_input("the mission neither moves nor holds", mission.file);
+
+  auto trajectory = Trajectory::create(std::move(knots));
+  if (!trajectory) return Failure(trajectory.error());
+  const CurveCheck curve = check.curve(*trajectory);
+  if (!curve.free)
+    return fail(ErrorCode::incomplete,
+                text("curve_blocked: the curve comes within %.3f m at %.2f s", curve.min_clearance, curve.at),
+                mission.file, "Reduce clearance_m or add waypoints");
+  c.peak = peaks(trajectory->knots(), rotors);
+  c.mission = mission.name;
+  c.mission_file = mission.file;
+  c.mission_sha256 = mission.sha256;
+  c.vehicle = vehicle.name;
+  c.vehicle_file = mission.vehicle;
+  c.vehicle_sha256 = vehicle.sha256;
+  c.vehicle_mass = vehicle.mass;
+  c.map_file = options.map_file;
+  c.map_sha256 = map.sha256();
+  c.seed = path_options.seed;
+  c.duration = trajectory->duration();
+  c.clearance_asked = mission.clearance;
+  c.min_clearance = curve.min_clearance;
+  c.min_clearance_at = curve.at;
+  c.clearance_horizon = map.max_distance();
+  c.witnesses = curve.witnesses;
+  c.limits = mission.limits;
+  out.trajectory = std::move(*trajectory);
+  return out;
+}
+
+Result<Plan> plan_mission(const Mission& mission, const PlanOptions& options) {
+  const auto vehicle = vehicle::load_vehicle(mission.vehicle);
+  if (!vehicle) return Failure(vehicle.error());
+  const auto map = DistanceMap::load(mission.test_bed);
+  if (!map) return Failure(map.error());
+  PlanOptions with_names = options;
+  with_names.map_file = mission.test_bed.string();
+  Result<TestBed> bed = TestBed{};
+  if (!mission.description.empty() && !options.names) {
+    bed = load_test_bed(mission.description);
+    if (!bed) return Failure(bed.error());
+    with_names.names = &*bed;
+  }
+  return plan(mission, *vehicle, *map, with_names);
+}
+
+std::string explain(const Result<Plan>& plan) {
+  if (!plan) return "There is no plan. " + plan.error().text() + ".\n";
+  const Certificate& c = plan->certificate;
+  std::string out =
+      text("Mission '%s' with '%s' (%.3f kg), alpha %.1f deg%s, %.2f s, seed %llu: %s.\n", c.mission.c_str(),
+           c.vehicle.c_str(), c.vehicle_mass, to_degrees(c.alpha), c.alpha_searched ? " (searched)" : "",
+           c.duration, static_cast<unsigned long long>(c.seed), c.verdict.c_str());
+  out += text("It keeps at least %.3f m from every occupied voxel (least on the knots %.3f m at %.2f s).\n",
+              c.clearance_asked, c.min_clearance, c.min_clearance_at);
+  out += text("At most %.2f m/s, %.2f m/s2, %.1f deg/s; the rotors need %.0f %% of their range at %.2f s.\n",
+              c.peak.speed, c.peak.acceleration, to_degrees(c.peak.rate), 100.0 * c.peak.rotor_load,
+              c.peak.rotor_load_at);
+  if (!c.reason.empty()) out += "Note: " + c.reason + "\n";
+  return out;
+}
+
+}  // namespace omniflight::planning

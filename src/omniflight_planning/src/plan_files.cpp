@@ -1,0 +1,270 @@
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "omniflight_files/files.hpp"
+#include "omniflight_planning/plan.hpp"
+
+namespace omniflight::planning {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr std::size_t kMaxFile = 256 * files::kMegabyte;
+constexpr std::size_t kMaxKnots = 1'000'000;
+const char* const kPlanAgain = "Plan the mission again";
+
+Json array(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+Json to_json(const Trajectory& trajectory) {
+  Json knots = Json::array();
+  for (const auto& knot : trajectory.knots()) {
+    const Reference& r = knot.reference;
+    knots.push_back({{"t", knot.t},
+                     {"p", array(r.p_WB)},
+                     {"q", {r.q_WB.w(), r.q_WB.x(), r.q_WB.y(), r.q_WB.z()}},
+                     {"v", array(r.v_WB_W)},
+                     {"w", array(r.w_WB_B)},
+                     {"a", array(r.a_WB_W)},
+                     {"dw", array(r.dw_WB_B)},
+                     {"alpha", r.alpha}});
+  }
+  return {{"schema", "omniflight.trajectory/1"},
+          {"frames",
+           "p, v, a in the world [m, m/s, m/s2]; q = w x y z, world <- body; w, dw in the body [rad/s, "
+           "rad/s2]; alpha [rad]; t [s]"},
+          {"duration_s", trajectory.duration()},
+          {"knots", std::move(knots)}};
+}
+
+Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
+  return {{"schema", "omniflight.certificate/1"},
+          {"verdict", c.verdict},
+          {"reason", c.reason},
+          {"mission", {{"name", c.mission}, {"file", c.mission_file}, {"sha256", c.mission_sha256}}},
+          {"vehicle",
+           {{"name", c.vehicle},
+            {"file", c.vehicle_file},
+            {"sha256", c.vehicle_sha256},
+            {"mass_kg", c.vehicle_mass}}},
+          {"map", {{"file", c.map_file}, {"sha256", c.map_sha256}}},
+          {"trajectory", {{"sha256", trajectory_sha256}}},
+          {"seed", c.seed},
+          {"alpha_deg", to_degrees(c.alpha)},
+          {"alpha_searched", c.alpha_searched},
+          {"duration_s", c.duration},
+          {"clearance",
+           {{"asked_m", c.clearance_asked},
+            {"min_m", c.min_clearance},
+            {"min_at_s", c.min_clearance_at},
+            {"horizon_m", c.clearance_horizon},
+            {"witnesses", c.witnesses}}},
+          {"rotors",
+           {{"headroom_asked", c.limits.rotor_headroom},
+            {"min_headroom", 1.0 - c.peak.rotor_load},
+            {"min_headroom_at_s", c.peak.rotor_load_at}}},
+          {"limits",
+           {{"speed_mps", c.limits.speed},
+            {"acceleration_mps2", c.limits.acceleration},
+            {"rate_dps", to_degrees(c.limits.rate)},
+            {"angular_acceleration_dps2", to_degrees(c.limits.angular_acceleration)}}},
+          {"max",
+           {{"speed_mps", c.peak.speed},
+            {"acceleration_mps2", c.peak.acceleration},
+            {"rate_dps", to_degrees(c.peak.rate)},
+            {"angular_acceleration_dps2", to_degrees(c.peak.angular_acceleration)}}}};
+}
+
+std::string to_csv(const Trajectory& trajectory) {
+  std::string out =
+      "t_s,ref_px_m,ref_py_m,ref_pz_m,ref_qw,ref_qx,ref_qy,ref_qz,ref_vx_mps,ref_vy_mps,ref_vz_mps,"
+      "ref_wx_radps,ref_wy_radps,ref_wz_radps,ref_ax_mps2,ref_ay_mps2,ref_az_mps2,"
+      "ref_dwx_radps2,ref_dwy_radps2,ref_dwz_radps2,alpha_cmd_rad\n";
+  char number[40];
+  for (const auto& knot : trajectory.knots()) {
+    const Reference& r = knot.reference;
+    const Vec3 q_xyz = r.q_WB.vec();
+    Eigen::Matrix<double, 21, 1> row;
+    row << knot.t, r.p_WB, r.q_WB.w(), q_xyz, r.v_WB_W, r.w_WB_B, r.a_WB_W, r.dw_WB_B, r.alpha;
+    for (int i = 0; i < row.size(); ++i) {
+      std::snprintf(number, sizeof number, i == 0 ? "%.6f" : "%.9g", row[i]);
+      if (i > 0) out += ',';
+      out += number;
+    }
+    out += '\n';
+  }
+  return out;
+}
+
+/// Reads numbers from JSON of unknown origin; the first problem is kept.
+class Reader {
+ public:
+  explicit Reader(std::string file) : file_(std::move(file)) {}
+
+  double number(const Json& object, const char* key, double low, double high) {
+    const auto found = object.is_object() ? object.find(key) : object.end();
+    if (!object.is_object() || found == object.end() || !found->is_number())
+      return refuse(key, "is missing or no number");
+    const double value = found->get<double>();
+    if (!(value >= low && value <= high)) return refuse(key, "is outside its bounds");
+    return value;
+  }
+  template <int N>
+  Eigen::Matrix<double, N, 1> numbers(const Json& object, const char* key, double limit) {
+    Eigen::Matrix<double, N, 1> out = Eigen::Matrix<double, N, 1>::Zero();
+    const auto found = object.is_object() ? object.find(key) : object.end();
+    if (!object.is_object() || found == object.end() || !found->is_array() || found->size() != N) {
+      refuse(key, "is no list of " + std::to_string(N) + " numbers");
+      return out;
+    }
+    for (int i = 0; i < N; ++i) {
+      const Json& value = (*found)[static_cast<std::size_t>(i)];
+      out[i] = value.is_number() ? value.get<double>() : NAN;
+      if (!(std::abs(out[i]) <= limit)) refuse(key, "holds something that is no number within its bounds");
+    }
+    return out;
+  }
+  std::string string(const Json& object, const char* key) {
+    const auto found = object.is_object() ? object.find(key) : object.end();
+    if (!object.is_object() || found == object.end() || !found->is_string()) {
+      refuse(key, "is missing or no text");
+      return {};
+    }
+    return found->get<std::string>();
+  }
+  const Json& object(const Json& parent, const char* key) {
+    static const Json none = Json::object();
+    const auto found = parent.is_object() ? parent.find(key) : parent.end();
+    if (!parent.is_object() || found == parent.end() || !(found->is_object() || found->is_array())) {
+      refuse(key, "is missing");
+      return none;
+    }
+    return *found;
+  }
+  double refuse(const std::string& key, const std::string& why) {
+    if (ok()) message_ = (place_.empty() ? "" : place_ + ".") + key + " " + why;
+    return 0.0;
+  }
+  void at(std::string place) { place_ = std::move(place); }
+  bool ok() const { return message_.empty(); }
+  Failure failure() const { return bad_input(message_, file_, kPlanAgain); }
+
+ private:
+  std::string file_, place_, message_;
+};
+
+Result<Json> parse(const std::string& bytes, const std::string& file) {
+  Json json = Json::parse(bytes, nullptr, false);
+  if (json.is_discarded() || !json.is_object()) return bad_input("is no JSON object", file, kPlanAgain);
+  return json;
+}
+
+}  // namespace
+
+Status write_plan(const Plan& plan, const std::filesystem::path& dir) {
+  std::error_code error;
+  std::filesystem::create_directories(dir, error);
+  if (error)
+    return bad_input("the folder cannot be made: " + error.message(), dir.string(), "Choose another --out");
+  const std::string trajectory = to_json(plan.trajectory).dump() + "\n";
+  if (auto ok = files::write_file_atomic(dir / "trajectory.json", trajectory); !ok) return ok;
+  if (auto ok = files::write_file_atomic(dir / "trajectory.csv", to_csv(plan.trajectory)); !ok) return ok;
+  return files::write_file_atomic(dir / "certificate.json",
+                                  to_json(plan.certificate, files::sha256_hex(trajectory)).dump(2) + "\n");
+}
+
+Result<Plan> read_plan(const std::filesystem::path& dir) {
+  const std::string trajectory_file = (dir / "trajectory.json").string();
+  const std::string certificate_file = (dir / "certificate.json").string();
+  const auto bytes = files::read_file(trajectory_file, kMaxFile);
+  if (!bytes) return Failure(bytes.error());
+  const auto certificate_bytes = files::read_file(certificate_file, files::kMegabyte);
+  if (!certificate_bytes) return Failure(certificate_bytes.error());
+  const auto certificate = parse(*certificate_bytes, certificate_file);
+  if (!certificate) return Failure(certificate.error());
+
+  Reader c(certificate_file);
+  Plan out;
+  Certificate& o = out.certificate;
+  if (c.string(*certificate, "schema") != "omniflight.certificate/1")
+    c.refuse("schema", "is not omniflight.certificate/1");
+  o.verdict = c.string(*certificate, "verdict");
+  o.reason = c.string(*certificate, "reason");
+  const Json &mission = c.object(*certificate, "mission"), &vehicle = c.object(*certificate, "vehicle"),
+             &map = c.object(*certificate, "map"), &limits = c.object(*certificate, "limits"),
+             &max = c.object(*certificate, "max"), &clearance = c.object(*certificate, "clearance"),
+             &rotors = c.object(*certificate, "rotors");
+  o.mission = c.string(mission, "name");
+  o.mission_file = c.string(mission, "file");
+  o.mission_sha256 = c.string(mission, "sha256");
+  o.vehicle = c.string(vehicle, "name");
+  o.vehicle_file = c.string(vehicle, "file");
+  o.vehicle_sha256 = c.string(vehicle, "sha256");
+  o.vehicle_mass = c.number(vehicle, "mass_kg", 0.0, 1e4);
+  o.map_file = c.string(map, "file");
+  o.map_sha256 = c.string(map, "sha256");
+  o.seed = static_cast<std::uint64_t>(c.number(*certificate, "seed", 0.0, 9e15));
+  o.alpha = to_radians(c.number(*certificate, "alpha_deg", -180.0, 180.0));
+  if (const auto searched = certificate->find("alpha_searched");
+      searched != certificate->end() && searched->is_boolean())
+    o.alpha_searched = searched->get<bool>();
+  o.duration = c.number(*certificate, "duration_s", 0.0, 1e5);
+  o.clearance_asked = c.number(clearance, "asked_m", 0.0, 100.0);
+  o.min_clearance = c.number(clearance, "min_m", 0.0, 100.0);
+  o.min_clearance_at = c.number(clearance, "min_at_s", 0.0, 1e5);
+  o.clearance_horizon = c.number(clearance, "horizon_m", 0.0, 100.0);
+  o.witnesses = static_cast<std::size_t>(c.number(clearance, "witnesses", 0.0, 1e12));
+  o.limits.rotor_headroom = c.number(rotors, "headroom_asked", 0.0, 1.0);
+  o.peak.rotor_load = 1.0 - c.number(rotors, "min_headroom", -1e6, 1.0);
+  o.peak.rotor_load_at = c.number(rotors, "min_headroom_at_s", 0.0, 1e5);
+  o.limits.speed = c.number(limits, "speed_mps", 0.0, 1e3);
+  o.limits.acceleration = c.number(limits, "acceleration_mps2", 0.0, 1e4);
+  o.limits.rate = to_radians(c.number(limits, "rate_dps", 0.0, 1e5));
+  o.limits.angular_acceleration = to_radians(c.number(limits, "angular_acceleration_dps2", 0.0, 1e7));
+  o.peak.speed = c.number(max, "speed_mps", 0.0, 1e3);
+  o.peak.acceleration = c.number(max, "acceleration_mps2", 0.0, 1e4);
+  o.peak.rate = to_radians(c.number(max, "rate_dps", 0.0, 1e5));
+  o.peak.angular_acceleration = to_radians(c.number(max, "angular_acceleration_dps2", 0.0, 1e7));
+  const std::string hash = c.string(c.object(*certificate, "trajectory"), "sha256");
+  if (!c.ok()) return c.failure();
+  if (hash != files::sha256_hex(*bytes))
+    return bad_input("the trajectory is not the one its certificate speaks of: the hashes differ",
+                     trajectory_file, kPlanAgain);
+
+  const auto json = parse(*bytes, trajectory_file);
+  if (!json) return Failure(json.error());
+  Reader r(trajectory_file);
+  if (r.string(*json, "schema") != "omniflight.trajectory/1")
+    r.refuse("schema", "is not omniflight.trajectory/1");
+  const Json& list = r.object(*json, "knots");
+  if (!list.is_array() || list.empty() || list.size() > kMaxKnots)
+    r.refuse("knots", "holds no knot or more than a million");
+  if (!r.ok()) return r.failure();
+  std::vector<TrajectoryKnot> knots;
+  knots.reserve(list.size());
+  for (const Json& item : list) {
+    r.at("knots[" + std::to_string(knots.size()) + "]");
+    TrajectoryKnot knot;
+    Reference& ref = knot.reference;
+    knot.t = r.number(item, "t", 0.0, 1e5);
+    ref.p_WB = r.numbers<3>(item, "p", 1e4);
+    const Eigen::Vector4d q = r.numbers<4>(item, "q", 1.0 + 1e-6);
+    ref.q_WB = Quat(q[0], q[1], q[2], q[3]);
+    ref.v_WB_W = r.numbers<3>(item, "v", 1e3);
+    ref.w_WB_B = r.numbers<3>(item, "w", 1e3);
+    ref.a_WB_W = r.numbers<3>(item, "a", 1e4);
+    ref.dw_WB_B = r.numbers<3>(item, "dw", 1e5);
+    ref.alpha = r.number(item, "alpha", -kPi, kPi);
+    if (!r.ok()) return r.failure();
+    knots.push_back(knot);
+  }
+  auto trajectory = Trajectory::create(std::move(knots));
+  if (!trajectory) {
+    Error error = trajectory.error();
+    error.where = trajectory_file + ": " + error.where;
+    return Failure(error);
+  }
+  out.trajectory = std::move(*trajectory);
+  return out;
+}
+
+}  // namespace omniflight::planning

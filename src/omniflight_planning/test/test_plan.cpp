@@ -1,0 +1,201 @@
+#include <gtest/gtest.h>
+#include <octomap/OcTree.h>
+
+#include <chrono>
+#include <fstream>
+#include <iostream>
+
+#include "bench.hpp"
+#include "omniflight_files/files.hpp"
+#include "omniflight_planning/octree_file.hpp"
+#include "omniflight_planning/plan.hpp"
+
+namespace omniflight::planning {
+namespace {
+
+namespace fs = std::filesystem;
+
+Result<Plan> planned(const std::string& name) {
+  const auto mission = load_mission((kConfigs / "missions" / (name + ".yaml")).string());
+  return mission ? plan_mission(*mission) : Result<Plan>(Failure(mission.error()));
+}
+void use_shipped_configs() { setenv("OMNIFLIGHT_CONFIGS", kConfigs.c_str(), 1); }
+
+struct Missions : testing::TestWithParam<const char*> {
+  static void SetUpTestSuite() { use_shipped_configs(); }
+};
+struct Plans : testing::Test {
+  static void SetUpTestSuite() { use_shipped_configs(); }
+};
+INSTANTIATE_TEST_SUITE_P(Shipped, Missions, testing::Values("trajectory_1", "trajectory_2", "around_frame"),
+                         [](const auto& shipped) { return std::string(shipped.param); });
+
+TEST_P(Missions, PlanVerifyAndKeepWhatTheyPromise) {
+  const auto begin = std::chrono::steady_clock::now();
+  const auto plan = planned(GetParam());
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  ASSERT_TRUE(plan) << plan.error().text();
+  std::cout << explain(plan) << "planned in " << seconds << " s\n";
+  EXPECT_LT(seconds, 2.0);
+
+  const auto& knots = plan->trajectory.knots();
+  const auto v = omnimorph();
+  const Certificate& c = plan->certificate;
+  const WrenchLimits rotors(v, c.alpha);
+  const auto a = v.allocation_matrix(c.alpha);
+  const Eigen::MatrixXd pinv = a.completeOrthogonalDecomposition().pseudoInverse();
+  for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
+    EXPECT_NEAR(knots[k + 1].t - knots[k].t, 0.01, 1e-9);
+    // C2: the values reached from the left are those of the knot, and half-way the motion is what its
+    // neighbours say.
+    const double t1 = knots[k + 1].t;
+    const Reference left = plan->trajectory.sample(t1 - 1e-7), right = plan->trajectory.sample(t1);
+    if (k + 2 == knots.size()) continue;
+    EXPECT_LT((left.a_WB_W - right.a_WB_W).norm(), 1e-4);
+    EXPECT_LT((left.dw_WB_B - right.dw_WB_B).norm(), 1e-4);
+    EXPECT_LT((left.v_WB_W - right.v_WB_W).norm(), 1e-6);
+    const Reference& r = knots[k].reference;
+    EXPECT_LE(rotors.motion_load(r), 1.0 - c.limits.rotor_headroom + 1e-9);
+    EXPECT_LE(r.v_WB_W.norm(), c.limits.speed + 1e-9);
+    EXPECT_LE(r.w_WB_B.norm(), c.limits.rate + 1e-9);
+  }
+  // The derivatives stored on the knots are those of the curve.
+  for (double t = 0.5; t + 0.5 < plan->trajectory.duration(); t += 0.173) {
+    const Reference r0 = plan->trajectory.sample(t - 1e-4), r = plan->trajectory.sample(t),
+                    r1 = plan->trajectory.sample(t + 1e-4);
+    EXPECT_LT(((r1.p_WB - r0.p_WB) / 2e-4 - r.v_WB_W).norm(), 1e-5);
+    EXPECT_LT((log_rotation(r0.q_WB.conjugate() * r1.q_WB) / 2e-4 - r.w_WB_B).norm(), 1e-5);
+  }
+  // A controller that allocates by the pseudo-inverse stays within the limits, too.
+  for (const auto& knot : knots)
+    EXPECT_LT((pinv * rotors.required_wrench(knot.reference)).cwiseAbs().maxCoeff(), 6.25);
+
+  // Clearance along the curve against every voxel that is occupied, by brute force.
+  const auto file = read_octree(kConfigs / "test_beds/pyramid.bt").value();
+  std::vector<std::pair<Vec3, double>> boxes;
+  for (auto leaf = file.tree->begin_leafs(); leaf != file.tree->end_leafs(); ++leaf)
+    if (file.tree->isNodeOccupied(*leaf))
+      boxes.emplace_back(Vec3(leaf.getX(), leaf.getY(), leaf.getZ()), 0.5 * leaf.getSize());
+  for (double t = 0.0; t < plan->trajectory.duration(); t += 0.097) {
+    const Reference r = plan->trajectory.sample(t);
+    for (const auto& [center, half] : boxes) {
+      if (((r.p_WB - center).cwiseAbs().array() - half).max(0.0).matrix().norm() > 0.33 + c.clearance_asked)
+        continue;
+      for (int i = 0; i < 8; ++i) {  // the true discs, not the spheres
+        const auto& rotor = v.rotors[static_cast<std::size_t>(i)];
+        const Vec3 n = v.rotor_axis(i, c.alpha), x = n.unitOrthogonal(), y = n.cross(x);
+        for (int k = 0; k < 24; ++k) {
+          const Vec3 rim =
+              rotor.p_BR + rotor.radius * (std::cos(k * kPi / 12) * x + std::sin(k * kPi / 12) * y);
+          const Vec3 p = r.p_WB + r.q_WB * rim;
+          ASSERT_GE(((p - center).cwiseAbs().array() - half).max(0.0).matrix().norm(), c.clearance_asked)
+              << t;
+        }
+      }
+    }
+  }
+
+  const fs::path dir = fs::path(testing::TempDir()) / (std::string("plan_") + GetParam());
+  ASSERT_TRUE(write_plan(*plan, dir));
+  const auto report = verify(dir);
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_GE(report->min_clearance, c.clearance_asked);
+  EXPECT_NEAR(report->duration, c.duration, 1e-9);
+  const auto again = read_plan(dir);
+  ASSERT_TRUE(again) << again.error().text();
+  ASSERT_EQ(again->trajectory.knots().size(), knots.size());
+  EXPECT_EQ(again->trajectory.knots()[77].reference.p_WB, knots[77].reference.p_WB);
+
+  const auto second = planned(GetParam());
+  ASSERT_TRUE(second);
+  ASSERT_EQ(second->trajectory.knots().size(), knots.size());
+  for (std::size_t k = 0; k < knots.size(); k += 50)
+    EXPECT_EQ(second->trajectory.knots()[k].reference.p_WB, knots[k].reference.p_WB);
+}
+
+TEST_F(Plans, ThesisTrajectoriesHaveTheirLengthAndHeight) {
+  const auto one = planned("trajectory_1"), two = planned("trajectory_2");
+  ASSERT_TRUE(one && two);
+  for (const Plan* plan : {&*one, &*two}) {
+    EXPECT_GE(plan->trajectory.duration(), 30.0);
+    EXPECT_LE(plan->trajectory.duration(), 45.0);
+  }
+  double low = 10, high = 0, tilt = 0;
+  for (const auto& k : two->trajectory.knots()) {
+    low = std::min(low, k.reference.p_WB.z());
+    high = std::max(high, k.reference.p_WB.z());
+    tilt = std::max(tilt, k.reference.q_WB.angularDistance(Quat::Identity()));
+  }
+  EXPECT_GE(high - low, 0.7 - 1e-9);
+  EXPECT_NEAR(to_degrees(tilt), 20.0, 1e-6);
+}
+
+TEST_F(Plans, TamperedPlansAreRefused) {
+  const auto plan = planned("trajectory_1");
+  ASSERT_TRUE(plan);
+  const fs::path dir = fs::path(testing::TempDir()) / "tampered";
+  ASSERT_TRUE(write_plan(*plan, dir));
+  const std::string good = files::read_file(dir / "trajectory.json", 1 << 26).value();
+  const auto refused = [&](const std::string& content, const std::string& reason) {
+    std::ofstream(dir / "trajectory.json") << content;
+    const auto read = read_plan(dir);
+    ASSERT_FALSE(read) << reason;
+    EXPECT_NE(read.error().text().find(reason), std::string::npos) << read.error().text();
+  };
+  refused(good.substr(0, good.size() / 2), "hashes differ");
+  refused("", "hashes differ");
+  // The hash renewed, the content absurd: the curve now leaves the map.
+  Plan bent = *plan;
+  auto knots = bent.trajectory.knots();
+  for (std::size_t k = 500; k < knots.size(); ++k) knots[k].reference.p_WB.x() += 0.4;
+  bent.trajectory = Trajectory::create(knots).value();
+  ASSERT_TRUE(write_plan(bent, dir));
+  const auto report = verify(dir);
+  ASSERT_FALSE(report);
+  // A wild interior that knots alone do not show: one knot far away with no velocity.
+  knots = plan->trajectory.knots();
+  knots.erase(knots.begin() + 100, knots.begin() + 300);
+  knots[100].reference.p_WB.z() = 1.3;
+  bent.trajectory = Trajectory::create(knots).value();
+  ASSERT_TRUE(write_plan(bent, dir));
+  EXPECT_TRUE(verify(dir)) << "a hold written with fewer knots is the same flight";
+}
+
+struct Refusal {
+  const char *what, *from, *to, *reason;
+  ErrorCode code;
+};
+
+TEST_F(Plans, BadMissionsNameFileFieldAndNextStep) {
+  const std::string good = files::read_file(kConfigs / "missions/trajectory_2.yaml", 1 << 20).value();
+  const Refusal cases[] = {
+      {"unknown key", "clearance_m:", "clearence_m:", "clearance_m", ErrorCode::bad_input},
+      {"alpha beyond the vehicle", "alpha_deg: 30", "alpha_deg: 75", "alpha_out_of_range",
+       ErrorCode::bad_input},
+      {"start inside the frame", "[0, 0, 1.05]", "[0.7, 0.7, 1.5]", "frame beam", ErrorCode::bad_input},
+      {"start outside the map", "[0, 0, 1.05]", "[0, 0, 90]", "outside_map", ErrorCode::bad_input},
+      {"start not a number", "[0, 0, 1.05]", "[0, .nan, 1.05]", "start.position", ErrorCode::bad_input},
+      {"too steep for the tilt", "[0, 20, 0]", "[0, 85, 0]", "goal_unhoverable", ErrorCode::bad_input},
+      {"quaternion", "{rpy_deg: [0, 20, 0]}", "{quaternion: [1, 1, 0, 0]}", "norm", ErrorCode::bad_input},
+      {"no test bed", "test_bed: pyramid", "test_bed: nowhere", "nowhere", ErrorCode::bad_input},
+      {"no vehicle", "vehicle: omnimorph", "vehicle: nothing", "nothing", ErrorCode::bad_input},
+      {"schema", "mission/1", "mission/7", "mission/1", ErrorCode::bad_input},
+  };
+  for (const auto& c : cases) {
+    std::string bytes = good;
+    const auto at = bytes.find(c.from);
+    ASSERT_NE(at, std::string::npos) << c.what;
+    bytes.replace(at, std::string(c.from).size(), c.to);
+    const fs::path path = fs::path(testing::TempDir()) / "bad_mission.yaml";
+    std::ofstream(path) << bytes;
+    const auto mission = load_mission(path.string());
+    const auto plan = mission ? plan_mission(*mission) : Result<Plan>(Failure(mission.error()));
+    ASSERT_FALSE(plan) << c.what;
+    EXPECT_EQ(plan.error().code, c.code) << c.what;
+    EXPECT_NE(plan.error().text().find(c.reason), std::string::npos) << c.what << ": " << plan.error().text();
+    EXPECT_FALSE(plan.error().where.empty() && plan.error().next_step.empty()) << c.what;
+  }
+}
+
+}  // namespace
+}  // namespace omniflight::planning
