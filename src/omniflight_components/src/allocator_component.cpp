@@ -1,0 +1,125 @@
+// The allocator on the bus: answers every demand of the controller with rotor speeds and tilt.
+#include <mutex>
+
+#include "conversions.hpp"
+#include "factories.hpp"
+#include "omniflight_allocation/allocator.hpp"
+#include "omniflight_bus/parameters.hpp"
+#include "omniflight_bus/subscription.hpp"
+#include "omniflight_components/topics.hpp"
+
+namespace omniflight::components {
+namespace {
+
+using msgs::actuator_msgs::Actuators;
+using msgs::omniflight_msgs::AllocatorState;
+using msgs::omniflight_msgs::ControllerState;
+
+class AllocatorComponent final : public bus::Component {
+ public:
+  AllocatorComponent() : Component("allocator") {}
+
+ private:
+  Status on_configure(const YAML::Node& node) override {
+    bus::Parameters p(node, "allocator");
+    const std::string vehicle_name = p.text("vehicle", {});
+    const std::string overrides = p.text("vehicle_set", "");
+    const std::string weights = p.text("weights", "case_a");
+    const std::string mode = p.text("tilt_mode", "fixed");
+    const double alpha_deg = p.number("alpha_deg", 30.0, -180, 180);
+    auto config =
+        weights == "case_b" ? allocation::AllocatorConfig::case_b() : allocation::AllocatorConfig::case_a();
+    if (weights != "case_a" && weights != "case_b")
+      return bad_input("'" + weights + "' is neither case_a nor case_b", "allocator.weights");
+    if (mode != "fixed" && mode != "search")
+      return bad_input("'" + mode + "' is neither fixed nor search", "allocator.tilt_mode");
+    config.w_input = p.number("w_input", config.w_input, 0, 1e6);
+    config.w_rate = p.number("w_rate", config.w_rate, 0, 1e6);
+    config.w_linear = p.number("w_linear", config.w_linear, 1e-12, 1e12);
+    config.w_angular = p.number("w_angular", config.w_angular, 1e-12, 1e12);
+    config.tilt_step = to_radians(p.number("tilt_step_deg", to_degrees(config.tilt_step), 0, 10));
+    config.mass = p.number("mass_kg", 0.0, 0, 1000);
+    config.dynamic_weights.enabled = p.flag("dynamic_weights", false);
+    config.dynamic_weights.threshold =
+        p.number("dynamic_threshold_m", config.dynamic_weights.threshold, 1e-6, 10);
+    config.tilt_mode = mode == "search" ? allocation::TiltMode::search : allocation::TiltMode::fixed;
+    config.initial_tilt = to_radians(alpha_deg);
+    if (auto ok = p.finish(); !ok) return ok;
+    auto vehicle = vehicle::load_vehicle(vehicle_name, split(overrides));
+    if (!vehicle) return Failure(vehicle.error());
+    if (vehicle->tilt.kind == vehicle::TiltKind::none) {
+      config.tilt_mode = allocation::TiltMode::fixed;
+      config.initial_tilt = 0.0;
+    }
+    auto allocator = allocation::Allocator::create(*vehicle, config);
+    if (!allocator) return Failure(allocator.error());
+    allocator_.emplace(std::move(*allocator));
+
+    auto state = advertise<AllocatorState>(topics::allocator, bus::Qos::bulk(512));
+    if (!state) return Failure(state.error());
+    state_.emplace(std::move(*state));
+    auto command = advertise<Actuators>(topics::command, bus::Qos::bulk(512));
+    if (!command) return Failure(command.error());
+    command_.emplace(std::move(*command));
+    const auto rotors = static_cast<std::size_t>(vehicle->rotor_count());
+    bus::resize(command_message_->velocity, rotors);
+    bus::resize(command_message_->position, 1);
+    bus::resize(state_message_->thrust, rotors);
+    auto demand = bus::Subscription<ControllerState>::create(
+        participant(), topics::controller, bus::Qos::bulk(64),
+        [this](const ControllerState& m, std::int64_t) { answer(m); });
+    if (!demand) return Failure(demand.error());
+    demand_.emplace(std::move(*demand));
+    return {};
+  }
+
+  Status on_cleanup() override {
+    demand_.reset();
+    state_.reset();
+    command_.reset();
+    return {};
+  }
+
+  void answer(const ControllerState& m) {
+    allocation::AllocationInput input;
+    input.qdd_ref = get(m.desired_acceleration);
+    input.q_WB = get(m.est_attitude);
+    input.w_WB_B = get(m.est_angular_velocity);
+    input.position_error = (get(m.ref_position) - get(m.est_position)).norm();
+    const auto result = allocator_->allocate(input);
+    if (!result) return finish(Failure(result.error()));
+    const std::int64_t ns = bus::nanoseconds(m.header.stamp);
+
+    // The state goes first: publishing the command lets the plant go on in lockstep.
+    auto& s = *state_message_;
+    s.header.stamp = m.header.stamp;
+    s.tick = m.tick;
+    s.alpha = result->alpha;
+    bus::assign(s.thrust, {result->u.data(), static_cast<std::size_t>(result->u.size())});
+    put(s.achieved_acceleration, result->qdd);
+    put(s.unachieved_wrench, result->unachieved_wrench);
+    s.kkt_residual = result->kkt_residual;
+    s.active_bounds = static_cast<std::uint32_t>(result->active_bounds);
+    s.w1 = result->w_input;
+    if (auto ok = state_->publish(s, ns); !ok) return finish(ok);
+    auto& c = *command_message_;
+    c.header.stamp = m.header.stamp;
+    bus::assign(c.velocity, {result->speed.data(), static_cast<std::size_t>(result->speed.size())});
+    const double alpha[1] = {result->alpha};
+    bus::assign(c.position, alpha);
+    if (auto ok = command_->publish(c, ns); !ok) finish(ok);
+  }
+
+  std::optional<allocation::Allocator> allocator_;
+  bus::Message<AllocatorState> state_message_;
+  bus::Message<Actuators> command_message_;
+  std::optional<bus::Publisher<AllocatorState>> state_;
+  std::optional<bus::Publisher<Actuators>> command_;
+  std::optional<bus::Subscription<ControllerState>> demand_;
+};
+
+}  // namespace
+
+std::unique_ptr<bus::Component> make_allocator() { return std::make_unique<AllocatorComponent>(); }
+
+}  // namespace omniflight::components

@@ -1,0 +1,34 @@
+#include "omniflight_components/components.hpp"
+
+#include "factories.hpp"
+
+namespace omniflight::components {
+namespace {
+struct Entry {
+  const char* name;
+  std::unique_ptr<bus::Component> (*make)();
+};
+// in starting order: the recorder first, the clock master last
+constexpr Entry table[] = {
+    {"recorder", make_recorder},     {"planner", make_planner},   {"allocator", make_allocator},
+    {"controller", make_controller}, {"emulator", make_emulator}, {"gateway", make_gateway},
+    {"simulator", make_simulator},
+};
+}  // namespace
+
+const std::vector<std::string>& component_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> out;
+    for (const Entry& e : table) out.emplace_back(e.name);
+    return out;
+  }();
+  return names;
+}
+
+std::unique_ptr<bus::Component> make_component(const std::string& name) {
+  for (const Entry& e : table)
+    if (name == e.name) return e.make();
+  return nullptr;
+}
+
+}  // namespace omniflight::components

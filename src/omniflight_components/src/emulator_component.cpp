@@ -1,0 +1,152 @@
+// The lab without the lab: boards on pseudo terminals, a simulated vehicle behind them, motion capture on the
+// bus. A person at the rope is played too: the vehicle is held until the flight begins and caught when it
+// ends.
+#include <atomic>
+#include <filesystem>
+
+#include "conversions.hpp"
+#include "factories.hpp"
+#include "omniflight_bus/subscription.hpp"
+#include "omniflight_gateway/board_emulator.hpp"
+#include "plant_parameters.hpp"
+#include "plant_publisher.hpp"
+#include "wall_pace.hpp"
+
+namespace omniflight::components {
+namespace {
+
+using msgs::omniflight_msgs::Tick;
+
+/// The simulator as the physics behind the boards.
+class PlantBehindBoards final : public gateway::EmulatedPlant {
+ public:
+  explicit PlantBehindBoards(simulation::Plant& plant) : plant_(plant) {}
+  void set_command(std::span<const double> speed) override {
+    (void)plant_.set_command(speed, plant_.config().initial_alpha);
+  }
+  gateway::PlantSample sample() override {
+    gateway::PlantSample s = last_;
+    const auto speeds = plant_.rotor_speed();
+    s.rotor_speed_radps.assign(speeds.begin(), speeds.end());
+    return s;
+  }
+  void set_sensors(const simulation::SensorFrame& frame) {
+    if (frame.imu) {
+      last_.specific_force_B = frame.imu_sample.specific_force_B;
+      last_.w_WB_B = frame.imu_sample.gyro_B;
+    }
+    if (frame.battery) last_.battery_V = frame.battery_sample.voltage;
+  }
+
+ private:
+  simulation::Plant& plant_;
+  gateway::PlantSample last_;
+};
+
+class Emulator final : public bus::Component {
+ public:
+  Emulator() : Component("emulator") {}
+  ~Emulator() override { stop(); }
+
+ private:
+  Status on_configure(const YAML::Node& node) override {
+    bus::Parameters p(node, "emulator");
+    const std::string links = p.text("link_directory", {});
+    epoch_ns_ = p.integer("epoch_ns", 0, 0);
+    auto read = read_plant_parameters(p);
+    if (!read) return Failure(read.error());
+    parameters_ = std::move(*read);
+    auto plant = simulation::Plant::create(parameters_.vehicle, parameters_.model, parameters_.plant);
+    if (!plant) return Failure(plant.error());
+    plant_.emplace(std::move(*plant));
+    sensors_.emplace(parameters_.sensors, parameters_.model, parameters_.plant.step, parameters_.seed);
+    behind_.emplace(*plant_);
+    std::error_code ec;
+    std::filesystem::create_directories(links, ec);
+    auto config = gateway::EmulatorConfig::omnimorph();
+    config.link_directory = links;
+    auto boards = gateway::BoardEmulator::create(std::move(config), *behind_);
+    if (!boards) return Failure(boards.error());
+    boards_.emplace(std::move(*boards));
+    if (auto ok = publisher_.create([this](auto& slot, const char* topic, const bus::Qos& qos)
+                                        -> Status { return put_publisher(slot, topic, qos); },
+                                    parameters_.vehicle.rotor_count(), PlantPublisher::Part::world);
+        !ok)
+      return ok;
+    auto tick =
+        bus::Subscription<Tick>::create(participant(), topics::tick, bus::Qos::bulk(64),
+                                        [this](const Tick& m, std::int64_t) { phase_.store(m.phase); });
+    if (!tick) return Failure(tick.error());
+    tick_.emplace(std::move(*tick));
+    return {};
+  }
+  template <class T>
+  Status put_publisher(std::optional<bus::Publisher<T>>& slot, const char* topic, const bus::Qos& qos) {
+    auto made = advertise<T>(topic, qos);
+    if (!made) return Failure(made.error());
+    slot.emplace(std::move(*made));
+    return {};
+  }
+  Status on_activate() override {
+    running_ = true;
+    thread_ = std::thread([this] { finish(run()); });
+    return {};
+  }
+  Status on_deactivate() override {
+    stop();
+    return {};
+  }
+  Status on_cleanup() override {
+    stop();
+    tick_.reset();
+    publisher_.destroy();
+    boards_.reset();
+    return {};
+  }
+  void stop() {
+    running_ = false;
+    if (thread_.joinable()) thread_.join();
+  }
+
+  Status run() {
+    const WallPace pace(epoch_ns_);
+    const double step = parameters_.plant.step, offset = pace.now();
+    simulation::SensorFrame frame;
+    for (std::uint64_t k = 0; running_; ++k) {
+      // the plant counts from zero; its samples carry flight time
+      const double t = offset + plant_->time();
+      const bool free = phase_.load() == static_cast<std::uint8_t>(FlightPhase::free);
+      sensors_->sample(*plant_, frame);
+      behind_->set_sensors(frame);
+      if (frame.mocap) {
+        simulation::MocapSample pose = frame.mocap_sample;
+        pose.t += offset;
+        if (auto ok = publisher_.mocap(pose, t); !ok) return ok;
+      }
+      if (k % 2 == 0)
+        if (auto ok = publisher_.truth(*plant_, offset); !ok) return ok;
+      if (auto ok = boards_->step(t); !ok) return ok;
+      if (auto ok = plant_->step(!free); !ok) return ok;
+      pace.sleep_until(t + step);
+    }
+    return {};
+  }
+
+  PlantParameters parameters_;
+  std::int64_t epoch_ns_ = 0;
+  std::optional<simulation::Plant> plant_;
+  std::optional<simulation::SensorSuite> sensors_;
+  std::optional<PlantBehindBoards> behind_;
+  std::optional<gateway::BoardEmulator> boards_;
+  PlantPublisher publisher_;
+  std::optional<bus::Subscription<Tick>> tick_;
+  std::atomic<std::uint8_t> phase_{0};
+  std::atomic<bool> running_{false};
+  std::thread thread_;
+};
+
+}  // namespace
+
+std::unique_ptr<bus::Component> make_emulator() { return std::make_unique<Emulator>(); }
+
+}  // namespace omniflight::components

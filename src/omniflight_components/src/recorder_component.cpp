@@ -1,0 +1,233 @@
+// Writes every topic of a flight into one MCAP file. Messages are copied into a bounded queue on the bus's
+// thread and written by a thread of its own, so that a slow disk never blocks a publisher; what does not fit
+// is counted.
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <fstream>
+#include <mutex>
+#include <thread>
+
+#include "conversions.hpp"
+#include "factories.hpp"
+#include "omniflight_bus/parameters.hpp"
+#include "omniflight_bus/subscription.hpp"
+#include "omniflight_components/topics.hpp"
+#include "omniflight_files/files.hpp"
+#include "omniflight_recording/mcap_writer.hpp"
+
+namespace omniflight::components {
+namespace {
+
+using namespace std::chrono_literals;
+using msgs::omniflight_msgs::ComponentState;
+using msgs::omniflight_msgs::RecorderState;
+using msgs::omniflight_msgs::Tick;
+
+std::uint64_t monotonic_ns() {
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                        std::chrono::steady_clock::now().time_since_epoch())
+                                        .count());
+}
+
+struct RecordedTopic {
+  const char* topic;
+  const char* type;
+};
+constexpr RecordedTopic recorded_topics[] = {
+    {topics::tick, "omniflight_msgs/msg/Tick"},
+    {topics::imu, "sensor_msgs/msg/Imu"},
+    {topics::mocap, "geometry_msgs/msg/PoseStamped"},
+    {topics::rotors, "omniflight_msgs/msg/RotorTelemetry"},
+    {topics::battery, "sensor_msgs/msg/BatteryState"},
+    {topics::controller, "omniflight_msgs/msg/ControllerState"},
+    {topics::allocator, "omniflight_msgs/msg/AllocatorState"},
+    {topics::command, "actuator_msgs/msg/Actuators"},
+    {topics::truth, "omniflight_msgs/msg/TruthState"},
+    {topics::trajectory, "trajectory_msgs/msg/MultiDOFJointTrajectory"},
+    {"/component_state", "omniflight_msgs/msg/ComponentState"},
+};
+
+class Recorder final : public bus::Component {
+ public:
+  Recorder() : Component("recorder") {}
+  ~Recorder() override { stop(); }
+
+ private:
+  struct Item {
+    std::size_t channel;
+    std::int64_t source_ns;
+    std::uint32_t sequence;
+    std::string bytes;
+  };
+
+  Status on_configure(const YAML::Node& node) override {
+    bus::Parameters p(node, "recorder");
+    file_ = p.text("file", {});
+    const bool overwrite = p.flag("overwrite", false);
+    const std::string attachments = p.text("attachments", "");
+    const std::string metadata = p.text("metadata", "");
+    record_truth_ = p.flag("record_truth", true);
+    capacity_ = static_cast<std::size_t>(p.integer("queue_bytes", 64 << 20, 1 << 16, std::int64_t{1} << 32));
+    if (auto ok = p.finish(); !ok) return ok;
+    auto writer = recording::McapWriter::create(file_, {.overwrite = overwrite});
+    if (!writer) return Failure(writer.error());
+    writer_ = std::move(*writer);
+    std::map<std::string, std::string> facts;
+    for (const std::string& item : split(metadata)) {
+      const auto equals = item.find('=');
+      if (equals != std::string::npos) facts[item.substr(0, equals)] = item.substr(equals + 1);
+    }
+    if (auto ok = writer_->write_metadata("omniflight", facts); !ok) return ok;
+    for (const std::string& path : split(attachments)) {
+      auto content = files::read_file(path, 16 * files::kMegabyte);
+      if (!content) return Failure(content.error());
+      const std::string name = path.substr(path.find_last_of('/') + 1);
+      if (auto ok = writer_->write_attachment(name, "text/plain", 0, *content); !ok) return ok;
+    }
+    for (const RecordedTopic& t : recorded_topics) {
+      if (!record_truth_ && t.topic == std::string_view(topics::truth)) continue;
+      const msgs::MessageType* type = msgs::find_message_type(t.type);
+      if (!type)
+        return fail(ErrorCode::internal, std::string("type ") + t.type + " is not in the table", "recorder");
+      const bool latched =
+          t.topic == std::string_view(topics::trajectory) || t.topic == std::string_view("/component_state");
+      auto channel = writer_->add_topic(
+          {t.topic, std::string(type->ros_name), std::string(type->schema),
+           std::string("- history: keep_last\n  depth: 512\n  reliability: reliable\n  durability: ") +
+               (latched ? "transient_local" : "volatile") + "\n",
+           std::string(type->type_hash)});
+      if (!channel) return Failure(channel.error());
+      const std::size_t index = channels_.size();
+      channels_.push_back(*channel);
+      sequences_.push_back(0);
+      auto subscription = bus::RawSubscription::create(
+          participant(), *type, t.topic, latched ? bus::Qos::latched_last(16) : bus::Qos::bulk(),
+          [this, index](std::span<const std::byte> cdr, std::int64_t ns) { enqueue(index, cdr, ns); });
+      if (!subscription) return Failure(subscription.error());
+      subscriptions_.push_back(std::move(*subscription));
+    }
+    auto state = advertise<RecorderState>(topics::recorder, bus::Qos::control());
+    if (!state) return Failure(state.error());
+    state_.emplace(std::move(*state));
+    bus::set_text(state_message_->file, file_);
+    running_ = true;  // a latched message may already be here
+    thread_ = std::thread([this] { write_loop(); });
+    return {};
+  }
+  Status on_cleanup() override {
+    {
+      const std::lock_guard lock(subscriptions_mutex_);
+      subscriptions_.clear();
+    }
+    stop();
+    state_.reset();
+    Status status = error_;
+    if (writer_) {
+      if (auto ok = writer_->close(); !ok && status) status = ok;
+      writer_.reset();
+    }
+    return status;
+  }
+  void stop() {
+    {
+      const std::lock_guard lock(mutex_);
+      running_ = false;
+    }
+    wake_.notify_all();
+    if (thread_.joinable()) thread_.join();
+  }
+
+  void enqueue(std::size_t channel, std::span<const std::byte> cdr, std::int64_t ns) {
+    bool notify = false;
+    {
+      const std::lock_guard lock(mutex_);
+      const std::uint32_t sequence = sequences_[channel]++;
+      if (queued_bytes_ + cdr.size() > capacity_) {
+        ++dropped_[channel];
+        ++lost_;
+        return;
+      }
+      Item item{channel, ns, sequence, spare_.empty() ? std::string() : std::move(spare_.back())};
+      if (!spare_.empty()) spare_.pop_back();
+      item.bytes.assign(reinterpret_cast<const char*>(cdr.data()), cdr.size());
+      queued_bytes_ += cdr.size();
+      queue_.push_back(std::move(item));
+      notify = queue_.size() == 64;  // the writer looks every few milliseconds anyway
+    }
+    if (notify) wake_.notify_one();
+  }
+
+  void write_loop() {
+    std::deque<Item> batch;
+    std::uint64_t ticks = 0, reported = 0;
+    for (bool last = false; !last;) {
+      {
+        std::unique_lock lock(mutex_);
+        wake_.wait_for(lock, 5ms, [&] { return !running_ || queue_.size() >= 64; });
+        batch.swap(queue_);
+        queued_bytes_ = 0;
+        last = !running_ && batch.empty();
+        for (auto& [channel, count] : dropped_)
+          if (count > 0) writer_->count_dropped(channels_[channel], std::exchange(count, 0));
+      }
+      const std::uint64_t now = monotonic_ns();
+      for (Item& item : batch) {
+        const auto ns = static_cast<std::uint64_t>(std::max<std::int64_t>(0, item.source_ns));
+        if (error_) error_ = writer_->write(channels_[item.channel], item.sequence, ns, ns, item.bytes, now);
+        if (item.channel == 0) ++ticks;
+      }
+      {
+        const std::lock_guard lock(mutex_);
+        while (!batch.empty()) {
+          if (spare_.size() < 4096) spare_.push_back(std::move(batch.back().bytes));
+          batch.pop_back();
+        }
+      }
+      if (error_) error_ = writer_->tick(now);
+      if (!error_ && !reported_error_) {
+        reported_error_ = true;
+        finish(error_);
+      }
+      if (ticks != reported || last) {
+        reported = ticks;
+        state_message_->stored = writer_->statistics().messages;
+        state_message_->lost = lost_ + bus_losses();
+        state_message_->ticks_seen = ticks;
+        (void)state_->publish(*state_message_);
+      }
+    }
+  }
+  std::uint64_t bus_losses() {
+    const std::lock_guard lock(subscriptions_mutex_);
+    std::uint64_t lost = 0;
+    for (const auto& s : subscriptions_) lost += s.lost();
+    return lost;
+  }
+
+  std::string file_;
+  bool record_truth_ = true;
+  std::unique_ptr<recording::McapWriter> writer_;
+  std::vector<std::uint16_t> channels_;
+  std::mutex subscriptions_mutex_;  ///< never held together with mutex_
+  std::vector<bus::RawSubscription> subscriptions_;
+  std::optional<bus::Publisher<RecorderState>> state_;
+  bus::Message<RecorderState> state_message_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<Item> queue_;
+  std::vector<std::string> spare_;
+  std::vector<std::uint32_t> sequences_;
+  std::map<std::size_t, std::uint64_t> dropped_;
+  std::size_t queued_bytes_ = 0, capacity_ = 64 << 20;
+  std::uint64_t lost_ = 0;
+  bool running_ = false, reported_error_ = false;
+  Status error_;
+  std::thread thread_;
+};
+
+}  // namespace
+
+std::unique_ptr<bus::Component> make_recorder() { return std::make_unique<Recorder>(); }
+
+}  // namespace omniflight::components

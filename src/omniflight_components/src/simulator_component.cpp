@@ -1,0 +1,207 @@
+// The simulated plant on the bus, clock master of a flight. In lockstep a tick ends when the command for it
+// has arrived; in real time a watchdog stops the rotors when commands go stale.
+#include <atomic>
+#include <thread>
+
+#include "command_inbox.hpp"
+#include "conversions.hpp"
+#include "factories.hpp"
+#include "plant_parameters.hpp"
+#include "plant_publisher.hpp"
+
+namespace omniflight::components {
+namespace {
+
+using namespace std::chrono_literals;
+using msgs::omniflight_msgs::RecorderState;
+
+class Simulator final : public bus::Component {
+ public:
+  Simulator() : Component("simulator") {}
+  ~Simulator() override { stop(); }
+
+ private:
+  Status on_configure(const YAML::Node& node) override {
+    bus::Parameters p(node, "simulator");
+    lockstep_ = p.text("rate", "max") != "realtime";
+    recorder_window_ = static_cast<std::uint64_t>(p.integer("recorder_window_ticks", 0, 0, 100000));
+    command_timeout_ = p.number("command_timeout_s", 2.0, 0.01, 60.0);
+    stale_after_ = p.number("stale_after_s", 0.1, 0.005, 10.0);
+    auto read = read_plant_parameters(p);
+    if (!read) return Failure(read.error());
+    parameters_ = std::move(*read);
+    auto plant = simulation::Plant::create(parameters_.vehicle, parameters_.model, parameters_.plant);
+    if (!plant) return Failure(plant.error());
+    plant_.emplace(std::move(*plant));
+    sensors_.emplace(parameters_.sensors, parameters_.model, parameters_.plant.step, parameters_.seed);
+    if (auto ok = publisher_.create([this](auto& slot, const char* topic, const bus::Qos& qos)
+                                        -> Status { return put_publisher(slot, topic, qos); },
+                                    parameters_.vehicle.rotor_count());
+        !ok)
+      return ok;
+    if (recorder_window_ > 0) {
+      auto made = bus::Subscription<RecorderState>::create(
+          participant(), topics::recorder, bus::Qos::control(),
+          [this](const RecorderState& m, std::int64_t) { recorded_ticks_.store(m.ticks_seen); });
+      if (!made) return Failure(made.error());
+      recorder_.emplace(std::move(*made));
+    }
+    return inbox_.subscribe(participant());
+  }
+
+  template <class T>
+  Status put_publisher(std::optional<bus::Publisher<T>>& slot, const char* topic, const bus::Qos& qos) {
+    auto made = advertise<T>(topic, qos);
+    if (!made) return Failure(made.error());
+    slot.emplace(std::move(*made));
+    return {};
+  }
+
+  Status on_activate() override {
+    running_ = true;
+    thread_ = std::thread([this] { finish(fly()); });
+    return {};
+  }
+  Status on_deactivate() override {
+    stop();
+    return {};
+  }
+  Status on_cleanup() override {
+    stop();
+    recorder_.reset();
+    inbox_.unsubscribe();
+    publisher_.destroy();
+    return {};
+  }
+  void stop() {
+    running_ = false;
+    if (thread_.joinable()) thread_.join();
+  }
+
+  /// Waits until whoever must be there is there.
+  Status meet_peers() {
+    const std::uint32_t listeners = recorder_window_ > 0 ? 2 : 1;
+    const auto deadline =
+        std::chrono::steady_clock::now() + std::chrono::duration<double>(parameters_.peers_timeout);
+    for (;;) {
+      const auto heard = publisher_.tick_publisher().peers();
+      const bool commanded = inbox_.subscription().peers() > 0;
+      const bool recorded = recorder_window_ == 0 || recorder_->peers() > 0;
+      if (heard >= listeners && commanded && recorded) {
+        std::this_thread::sleep_for(50ms);  // the other side may know a few milliseconds later
+        return {};
+      }
+      if (!running_) return fail(ErrorCode::incomplete, "stopped before the flight began", "simulator");
+      if (std::chrono::steady_clock::now() > deadline)
+        return fail(
+            ErrorCode::incomplete,
+            std::string("waited ") + std::to_string(parameters_.peers_timeout) + " s for " +
+                (!commanded ? "an allocator that publishes commands"
+                            : (heard < listeners ? "a controller that follows the ticks" : "a recorder")),
+            "simulator", "Start the missing component in the same domain");
+      std::this_thread::sleep_for(10ms);
+    }
+  }
+
+  /// In lockstep: the command for this tick, or an error once the deadline has passed.
+  Status obey(std::int64_t stamp_ns) {
+    RotorCommand command;
+    if (lockstep_) {
+      const auto deadline =
+          std::chrono::steady_clock::now() + std::chrono::duration<double>(command_timeout_);
+      while (!inbox_.wait_for(stamp_ns, 50ms, command)) {
+        if (!running_) return fail(ErrorCode::incomplete, "stopped in flight", "simulator");
+        if (std::chrono::steady_clock::now() > deadline) {
+          (void)publisher_.tick(plant_->time(), parameters_.control_period, FlightPhase::ended);
+          return fail(ErrorCode::incomplete,
+                      "no command for the tick at " + std::to_string(to_s(stamp_ns)) +
+                          " s of simulated time (last: " + std::to_string(to_s(command.stamp_ns)) +
+                          " s); the rotors are stopped",
+                      "simulator", "See whether controller and allocator are still alive");
+        }
+      }
+    } else {
+      command = inbox_.newest();
+      const double age = to_s(stamp_ns - command.stamp_ns);
+      if (command.stamp_ns < 0 && to_s(stamp_ns) < parameters_.hold) return {};
+      if (command.stamp_ns < 0 || age > stale_after_) {
+        (void)publisher_.tick(plant_->time(), parameters_.control_period, FlightPhase::ended);
+        return fail(ErrorCode::incomplete,
+                    "the newest command is " + std::to_string(age) + " s old; the rotors are stopped",
+                    "simulator", "See whether controller and allocator are still alive");
+      }
+    }
+    if (command.count > 0 && !plant_->set_command({command.speed.data(), command.count}, command.alpha))
+      return fail(ErrorCode::internal,
+                  "the allocator commands a speed that is not finite or has the wrong count", "simulator");
+    return {};
+  }
+
+  Status follow_recorder() {
+    if (recorder_window_ == 0 || !lockstep_) return {};
+    const auto deadline = std::chrono::steady_clock::now() + 10s;
+    while (publisher_.ticks() > recorded_ticks_.load() + recorder_window_) {
+      if (!running_) return fail(ErrorCode::incomplete, "stopped in flight", "simulator");
+      if (std::chrono::steady_clock::now() > deadline)
+        return fail(ErrorCode::incomplete, "the recorder has not kept up for 10 s", "simulator",
+                    "See whether the recorder is alive and its disk is not full");
+      std::this_thread::sleep_for(100us);
+    }
+    return {};
+  }
+
+  Status fly() {
+    if (auto ok = meet_peers(); !ok) return ok;
+    const auto start = std::chrono::steady_clock::now();
+    const auto steps_a_tick =
+        static_cast<std::uint64_t>(std::llround(parameters_.control_period / parameters_.plant.step));
+    const auto steps = static_cast<std::uint64_t>(std::ceil(parameters_.duration / parameters_.plant.step));
+    simulation::SensorFrame frame;
+    for (std::uint64_t k = 0; k <= steps; ++k) {
+      if (!running_) return fail(ErrorCode::incomplete, "stopped in flight", "simulator");
+      const double t = plant_->time();
+      const bool held = t < parameters_.hold - 1e-9;
+      sensors_->sample(*plant_, frame);
+      if (auto ok = publisher_.frame(frame, *plant_); !ok) return ok;
+      if (k % steps_a_tick == 0) {
+        if (auto ok = publisher_.truth(*plant_); !ok) return ok;
+        const bool last = k + steps_a_tick > steps;
+        if (!lockstep_)
+          std::this_thread::sleep_until(
+              start + std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(t)));
+        if (auto ok =
+                publisher_.tick(t, parameters_.control_period,
+                                last ? FlightPhase::ended : (held ? FlightPhase::held : FlightPhase::free));
+            !ok)
+          return ok;
+        if (last) break;
+        if (auto ok = obey(to_ns(t)); !ok) return ok;
+        if (auto ok = follow_recorder(); !ok) return ok;
+      }
+      if (auto ok = plant_->step(held); !ok) {
+        (void)publisher_.tick(plant_->time(), parameters_.control_period, FlightPhase::ended);
+        return ok;
+      }
+    }
+    return {};
+  }
+
+  PlantParameters parameters_;
+  std::optional<simulation::Plant> plant_;
+  std::optional<simulation::SensorSuite> sensors_;
+  PlantPublisher publisher_;
+  CommandInbox inbox_;
+  std::optional<bus::Subscription<RecorderState>> recorder_;
+  std::atomic<std::uint64_t> recorded_ticks_{0};
+  std::uint64_t recorder_window_ = 0;
+  bool lockstep_ = true;
+  double command_timeout_ = 2.0, stale_after_ = 0.1;
+  std::atomic<bool> running_{false};
+  std::thread thread_;
+};
+
+}  // namespace
+
+std::unique_ptr<bus::Component> make_simulator() { return std::make_unique<Simulator>(); }
+
+}  // namespace omniflight::components
