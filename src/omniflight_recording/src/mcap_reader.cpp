@@ -46,7 +46,7 @@ class Scanner {
     ByteCursor head(bytes_.substr(std::min(at, bytes_.size())));
     const auto op = head.get<std::uint8_t>();
     const auto length = head.get<std::uint64_t>();
-    if (op == 0 || (op > kDataEnd && op < 0x80) || length > head.left()) return recover(at);
+    if (!head.ok() || op == 0 || (op > kDataEnd && op < 0x80) || length > head.left()) return recover(at);
     const std::string_view body = bytes_.substr(at + 9, static_cast<std::size_t>(length));
     if (op != kMessageIndex) settle_lost_chunk();
     if (!handle(op, body, at)) {

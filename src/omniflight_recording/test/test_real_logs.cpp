@@ -111,15 +111,15 @@ TEST(RealLogs, CutAndDamagedMicroSdLogsAreReadAsFarAsTheyAreSound) {
     EXPECT_LE(gyro->size(), whole.find("gyro")->size());
     EXPECT_EQ(gyro->values, whole.find("gyro")->values.topRows(gyro->size())) << size;
   }
-  for (std::size_t size = 0; size < 1000; ++size) {  // inside the header: refused, never a crash
+  for (std::size_t size = 0; size < 1000; size += 3) {  // inside the header: refused, never a crash
     write(std::string_view(bytes).substr(0, size));
     const auto r = load(cut);
     EXPECT_TRUE(!r || r->lost_anything()) << size;
   }
   std::string damaged = bytes;
-  for (std::size_t i = 0; i < 900; ++i) {
+  for (std::size_t i = 0; i < 900; i += 3) {
     damaged[i] = static_cast<char>(damaged[i] ^ (1 << (i % 8)));
-    write(std::string_view(damaged).substr(0, 20000));
+    write(std::string_view(damaged).substr(0, 4000));
     const auto r = load(cut);
     EXPECT_TRUE(!r || r->lost_anything()) << i;
     damaged[i] = bytes[i];
