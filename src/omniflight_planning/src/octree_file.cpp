@@ -138,7 +138,10 @@ Result<OctreeFile> read_octree(const std::filesystem::path& path) {
   out.sha256 = files::sha256_hex(*bytes);
   auto tree = std::make_shared<octomap::OcTree>(header->resolution);
   std::istringstream stream(std::move(*bytes));
-  if (!tree->readBinary(stream) || tree->size() != header->nodes)
+  stream.seekg(static_cast<std::streamoff>(header->data_begin));
+  // OctoMap's own reader of whole files prints to the terminal and trusts the header; the nodes are all that
+  // is left.
+  if (!tree->readBinaryData(stream) || tree->size() != header->nodes)
     return bad_input("OctoMap could not read the map", path.string(), kRemake);
   out.tree = std::move(tree);
   return out;
@@ -147,7 +150,11 @@ Result<OctreeFile> read_octree(const std::filesystem::path& path) {
 Result<std::string> octree_bytes(const octomap::OcTree& tree) {
   std::ostringstream stream;
   octomap::OcTree copy(tree);
-  if (!copy.writeBinary(stream)) return fail(ErrorCode::internal, "OctoMap could not write the map");
+  copy.toMaxLikelihood();
+  copy.prune();
+  stream << "# Octomap OcTree binary file\nid OcTree\nsize " << copy.size() << "\nres "
+         << copy.getResolution() << "\ndata\n";
+  if (!copy.writeBinaryData(stream)) return fail(ErrorCode::internal, "OctoMap could not write the map");
   return stream.str();
 }
 

@@ -43,12 +43,29 @@ Error to_error(const PathProblem& problem, const Waypoint& waypoint, const std::
   return error;
 }
 
+using Path = std::vector<Pose>;
+
 /// Each motion of a path cut into `parts`, so that a spline through it hugs the path more closely.
-std::vector<Pose> subdivided(const std::vector<Pose>& path, int parts) {
-  std::vector<Pose> out{path.front()};
+Path subdivided(const Path& path, int parts) {
+  Path out{path.front()};
   for (std::size_t i = 0; i + 1 < path.size(); ++i)
     for (int k = 1; k <= parts; ++k)
       out.push_back(interpolate(path[i], path[i + 1], static_cast<double>(k) / parts));
+  return out;
+}
+
+/// Corners cut (Chaikin): a quarter of each motion before and after an inner corner replaces it.
+Path cut_corners(const Path& path, int times) {
+  Path out = path;
+  for (int i = 0; i < times && out.size() > 2; ++i) {
+    Path next{out.front()};
+    for (std::size_t k = 0; k + 1 < out.size(); ++k) {
+      if (k > 0) next.push_back(interpolate(out[k], out[k + 1], 0.25));
+      if (k + 2 < out.size()) next.push_back(interpolate(out[k], out[k + 1], 0.75));
+    }
+    next.push_back(out.back());
+    out = std::move(next);
+  }
   return out;
 }
 
@@ -78,30 +95,70 @@ struct Ridden {
   bool stops_on_the_way = false;
 };
 
-/// The smoothest ride of a path that the map and the rotors allow: one curve through it, closer and closer to
-/// the path, and at last a stop at every corner, where the curve is the path.
-Result<Ridden> ride_path(const std::vector<Pose>& path, const StateCheck& check, const WrenchLimits& rotors,
-                         const MotionLimits& limits) {
-  const auto clear = [&](const Knots& knots) {
-    const auto trajectory = Trajectory::create(knots);
-    return trajectory && check.curve(*trajectory).free;
+/// The fastest ride of a leg (one path between each two of its waypoints) that the map and the rotors allow:
+/// on one curve through the waypoints, rounder or closer to the path, or with a stop at every corner, where
+/// the curve is the path.
+Result<Ridden> ride_leg(const std::vector<Path>& paths, const StateCheck& check, const WrenchLimits& rotors,
+                        const MotionLimits& limits) {
+  const auto joined = [&](auto shape) {
+    Path all{paths.front().front()};
+    for (const Path& path : paths) {
+      const Path shaped = shape(path);
+      all.insert(all.end(), shaped.begin() + 1, shaped.end());
+    }
+    return all;
   };
-  for (const int parts : {1, 3, 6}) {
-    auto knots = ride(PoseCurve(subdivided(path, parts)), rotors, limits);
-    if (knots && clear(*knots)) return Ridden{std::move(*knots), false};
-    if (path.size() == 2 && !knots) return Failure(knots.error());
-    if (path.size() == 2) break;
+  const Path corners = joined([](const Path& p) { return p; });
+  std::vector<Path> shapes{corners};
+  if (corners.size() > 2) {
+    for (const int times : {1, 2})
+      shapes.push_back(joined([&](const Path& p) { return cut_corners(p, times); }));
+    for (const int parts : {3, 6})
+      shapes.push_back(joined([&](const Path& p) { return subdivided(p, parts); }));
   }
-  Ridden out{{}, path.size() > 2};
-  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-    auto knots = ride(PoseCurve({path[i], path[i + 1]}), rotors, limits);
-    if (!knots) return Failure(knots.error());
-    append(out.knots, *knots);
+  Ridden best;
+  std::optional<Error> problem;
+  const auto offer = [&](Knots knots, bool stops) {
+    if (!best.knots.empty() && knots.back().t >= best.knots.back().t) return;
+    const auto trajectory = Trajectory::create(knots);
+    if (trajectory && check.curve(*trajectory).free) best = {std::move(knots), stops};
+  };
+  for (const Path& shape : shapes) {
+    auto knots = ride(PoseCurve(shape), rotors, limits);
+    if (knots)
+      offer(std::move(*knots), false);
+    else
+      problem = knots.error();
   }
-  if (!clear(out.knots))
-    return fail(ErrorCode::incomplete,
-                "curve_blocked: the timed curve does not keep the clearance of the path");
-  return out;
+  if (corners.size() > 2) {
+    Knots knots;
+    for (std::size_t i = 0; i + 1 < corners.size(); ++i) {
+      auto part = ride(PoseCurve({corners[i], corners[i + 1]}), rotors, limits);
+      if (!part) return Failure(part.error());
+      append(knots, *part);
+    }
+    offer(std::move(knots), true);
+  }
+  if (!best.knots.empty()) return best;
+  if (problem) return Failure(*problem);
+  return fail(ErrorCode::incomplete,
+              "curve_blocked: the timed curve does not keep the clearance of the path");
+}
+
+/// A path that keeps more clearance than asked for where there is room: a curve needs some to round its
+/// corners, and a vehicle that is blown aside likes it, too.
+PathResult<Path> find_roomy_path(const DistanceMap& map, const StateCheck& check, const HoverCheck& hover,
+                                 const Pose& start, const Pose& goal, const PathOptions& options) {
+  for (const double extra : {0.10, 0.04}) {
+    const StateCheck roomy(map, check.spheres(), hover, check.alpha(), check.margin() + extra);
+    if (!roomy.valid(start) || !roomy.valid(goal)) continue;
+    PathOptions part = options;
+    part.budget_s = 0.2 * options.budget_s;
+    if (auto path = find_path(roomy, start, goal, part)) return path;
+  }
+  PathOptions part = options;
+  part.budget_s = 0.6 * options.budget_s;
+  return find_path(check, start, goal, part);
 }
 
 }  // namespace
@@ -160,8 +217,8 @@ Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const
     c.alpha = *found;
   }
   const WrenchLimits rotors(vehicle, c.alpha);
-  const StateCheck check(map, cover_with_spheres(vehicle, c.alpha),
-                         hover_check(vehicle, mission.limits.rotor_headroom), c.alpha, mission.clearance);
+  const HoverCheck hover = hover_check(vehicle, mission.limits.rotor_headroom);
+  const StateCheck check(map, cover_with_spheres(vehicle, c.alpha), hover, c.alpha, mission.clearance);
 
   PathOptions path_options;
   path_options.seed = options.seed.value_or(mission.seed);
@@ -175,17 +232,18 @@ Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const
   const double budget = options.budget_s.value_or(mission.budget_s);
   Knots knots;
   hold(knots, mission.waypoints[0].pose, c.alpha, mission.waypoints[0].hold_s);
-  std::vector<Pose> path{mission.waypoints[0].pose};
+  std::vector<Path> leg;
   for (std::size_t i = 1; i < mission.waypoints.size(); ++i) {
     const Waypoint& goal = mission.waypoints[i];
     path_options.budget_s = std::max(
         1e-3, budget - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-    const auto part = find_path(check, mission.waypoints[i - 1].pose, goal.pose, path_options);
+    const auto part =
+        find_roomy_path(map, check, hover, mission.waypoints[i - 1].pose, goal.pose, path_options);
     if (!part) return Failure(to_error(part.error(), goal, mission.file));
-    path.insert(path.end(), part->begin() + 1, part->end());
+    if (path_length(*part) > 1e-6) leg.push_back(*part);
     if (!goal.stop) continue;
-    if (path_length(path) > 1e-6) {
-      auto ridden = ride_path(path, check, rotors, mission.limits);
+    if (!leg.empty()) {
+      auto ridden = ride_leg(leg, check, rotors, mission.limits);
       if (!ridden) {
         Error error = ridden.error();
         error.message = goal.name + ": " + error.message;
@@ -196,7 +254,7 @@ Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const
       append(knots, ridden->knots);
     }
     hold(knots, goal.pose, c.alpha, goal.hold_s);
-    path = {goal.pose};
+    leg.clear();
   }
   if (knots.size() < 2) return bad_input("the mission neither moves nor holds", mission.file);
 
