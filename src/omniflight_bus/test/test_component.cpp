@@ -1,5 +1,9 @@
+#include <signal.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -110,6 +114,54 @@ TEST_F(ComponentTest, AFailureStopsEveryComponentAndIsTheExitCode) {
   EXPECT_EQ(code, 4) << "gain beyond its bounds";
   EXPECT_EQ(steps, (Steps{"a configure", "b configure", "b cleanup", "a cleanup"}))
       << "nothing was activated";
+}
+
+/// Works until it is told to stop.
+class Endless : public Component {
+ public:
+  using Component::Component;
+
+ protected:
+  Status on_configure(const YAML::Node&) override { return {}; }
+};
+
+TEST_F(ComponentTest, SigtermEndsARunCleanly) {
+  const Participant observer = join();
+  std::atomic<bool> active{false}, finalized{false};
+  auto states = Subscription<ComponentState>::create(
+      observer, "/component_state", Qos::latched_last(16), [&](const ComponentState& state, std::int64_t) {
+        active = active || text(state.state) == "active";
+        finalized = finalized || text(state.state) == "finalized";
+      });
+  const std::string self = std::filesystem::read_symlink("/proc/self/exe");
+  const std::string domain = std::to_string(claim->domain());
+  const pid_t child = fork();
+  if (child == 0) {  // a fresh program: a forked copy of a running middleware is of no use
+    setenv("OMNIFLIGHT_TEST_ENDLESS_DOMAIN", domain.c_str(), 1);
+    execl(self.c_str(), self.c_str(), "--gtest_filter=EndlessProgram.*", static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  EXPECT_TRUE(eventually([&] { return active.load(); }, 15s));
+  const auto asked = std::chrono::steady_clock::now();
+  kill(child, SIGTERM);
+  int status = -1;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(status, 0);
+  EXPECT_LT(std::chrono::steady_clock::now() - asked, 3s);
+  EXPECT_TRUE(eventually([&] { return finalized.load(); }));
+}
+
+/// Not a test of its own: the program that SigtermEndsARunCleanly starts.
+TEST(EndlessProgram, Runs) {
+  const char* domain = std::getenv("OMNIFLIGHT_TEST_ENDLESS_DOMAIN");
+  if (domain == nullptr) GTEST_SKIP() << "started by SigtermEndsARunCleanly";
+  RunOptions options;
+  options.domain = std::atoi(domain);
+  options.loopback_file = OMNIFLIGHT_SOURCE_ROOT "/configs/cyclonedds_loopback.xml";
+  options.timeout = 60s;
+  std::vector<std::unique_ptr<Component>> components;
+  components.push_back(std::make_unique<Endless>("endless"));
+  EXPECT_EQ(run_components(std::move(components), options), 0);
 }
 
 TEST_F(ComponentTest, TransitionsOutOfOrderAreRefused) {
