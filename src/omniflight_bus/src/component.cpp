@@ -1,5 +1,7 @@
 #include "omniflight_bus/component.hpp"
 
+#include <exception>
+
 namespace omniflight::bus {
 
 const char* phase_name(ComponentPhase phase) {
@@ -15,6 +17,20 @@ const char* phase_name(ComponentPhase phase) {
   }
   return "?";
 }
+
+namespace {
+
+/// No exception of a component or of a library below it gets past the lifecycle.
+template <class Step>
+Status guarded(const std::string& name, const char* what, Step step) {
+  try {
+    return step();
+  } catch (const std::exception& error) {
+    return fail(ErrorCode::internal, std::string(what) + " threw: " + error.what(), name, "Report this");
+  }
+}
+
+}  // namespace
 
 Component::Component(std::string name) : name_(std::move(name)) {}
 Component::~Component() = default;
@@ -38,8 +54,9 @@ Status Component::configure(const Participant& participant, const YAML::Node& pa
     const std::lock_guard lock(mutex_);
     outcome_.reset();
   }
-  if (Status configured = on_configure(parameters); !configured) {
-    (void)on_cleanup();
+  if (Status configured = guarded(name_, "configuring", [&] { return on_configure(parameters); });
+      !configured) {
+    (void)guarded(name_, "cleaning up", [&] { return on_cleanup(); });
     counts_.clear();
     publish_state(configured.error().text());
     return configured;
@@ -49,7 +66,7 @@ Status Component::configure(const Participant& participant, const YAML::Node& pa
 
 Status Component::activate() {
   if (Status allowed = require(ComponentPhase::inactive, "activate"); !allowed) return allowed;
-  if (Status activated = on_activate(); !activated) {
+  if (Status activated = guarded(name_, "activating", [&] { return on_activate(); }); !activated) {
     publish_state(activated.error().text());
     return activated;
   }
@@ -58,7 +75,7 @@ Status Component::activate() {
 
 Status Component::deactivate() {
   if (Status allowed = require(ComponentPhase::active, "deactivate"); !allowed) return allowed;
-  const Status stopped = on_deactivate();
+  const Status stopped = guarded(name_, "deactivating", [&] { return on_deactivate(); });
   const std::optional<Status> ended = outcome();
   const Status& shown = stopped && ended ? *ended : stopped;
   (void)enter(ComponentPhase::inactive, shown ? std::string() : shown.error().text());
@@ -67,7 +84,7 @@ Status Component::deactivate() {
 
 Status Component::cleanup() {
   if (Status allowed = require(ComponentPhase::inactive, "cleanup"); !allowed) return allowed;
-  const Status cleaned = on_cleanup();
+  const Status cleaned = guarded(name_, "cleaning up", [&] { return on_cleanup(); });
   (void)enter(ComponentPhase::unconfigured, cleaned ? std::string() : cleaned.error().text());
   counts_.clear();
   return cleaned;

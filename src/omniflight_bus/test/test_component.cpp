@@ -164,6 +164,22 @@ TEST(EndlessProgram, Runs) {
   EXPECT_EQ(run_components(std::move(components), options), 0);
 }
 
+/// Reads YAML without care.
+class Careless : public Component {
+ public:
+  using Component::Component;
+
+ protected:
+  Status on_configure(const YAML::Node& parameters) override {
+    (void)parameters["gain"].as<double>();
+    return {};
+  }
+};
+
+TEST_F(ComponentTest, AnExceptionBecomesAnError) {
+  EXPECT_EQ(run_components(list(std::make_unique<Careless>("careless")), options({"gain:=much"})), 1);
+}
+
 TEST_F(ComponentTest, TransitionsOutOfOrderAreRefused) {
   Steps steps;
   Probe probe("a", steps);
