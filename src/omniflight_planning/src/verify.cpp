@@ -106,6 +106,8 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
   if (!vehicle) return Failure(vehicle.error());
   if (vehicle->sha256 != c.vehicle_sha256)
     return reject("the vehicle '" + c.vehicle_file + "' has changed since the plan was made");
+  if (std::abs(vehicle->mass - c.vehicle_mass) > 1e-9)
+    return reject("the plan was made for another mass of '" + c.vehicle_file + "'");
   const auto map = read_octree(c.map_file);
   if (!map) return Failure(map.error());
   if (map->sha256 != c.map_sha256)

@@ -161,6 +161,77 @@ TEST_F(Plans, TamperedPlansAreRefused) {
   EXPECT_TRUE(verify(dir)) << "a hold written with fewer knots is the same flight";
 }
 
+TEST_F(Plans, HostilePlanFilesAreRefusedWithAReason) {
+  const auto plan = planned("trajectory_1");
+  ASSERT_TRUE(plan);
+  const fs::path dir = fs::path(testing::TempDir()) / "hostile";
+  ASSERT_TRUE(write_plan(*plan, dir));
+  const std::string certificate = files::read_file(dir / "certificate.json", 1 << 20).value();
+  const std::string hash = files::sha256_file(dir / "trajectory.json").value();
+  const std::string knot =
+      R"({"t":0.0,"p":[0,0,1],"q":[1,0,0,0],"v":[0,0,0],"w":[0,0,0],"a":[0,0,0],"dw":[0,0,0],"alpha":0.5})";
+  const auto file = [&](const std::string& knots) {
+    return R"({"schema":"omniflight.trajectory/1","knots":)" + knots + "}";
+  };
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string text = knot;
+    return file("[" + text.replace(text.find(from), from.size(), to) + "]");
+  };
+  const struct {
+    std::string content, reason;
+  } cases[] = {
+      {std::string(1000000, '['), "no JSON object"},
+      {"[]", "no JSON object"},
+      {R"({"schema":"other/1","knots":[]})", "schema"},
+      {file("[]"), "knots"},
+      {file("7"), "knots"},
+      {file("[3]"), "knots[0].t"},
+      {changed("[0,0,1]", "[0,0]"), "knots[0].p"},
+      {changed("[0,0,1]", "[0,0,\"1\"]"), "knots[0].p"},
+      {changed("[0,0,1]", "[0,0,1e300]"), "knots[0].p"},
+      {changed("[0,0,1]", "[0,0,1e999]"), "no JSON object"},
+      {changed("[0,0,1]", "[0,0,NaN]"), "no JSON object"},
+      {changed("[1,0,0,0]", "[0,0,0,0]"), "quaternion"},
+      {changed("\"t\":0.0", "\"t\":-1"), "knots[0].t"},
+      {changed("\"t\":0.0", "\"t\":1"), "first knot"},
+      {file("[" + knot + "," + knot + "]"), "does not increase"},
+      {changed("0.5", "50"), "alpha"},
+  };
+  for (const auto& c : cases) {
+    std::ofstream(dir / "trajectory.json") << c.content;
+    std::string matching = certificate;
+    matching.replace(matching.find(hash), hash.size(), files::sha256_hex(c.content));
+    std::ofstream(dir / "certificate.json") << matching;
+    const auto read = read_plan(dir);
+    ASSERT_FALSE(read) << c.reason;
+    EXPECT_NE(read.error().text().find(c.reason), std::string::npos)
+        << c.reason << ": " << read.error().text();
+  }
+}
+
+TEST_F(Plans, AViaPointIsFlownThroughAndAlphaIsFoundBySearch) {
+  const auto mission = load_mission((kConfigs / "missions/around_frame.yaml").string());
+  ASSERT_TRUE(mission);
+  const auto plan = plan_mission(*mission);
+  ASSERT_TRUE(plan);
+  EXPECT_TRUE(plan->certificate.alpha_searched);
+  EXPECT_GT(to_degrees(plan->certificate.alpha), 41.0);  // below, a roll of 60 degrees cannot be held
+  double nearest = 1.0, speed = 0.0, outside = 0.0, roll = 0.0;
+  for (const auto& knot : plan->trajectory.knots()) {
+    const Reference& r = knot.reference;
+    roll = std::max(roll, roll_pitch_yaw(r.q_WB).x());
+    outside = std::max(outside, r.p_WB.head<2>().cwiseAbs().maxCoeff() - 1.5 * (1.0 - r.p_WB.z() / 3.0));
+    if (const double d = (r.p_WB - Vec3(0, -2.0, 1.1)).norm(); d < nearest) {
+      nearest = d;
+      speed = r.v_WB_W.norm();
+    }
+  }
+  EXPECT_LT(nearest, 0.005);
+  EXPECT_GT(speed, 0.1);
+  EXPECT_GT(outside, 0.5);  // m beyond the planes of the pyramid
+  EXPECT_GE(to_degrees(roll), 60.0 - 1e-6);
+}
+
 struct Refusal {
   const char *what, *from, *to, *reason;
   ErrorCode code;
