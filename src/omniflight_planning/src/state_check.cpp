@@ -7,6 +7,8 @@ namespace omniflight::planning {
 namespace {
 /// Less room than this beyond the margin counts as none: it bounds the number of steps.
 constexpr double kLeastRoom = 2e-4;  // m
+/// With this much room beyond the margin the bounding spheres of the parts are accurate enough.
+constexpr double kCoarse = 0.08;  // m
 }  // namespace
 
 Pose interpolate(const Pose& a, const Pose& b, double s) {
@@ -36,8 +38,29 @@ Clearance StateCheck::clearance(const Pose& pose) const {
   return best;
 }
 
+double StateCheck::room(const Pose& pose) const {
+  const double enough = margin_ + kCoarse;
+  if (const double d = map_.distance(pose.p_WB) - spheres_.bounding_radius; d >= enough) return d - margin_;
+  double best = map_.max_distance();
+  const Mat3 R = pose.q_WB.toRotationMatrix();
+  const auto look = [&](const BodySphere& s) { return map_.distance(pose.p_WB + R * s.p_BS) - s.radius; };
+  for (const SphereGroup& group : spheres_.groups) {
+    const double coarse = look(group.bound);
+    if (coarse >= best) continue;
+    if (coarse >= enough) {
+      best = coarse;
+      continue;
+    }
+    double fine = map_.max_distance();
+    for (const BodySphere& s : group.spheres) fine = std::min(fine, look(s));
+    best = std::min(best, fine);
+    if (best <= margin_) break;
+  }
+  return best - margin_;
+}
+
 bool StateCheck::valid(const Pose& pose) const {
-  return is_finite(pose) && clearance(pose).distance > margin_ + kLeastRoom && hoverable(pose.q_WB);
+  return is_finite(pose) && room(pose) > kLeastRoom && hoverable(pose.q_WB);
 }
 
 bool StateCheck::motion_valid(const Pose& a, const Pose& b) const {
@@ -49,10 +72,10 @@ bool StateCheck::motion_valid(const Pose& a, const Pose& b) const {
     if (!hoverable(interpolate(a, b, static_cast<double>(k) / attitudes).q_WB)) return false;
   double s = 0.0;
   while (s < 1.0) {
-    const double room = clearance(interpolate(a, b, s)).distance - margin_;
-    if (room <= kLeastRoom) return false;
+    const double free = room(interpolate(a, b, s));
+    if (free <= kLeastRoom) return false;
     if (length <= 0.0) return true;
-    s += room / length;
+    s += free / length;
   }
   return true;
 }
@@ -91,39 +114,38 @@ CurveCheck StateCheck::curve(const Trajectory& trajectory) const {
   CurveCheck out;
   out.min_clearance = map_.max_distance();
   const auto& knots = trajectory.knots();
-  const auto look = [&](double t) {
+  if (knots.empty()) return out;
+  const auto pose_at = [&](double t) {
     const Reference r = trajectory.sample(t);
-    const Clearance c = clearance({r.p_WB, r.q_WB});
-    ++out.witnesses;
-    if (c.distance < out.min_clearance) {
-      out.min_clearance = c.distance;
-      out.at = t;
-      out.p_W = c.p_W;
-    }
-    return c.distance - margin_;
+    return Pose{r.p_WB, r.q_WB};
   };
-  if (knots.empty() || look(0.0) <= 0.0) return out;
-  double room = out.min_clearance - margin_;  // distance that may still be travelled without looking again
+  const auto note = [&](double t) {
+    const Clearance c = clearance(pose_at(t));
+    if (c.distance >= out.min_clearance) return;
+    out.min_clearance = c.distance;
+    out.at = t;
+    out.p_W = c.p_W;
+  };
+  double left = 0.0;  // distance that may still be travelled without looking again
+  const auto look = [&](double t) {
+    left = room(pose_at(t));
+    ++out.witnesses;
+    if (left <= 0.1 * kLeastRoom) note(t);
+    return left > 0.1 * kLeastRoom;
+  };
+  if (!look(0.0)) return out;
   for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
     const double speed = speed_bound(knots[k], knots[k + 1], spheres_.bounding_radius);
     double t = knots[k].t;
-    while (true) {
-      const double travel = speed * (knots[k + 1].t - t);
-      if (travel < room) {
-        room -= travel;
-        break;
-      }
-      t += room / speed;
-      room = look(t);
-      if (room <= 0.1 * kLeastRoom) {
-        out.at = t;
-        return out;
-      }
+    while (speed * (knots[k + 1].t - t) >= left) {
+      t += left / speed;
+      if (!look(t)) return out;
     }
+    left -= speed * (knots[k + 1].t - t);
   }
-  // What the report calls the least clearance is looked for at every knot, not only where the advance
-  // stopped.
-  for (const auto& knot : knots) look(knot.t);
+  // The report's least clearance is looked for more accurately than the advance needs.
+  for (std::size_t k = 0; k < knots.size(); ++k)
+    if (k % 10 == 0 || k + 1 == knots.size()) note(knots[k].t);
   // The field's bound is not continuous between voxels, so it may fall short of what the advance has proven.
   out.min_clearance = std::max(out.min_clearance, margin_);
   out.free = true;

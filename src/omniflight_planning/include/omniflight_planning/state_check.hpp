@@ -28,7 +28,7 @@ struct Clearance {
 /// Where a timed curve comes closest, and what it was checked with.
 struct CurveCheck {
   bool free = false;
-  double min_clearance = 0.0;  ///< m, least over the places looked at
+  double min_clearance = 0.0;  ///< m, least over knots 0.1 s apart, never below the margin when free
   double at = 0.0;             ///< s, when; the first violation when not free
   Vec3 p_W = Vec3::Zero();     ///< m, the vehicle sphere that comes closest then
   std::size_t witnesses = 0;   ///< places looked at
@@ -42,6 +42,9 @@ class StateCheck {
   StateCheck(const DistanceMap& map, VehicleSpheres spheres, HoverCheck hover, double alpha, double margin);
 
   Clearance clearance(const Pose& pose) const;
+  /// Distance [m] beyond the margin that is certainly free around every vehicle point; coarser than
+  /// clearance() where there is plenty, so many times cheaper. Not positive when the margin is not kept.
+  double room(const Pose& pose) const;
   bool hoverable(const Quat& q_WB) const { return hover_(q_WB, alpha_); }
   /// Finite, at least `margin` away from everything and hoverable.
   bool valid(const Pose& pose) const;
