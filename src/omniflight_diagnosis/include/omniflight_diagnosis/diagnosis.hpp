@@ -1,0 +1,132 @@
+// Where a flight and the model differ, which left-out physics explains it, and how much better the model is
+// with it.
+#pragma once
+
+#include <map>
+#include <span>
+
+#include "omniflight_diagnosis/flight.hpp"
+#include "omniflight_physics/effect.hpp"
+
+namespace omniflight::diagnosis {
+
+enum class Verdict { nothing_missing, explained, ambiguous, unexplained, unusable };
+std::string to_string(Verdict verdict);
+
+struct Input {
+  std::string file, sha256;
+  double duration_s = 0;
+  std::vector<std::string> signals;
+  std::vector<Window> excluded;
+};
+
+struct Mismatch {
+  physics::Stage stage = physics::Stage::wrench;
+  std::string channel, frame, unit;
+  std::vector<std::pair<double, double>> windows_s;  ///< of the first flight in which it is seen
+  std::string where;                                 ///< "grows with height above 0.62 m: -2.45 N per m"
+  double p_value = 1;                                ///< holds for coloured noise
+  double rms = 0, noise_rms = 0;                     ///< before, and what no term explains
+};
+
+struct ParameterValue {
+  std::string name, symbol, unit;
+  double value = 0, low = 0, high = 0;  ///< 95 % interval
+};
+
+struct Finding {
+  std::string effect;
+  double probability = 0;
+  std::vector<std::string> cannot_be_told_apart_from;
+  physics::Stage stage = physics::Stage::wrench;
+  std::vector<std::string> channels;
+  std::string sentence, equation, latex;
+  std::vector<ParameterValue> parameters;
+};
+
+struct Unexplained {
+  physics::Stage stage = physics::Stage::wrench;
+  std::string channel, unit, frame, parity, energy = "unknown", nearest;
+  std::vector<std::string> depends_on;
+  double share_of_residual = 0;
+};
+
+struct ChannelFit {
+  std::string recording;  ///< file; empty in sample
+  std::string channel, unit;
+  double rms_before = 0, rms_after = 0;
+};
+struct RolloutFit {
+  double horizon_s = 0;
+  std::string channel, unit;
+  double rmse_before = 0, rmse_after = 0;
+};
+struct ClosedLoop {
+  std::string channel, unit;
+  double real = 0, simulated_before = 0, simulated_after = 0;
+};
+struct Power {
+  double real_W = 0, simulated_before_W = 0, simulated_after_W = 0;
+};
+struct FitReport {
+  std::vector<ChannelFit> in_sample, held_out;
+  std::vector<RolloutFit> rollout;
+  std::vector<ClosedLoop> closed_loop;  ///< filled by whoever re-flies the model
+  Power power;                          ///< likewise
+};
+
+/// For plots and tables of the report; not part of diagnosis.json.
+struct Series {
+  std::string file;
+  std::vector<double> t_s, height_m;
+  std::vector<std::string> channels;               ///< Fx ... Mz body, Fz_world
+  std::vector<std::vector<double>> before, after;  ///< a channel, NaN where cut out
+};
+struct CandidateGain {
+  std::string effect;
+  double gain = 0;               ///< log-likelihood alone, against nothing
+  double needed = 0;             ///< entry threshold
+  double share_of_residual = 0;  ///< of the best channel's whitened energy
+};
+struct AliasMatrix {
+  std::vector<std::string> effects;
+  Eigen::MatrixXd cosine;  ///< of whitened contributions; entry (i, j): how well j can imitate i
+};
+
+struct NextFlight {
+  std::vector<std::pair<std::string, std::string>> separates;
+  std::vector<std::string> manoeuvres;  ///< in words, from the effect library
+};
+
+struct Diagnosis {
+  std::vector<Input> inputs;
+  Verdict verdict = Verdict::nothing_missing;
+  std::string summary;
+  std::vector<Mismatch> mismatch;
+  std::vector<Finding> findings;
+  std::vector<Unexplained> unexplained;
+  FitReport fit;
+  NextFlight next_flight;
+  double runtime_s = 0;  ///< set by the caller
+
+  std::vector<physics::ActiveEffect> model;    ///< effects with values: what model.yaml lists
+  std::map<std::string, double> tracking_rms;  ///< "px" [m] ...: shows how blind the tracking error is
+  std::vector<Series> series;
+  std::vector<CandidateGain> candidates;
+  AliasMatrix aliases;
+};
+
+/// Locates, names, models. `fit` recordings are fitted together; `held_out` ones are only predicted. With no
+/// held-out recording the last third of a single flight is held out as a block, and named so.
+/// Errors: no recording, or one that prepare_flight refuses.
+Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
+                           std::span<const recording::Recording> held_out, const vehicle::Vehicle& vehicle,
+                           const Options& options = {});
+
+/// diagnosis.json, schema omniflight.diagnosis/1, pretty-printed.
+std::string to_json(const Diagnosis& diagnosis);
+
+/// Text of model.yaml (schema omniflight.model/1), which the simulator loads as it stands.
+std::string model_yaml(const Diagnosis& diagnosis);
+
+}  // namespace omniflight::diagnosis

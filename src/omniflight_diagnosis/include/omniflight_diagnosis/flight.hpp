@@ -1,0 +1,59 @@
+// One recording made ready for analysis: filtered, on one time grid, with what was cut out and why.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "omniflight_core/result.hpp"
+#include "omniflight_diagnosis/options.hpp"
+#include "omniflight_recording/recording.hpp"
+
+namespace omniflight::diagnosis {
+
+struct Window {
+  double from_s = 0, to_s = 0;
+  std::string why;
+};
+
+/// A sensor that lies; found before anything is fitted.
+struct SensorFault {
+  std::string effect;   ///< contracts id
+  std::string channel;  ///< "rotor1_speed", "vbat"
+  std::string sentence;
+  double share = 0;  ///< of the flight
+};
+
+/// Uninterrupted samples [begin, end) of the grid that may be used.
+struct Segment {
+  int begin = 0, end = 0;
+};
+
+struct Flight {
+  std::string file, sha256;
+  double duration_s = 0;
+  std::vector<std::string> signals;
+  std::vector<Window> excluded;
+  std::vector<SensorFault> faults;
+  std::vector<std::string> notes;  ///< what a missing signal costs, in sentences
+
+  double rate_hz = 0;  ///< of the grid
+  std::vector<double> t;
+  std::vector<physics::Situation> situation;  ///< filtered state, rotors and accelerations at every grid time
+  Eigen::MatrixXd specific_force;             ///< n x 3, m/s^2, body
+  Eigen::MatrixXd rotor_speed;                ///< n x rotors, rad/s
+  Eigen::MatrixXd tracking_error;             ///< n x 3, m, position minus reference; empty without reference
+  std::vector<Segment> segments;
+  bool has_accelerometer = false, has_gyro = false, has_alpha = false, has_position = false;
+  bool speed_from_command = false;
+
+  int size() const { return static_cast<int>(t.size()); }
+  int usable() const;
+  bool has(const std::string& signal) const;
+};
+
+/// Errors: a recording that cannot carry a wrench analysis (no attitude, no rotor speed or command, wrong
+/// number of rotors, less than two seconds of free flight), each with what would help.
+Result<Flight> prepare_flight(const recording::Recording& recording, const vehicle::Vehicle& vehicle,
+                              const Options& options);
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,291 @@
+// The way from recordings to a diagnosis, step by step.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "actuation.hpp"
+#include "locate.hpp"
+#include "naming.hpp"
+#include "rollout.hpp"
+#include "statistics.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+using physics::ActiveEffect;
+
+std::string format(const char* pattern, auto... values) {
+  char text[400];
+  std::snprintf(text, sizeof text, pattern, values...);
+  return text;
+}
+
+std::vector<const Flight*> pointers(const std::vector<Flight>& flights) {
+  std::vector<const Flight*> out;
+  for (const Flight& f : flights) out.push_back(&f);
+  return out;
+}
+
+/// The flight with only the samples inside (or only those outside) [from_s, to_s).
+Flight part_of(const Flight& f, double from_s, double to_s, bool inside) {
+  Flight out = f;
+  out.segments.clear();
+  const int settle = static_cast<int>(0.5 * f.rate_hz);
+  for (const Segment& s : f.segments) {
+    Segment open{-1, -1};
+    for (int i = s.begin; i <= s.end; ++i) {
+      const double t = i < s.end ? f.t[static_cast<std::size_t>(i)] : 0;
+      const bool in = i < s.end && ((t >= from_s && t < to_s) == inside);
+      if (in && open.begin < 0) open.begin = i;
+      if (!in && open.begin >= 0) {
+        if (i - open.begin > settle) out.segments.push_back({open.begin, i});
+        open.begin = -1;
+      }
+    }
+  }
+  return out;
+}
+
+/// RMS a channel without and with effects: body wrench, vertical world force, specific force [m/s^2].
+std::vector<ChannelFit> compare(const Flight& flight, const vehicle::Vehicle& vehicle, const Options& o,
+                                const std::vector<ActiveEffect>& effects, const std::string& name) {
+  std::vector<ChannelFit> out;
+  const Flight* one[] = {&flight};
+  const Problem problem(one, vehicle, o);
+  const int n = problem.samples();
+  if (n == 0) return out;
+  std::vector<ActiveEffect> wrench;
+  for (const ActiveEffect& e : effects)
+    if (e.effect->acts_on_wrench()) wrench.push_back(e);
+  Eigen::VectorXd after;
+  problem.predict(wrench, Eigen::VectorXd::Zero(problem.offset_sigma().size()), after, nullptr);
+  const Eigen::VectorXd& before = problem.residual();
+  for (int c = 0; c < 6; ++c)
+    out.push_back({name, kChannels[static_cast<std::size_t>(c)], channel_unit(c),
+                   rms(before.segment(c * n, n)), rms(after.segment(c * n, n))});
+  static constexpr const char* kAcceleration[] = {"ax", "ay", "az"};
+  for (int c = 0; c < 3; ++c)
+    out.push_back({name, kAcceleration[c], "m/s2", rms(before.segment(c * n, n)) / vehicle.mass,
+                   rms(after.segment(c * n, n)) / vehicle.mass});
+  return out;
+}
+
+Series series_of(const Flight& flight, const vehicle::Vehicle& vehicle, const Options& o, const Fit& model) {
+  const Flight* one[] = {&flight};
+  const Problem problem(one, vehicle, o);
+  Eigen::VectorXd after;
+  problem.predict(model.effects, model.offsets, after, nullptr);
+  const int n = problem.samples();
+  Series s;
+  s.file = flight.file;
+  for (const char* c : kChannels) s.channels.emplace_back(c);
+  s.channels.emplace_back("Fz_world");
+  s.before.resize(7);
+  s.after.resize(7);
+  for (int i = 0; i < n; ++i) {
+    const physics::Situation& x = problem.situation(i);
+    s.t_s.push_back(x.t);
+    s.height_m.push_back(x.body.p_WB.z());
+    Vec3 up_before, up_after;
+    for (int c = 0; c < 6; ++c) {
+      s.before[static_cast<std::size_t>(c)].push_back(problem.residual()[c * n + i]);
+      s.after[static_cast<std::size_t>(c)].push_back(after[c * n + i]);
+      if (c < 3) up_before[c] = problem.residual()[c * n + i], up_after[c] = after[c * n + i];
+    }
+    s.before[6].push_back(x.R_WB.row(2).dot(up_before));
+    s.after[6].push_back(x.R_WB.row(2).dot(up_after));
+  }
+  return s;
+}
+
+std::string values_in_words(const std::vector<ParameterValue>& parameters) {
+  std::string out;
+  for (const ParameterValue& p : parameters)
+    out += format("%s%s = %.4g %s (95 %%: %.4g to %.4g)", out.empty() ? "" : ", ", p.name.c_str(), p.value,
+                  p.unit == "1" ? "" : p.unit.c_str(), p.low, p.high);
+  return out;
+}
+
+void add_wrench_findings(const Problem& problem, const Naming& naming, const Options& o, Diagnosis& d) {
+  const Eigen::VectorXd se = standard_errors(problem, naming.model, o);
+  Eigen::Index at = 0;
+  const int n = problem.samples();
+  for (std::size_t k = 0; k < naming.model.effects.size(); ++k) {
+    const ActiveEffect& e = naming.model.effects[k];
+    const physics::EffectInfo& info = e.effect->info();
+    Finding f;
+    f.effect = info.id;
+    f.stage = info.stage;
+    f.equation = info.equation;
+    f.latex = info.latex;
+    f.probability = naming.named[k].probability;
+    for (const Alternative& a : naming.named[k].set) f.cannot_be_told_apart_from.push_back(a.effect);
+    const Eigen::VectorXd own = contribution_of(problem, naming.model, k);
+    for (int c = 0; c < 6; ++c)
+      if (rms(own.segment(c * n, n)) > 0.2 * rms(naming.model.residual.segment(c * n, n)))
+        f.channels.emplace_back(kChannels[static_cast<std::size_t>(c)]);
+    for (std::size_t p = 0; p < e.theta.size(); ++p, ++at) {
+      const physics::Parameter& info_p = info.parameters[p];
+      const double half = 1.96 * se[at];
+      f.parameters.push_back({info_p.name, info_p.symbol, info_p.unit, e.theta[p],
+                              std::max(info_p.lower, e.theta[p] - half),
+                              std::min(info_p.upper, e.theta[p] + half)});
+    }
+    f.sentence = info.term + ": " + values_in_words(f.parameters) + ".";
+    if (!f.cannot_be_told_apart_from.empty()) {
+      f.sentence += " On this flight it cannot be told apart from";
+      for (const std::string& id : f.cannot_be_told_apart_from) f.sentence += " " + id;
+      f.sentence += "; " + info.separated_by + " would tell.";
+      for (const std::string& id : f.cannot_be_told_apart_from)
+        d.next_flight.separates.emplace_back(info.id, id);
+      d.next_flight.manoeuvres.push_back(info.separated_by);
+    }
+    d.findings.push_back(std::move(f));
+    d.model.push_back(e);
+  }
+}
+
+void add_faults(const std::vector<Flight>& flights, Diagnosis& d) {
+  for (const Flight& f : flights)
+    for (const SensorFault& fault : f.faults) {
+      Finding finding;
+      finding.effect = fault.effect;
+      finding.probability = 0.99;
+      finding.stage = physics::Stage::sensing;
+      finding.channels = {fault.channel};
+      finding.sentence = fault.sentence;
+      finding.equation = "measured value does not follow the quantity";
+      d.findings.push_back(finding);
+      Mismatch m;
+      m.stage = physics::Stage::sensing;
+      m.channel = fault.channel;
+      m.frame = fault.effect == "rotor_speed_sensor_fault" ? "rotor" : "body";
+      m.unit = fault.effect == "rotor_speed_sensor_fault" ? "rad/s" : "V";
+      m.where = format("%.0f %% of the flight", 100 * fault.share);
+      m.p_value = 0;
+      for (const Window& w : f.excluded)
+        if (w.why.rfind(fault.channel, 0) == 0) m.windows_s.emplace_back(w.from_s, w.to_s);
+      d.mismatch.push_back(m);
+    }
+}
+
+std::string summarise(const Diagnosis& d, const std::vector<Flight>& flights) {
+  std::string s;
+  if (d.findings.empty())
+    s = "Nothing is missing: the rotors, the mass and the inertia of the vehicle file explain what was "
+        "measured, "
+        "within the noise and the tolerances of the sensors.";
+  for (const Mismatch& m : d.mismatch)
+    if (m.stage == physics::Stage::wrench)
+      s += format("%s (%s frame) differs by %.3g %s where %.3g is noise%s%s. ", m.channel.c_str(),
+                  m.frame.c_str(), m.rms, m.unit.c_str(), m.noise_rms, m.where.empty() ? "" : ": ",
+                  m.where.c_str());
+  for (const Finding& f : d.findings) s += "Found " + f.sentence + " ";
+  for (const Unexplained& u : d.unexplained)
+    s += format("Something in %s is not in the library: %.0f %% of what remains can still be predicted. ",
+                u.channel.c_str(), 100 * u.share_of_residual);
+  for (const Flight& f : flights) {
+    for (const std::string& note : f.notes) s += note + " ";
+    if (!f.notes.empty()) break;
+  }
+  if (const auto x = d.tracking_rms.find("pz"); x != d.tracking_rms.end() && !d.findings.empty())
+    s += format("The tracking error shows little of it (vertical RMS %.1f mm).", 1e3 * x->second);
+  while (!s.empty() && s.back() == ' ') s.pop_back();
+  return s;
+}
+
+}  // namespace
+
+Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
+                           std::span<const recording::Recording> held_out, const vehicle::Vehicle& vehicle,
+                           const Options& o) {
+  if (fit.empty()) return bad_input("no recording to diagnose", "", "Name at least one recording");
+  if (auto valid = vehicle::validate(vehicle); !valid) return tl::unexpected(valid.error());
+  Diagnosis d;
+  std::vector<Flight> flights, unseen;
+  for (const auto* list : {&fit, &held_out}) {
+    for (const recording::Recording& r : *list) {
+      auto f = prepare_flight(r, vehicle, o);
+      if (!f) return tl::unexpected(f.error());
+      d.inputs.push_back({f->file, f->sha256, f->duration_s, f->signals, f->excluded});
+      (list == &fit ? flights : unseen).push_back(std::move(*f));
+    }
+  }
+  const std::vector<const Flight*> used = pointers(flights);
+  const Problem problem(used, vehicle, o);
+  const auto candidates = offered_effects(used, vehicle, o);
+  const Naming naming = name_effects(problem, candidates, o);
+  d.candidates = naming.candidates;
+  d.aliases = naming.aliases;
+  d.mismatch = locate_wrench(problem, naming.null_model, naming.model, used, o);
+  add_wrench_findings(problem, naming, o, d);
+  d.unexplained = locate_unexplained(problem, naming.model, o);
+  const std::vector<ActiveEffect> wrench = naming.model.effects;
+
+  std::vector<std::vector<ActuationFit>> actuation;
+  for (std::size_t k = 0; k < fit.size(); ++k) {
+    if (!flights[k].speed_from_command) actuation.push_back(fit_actuation(fit[k], vehicle, flights[k]));
+    if (k == 0)
+      for (Mismatch& m : locate_allocation(fit[k])) d.mismatch.push_back(std::move(m));
+  }
+  add_actuation(actuation, d);
+  add_faults(flights, d);
+
+  // before and after, on what the fit saw and on what it did not see
+  for (int c = 0; c < 6; ++c) {
+    const int n = problem.samples();
+    d.fit.in_sample.push_back({"", kChannels[static_cast<std::size_t>(c)], channel_unit(c),
+                               rms(problem.residual().segment(c * n, n)),
+                               rms(naming.model.residual.segment(c * n, n))});
+  }
+  for (const Flight& f : unseen)
+    for (ChannelFit& c : compare(f, vehicle, o, wrench, f.file)) d.fit.held_out.push_back(std::move(c));
+  if (unseen.empty() && flights.size() == 1 && !wrench.empty()) {
+    constexpr int kFolds = 3;
+    const double from = flights[0].t.front(), span = flights[0].t.back() - from;
+    for (int k = 0; k < kFolds; ++k) {
+      const double a = from + span * k / kFolds, b = from + span * (k + 1) / kFolds;
+      const Flight rest = part_of(flights[0], a, b, false), block = part_of(flights[0], a, b, true);
+      if (rest.usable() < 2 * rest.rate_hz || block.usable() < rest.rate_hz) continue;
+      const Flight* one[] = {&rest};
+      const Problem without_block(one, vehicle, o);
+      const Fit refitted = fit_effects(without_block, wrench, o);
+      for (ChannelFit& c : compare(block, vehicle, o, refitted.effects,
+                                   format("%s [%.1f s to %.1f s, not fitted]",
+                                          std::filesystem::path(flights[0].file).filename().c_str(), a, b)))
+        d.fit.held_out.push_back(std::move(c));
+    }
+  }
+  if (o.rollouts) d.fit.rollout = rollouts(unseen.empty() ? used : pointers(unseen), vehicle, wrench, o);
+  for (const Flight& f : flights) d.series.push_back(series_of(f, vehicle, o, naming.model));
+  if (flights[0].tracking_error.rows() > 0) {
+    static constexpr const char* kAxis[] = {"px", "py", "pz"};
+    for (int c = 0; c < 3; ++c) {
+      double sum = 0;
+      int count = 0;
+      for (const Segment& s : flights[0].segments)
+        for (int i = s.begin; i < s.end; ++i)
+          if (std::isfinite(flights[0].tracking_error(i, c))) {
+            sum += std::pow(flights[0].tracking_error(i, c), 2);
+            ++count;
+          }
+      if (count > 0) d.tracking_rms[kAxis[c]] = std::sqrt(sum / count);
+    }
+  }
+
+  const bool ambiguous = std::any_of(d.findings.begin(), d.findings.end(),
+                                     [](const Finding& f) { return !f.cannot_be_told_apart_from.empty(); });
+  if (!d.unexplained.empty())
+    d.verdict = Verdict::unexplained;
+  else if (ambiguous)
+    d.verdict = Verdict::ambiguous;
+  else if (!d.findings.empty())
+    d.verdict = Verdict::explained;
+  else
+    d.verdict = Verdict::nothing_missing;
+  d.summary = summarise(d, flights);
+  return d;
+}
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,413 @@
+#include "fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace omniflight::diagnosis {
+namespace {
+
+using physics::ActiveEffect;
+using physics::Effect;
+using physics::Parameter;
+
+/// All unknowns in one vector: effect parameters in order, then offsets, with bounds and priors.
+struct Unknowns {
+  Eigen::VectorXd x, lower, upper, weight;  ///< weight: 1/sigma^2 of the prior about zero
+
+  Unknowns(const Problem& problem, const std::vector<ActiveEffect>& effects, const Eigen::VectorXd* offsets) {
+    std::vector<double> v, lo, hi;
+    for (const ActiveEffect& e : effects) {
+      for (std::size_t k = 0; k < e.theta.size(); ++k) {
+        const Parameter& p = e.effect->info().parameters[k];
+        lo.push_back(std::max(p.lower, problem.lower_limit(*e.effect, k)));
+        v.push_back(std::clamp(e.theta[k], lo.back(), p.upper));
+        hi.push_back(p.upper);
+      }
+    }
+    const auto m = static_cast<Eigen::Index>(v.size());
+    const Eigen::Index offset_count = problem.offset_sigma().size();
+    x = Eigen::VectorXd::Zero(m + offset_count);
+    lower = Eigen::VectorXd::Constant(m + offset_count, -1e9);
+    upper = -lower;
+    weight = Eigen::VectorXd::Zero(m + offset_count);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      x[k] = v[static_cast<std::size_t>(k)];
+      lower[k] = lo[static_cast<std::size_t>(k)];
+      upper[k] = hi[static_cast<std::size_t>(k)];
+    }
+    weight.tail(offset_count) = problem.offset_sigma().cwiseAbs2().cwiseInverse();
+    if (offsets && offsets->size() == offset_count) x.tail(offset_count) = *offsets;
+  }
+};
+
+void take(const Eigen::VectorXd& x, std::vector<ActiveEffect>& effects) {
+  Eigen::Index k = 0;
+  for (ActiveEffect& e : effects)
+    for (double& t : e.theta) t = x[k++];
+}
+
+/// What remains, and the columns, at x.
+void predict(const Problem& problem, std::vector<ActiveEffect>& effects, const Eigen::VectorXd& x,
+             Eigen::VectorXd& rest, Eigen::MatrixXd* jacobian) {
+  take(x, effects);
+  problem.predict(effects, x.tail(problem.offset_sigma().size()), rest, jacobian);
+}
+
+/// Minimises 1/2 d'Hd - g'd with x + d inside the bounds, by fixing violated bounds one after another.
+Eigen::VectorXd bounded_step(const Eigen::MatrixXd& H, const Eigen::VectorXd& g, const Unknowns& u) {
+  const Eigen::Index m = g.size();
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(m);
+  std::vector<char> fixed(static_cast<std::size_t>(m), 0);
+  for (Eigen::Index round = 0; round <= m; ++round) {
+    std::vector<Eigen::Index> open;
+    for (Eigen::Index k = 0; k < m; ++k)
+      if (!fixed[static_cast<std::size_t>(k)]) open.push_back(k);
+    const auto size = static_cast<Eigen::Index>(open.size());
+    if (size == 0) break;
+    Eigen::MatrixXd h(size, size);
+    Eigen::VectorXd r(size), scale(size);
+    for (Eigen::Index a = 0; a < size; ++a) {
+      r[a] = g[open[static_cast<std::size_t>(a)]];
+      for (Eigen::Index k = 0; k < m; ++k)
+        if (fixed[static_cast<std::size_t>(k)]) r[a] -= H(open[static_cast<std::size_t>(a)], k) * step[k];
+      for (Eigen::Index b = 0; b < size; ++b)
+        h(a, b) = H(open[static_cast<std::size_t>(a)], open[static_cast<std::size_t>(b)]);
+      scale[a] = h(a, a) > 0 ? 1.0 / std::sqrt(h(a, a)) : 0.0;
+    }
+    h = scale.asDiagonal() * h * scale.asDiagonal();
+    h.diagonal().array() += 1e-10;
+    const Eigen::VectorXd d = scale.asDiagonal() * h.ldlt().solve(scale.asDiagonal() * r);
+    bool violated = false;
+    for (Eigen::Index a = 0; a < size; ++a) {
+      const Eigen::Index k = open[static_cast<std::size_t>(a)];
+      step[k] = d[a];
+      const double to = u.x[k] + d[a];
+      if (to < u.lower[k] - 1e-12 || to > u.upper[k] + 1e-12) {
+        step[k] = std::clamp(to, u.lower[k], u.upper[k]) - u.x[k];
+        fixed[static_cast<std::size_t>(k)] = 1;
+        violated = true;
+      }
+    }
+    if (!violated) break;
+  }
+  return step;
+}
+
+double cost(const Eigen::VectorXd& whitened, const Unknowns& u, const Eigen::VectorXd& x) {
+  return 0.5 * whitened.squaredNorm() + 0.5 * u.weight.dot(x.cwiseAbs2());
+}
+
+/// Gauss-Newton with step halving under a fixed whitening; returns what remains of the residual.
+Eigen::VectorXd minimise(const Problem& problem, std::vector<ActiveEffect>& effects, Unknowns& u,
+                         const Whitening& whitening, int iterations) {
+  bool linear = true;
+  for (const ActiveEffect& e : effects) linear = linear && has_constant_columns(*e.effect);
+  Eigen::MatrixXd jacobian;
+  Eigen::VectorXd rest, left;
+  for (int iteration = 0; iteration < (linear ? 1 : iterations); ++iteration) {
+    predict(problem, effects, u.x, rest, &jacobian);
+    const Eigen::VectorXd r = whitening.apply_vector(problem, rest);
+    const Eigen::MatrixXd X = whitening.apply(problem, jacobian);
+    Eigen::MatrixXd H = X.transpose() * X;
+    H.diagonal() += u.weight;
+    const Eigen::VectorXd g = X.transpose() * r - u.weight.cwiseProduct(u.x);
+    const Eigen::VectorXd step = bounded_step(H, g, u);
+    if (linear) {
+      u.x += step;
+      rest -= jacobian * step;
+      break;
+    }
+    const double now = cost(r, u, u.x);
+    double size = 1.0, best = now;
+    Eigen::VectorXd to = u.x;
+    for (int halving = 0; halving < 6; ++halving, size *= 0.4) {
+      const Eigen::VectorXd trial = (u.x + size * step).cwiseMax(u.lower).cwiseMin(u.upper);
+      predict(problem, effects, trial, left, nullptr);
+      const double c = cost(whitening.apply_vector(problem, left), u, trial);
+      if (c < best) {
+        best = c;
+        to = trial;
+        rest = left;
+        break;
+      }
+    }
+    const bool settled = now - best < 0.01 + 1e-7 * now;
+    u.x = to;
+    if (settled) break;
+  }
+  take(u.x, effects);
+  return rest;
+}
+
+}  // namespace
+
+namespace {
+
+Fit fit_rounds(const Problem& problem, const std::vector<ActiveEffect>& start, const Options& options,
+               int rounds, int iterations) {
+  Fit fit;
+  fit.effects = start;
+  Unknowns u(problem, start, nullptr);
+  fit.whitening = Whitening::scale_only(problem, problem.residual());
+  for (int round = 0; round < rounds; ++round) {
+    fit.residual = minimise(problem, fit.effects, u, fit.whitening, iterations);
+    fit.whitening = Whitening::autoregressive(problem, fit.residual, options.ar_order);
+  }
+  fit.offsets = u.x.tail(problem.offset_sigma().size());
+  fit.log_likelihood = fit.whitening.log_likelihood() - 0.5 * u.weight.dot(u.x.cwiseAbs2());
+  for (const ActiveEffect& e : fit.effects) fit.parameters += e.effect->parameter_count();
+  return fit;
+}
+
+/// The base's effects and one more, its shape parameters at their best on a grid.
+std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, const Effect& effect) {
+  const auto& parameters = effect.info().parameters;
+  std::vector<double> theta;
+  std::vector<std::size_t> shapes;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    theta.push_back(parameters[k].typical);
+    if (!parameters[k].linear && parameters[k].typical == parameters[k].neutral) shapes.push_back(k);
+  }
+  std::vector<ActiveEffect> start = base.effects;
+  start.push_back({&effect, theta});
+  // amplitudes are free in the search, shapes are profiled one after another, everything else linearised
+  const auto amplitude = [&](std::size_t k) {
+    return parameters[k].linear || parameters[k].typical != parameters[k].neutral;
+  };
+  // scale only: while an effect is left out, the autoregression swallows its slow part
+  const Whitening whitening = Whitening::scale_only(problem, base.residual);
+  if (!shapes.empty()) {
+    std::vector<Eigen::Index> free;
+    for (std::size_t c = 0; c < parameters.size(); ++c)
+      if (amplitude(c)) free.push_back(static_cast<Eigen::Index>(c));
+    const auto own = static_cast<Eigen::Index>(free.size());
+    // unknowns: the effect's amplitudes first, then everything else, linearised once
+    Unknowns others(problem, base.effects, &base.offsets), u = others;
+    const Eigen::Index rest_size = others.x.size();
+    for (Eigen::VectorXd* v : {&u.x, &u.lower, &u.upper, &u.weight}) v->resize(own + rest_size);
+    u.x << Eigen::VectorXd::Zero(own), others.x;
+    u.weight << Eigen::VectorXd::Zero(own), others.weight;
+    u.lower.tail(rest_size) = others.lower;
+    u.upper.tail(rest_size) = others.upper;
+    for (Eigen::Index c = 0; c < own; ++c) {
+      u.x[c] = parameters[static_cast<std::size_t>(free[static_cast<std::size_t>(c)])].neutral;
+      u.lower[c] = parameters[static_cast<std::size_t>(free[static_cast<std::size_t>(c)])].lower;
+      u.upper[c] = parameters[static_cast<std::size_t>(free[static_cast<std::size_t>(c)])].upper;
+    }
+    const Eigen::VectorXd none = Eigen::VectorXd::Zero(base.offsets.size());
+    Eigen::MatrixXd jacobian = jacobian_of(problem, base);
+    Eigen::VectorXd rest;
+    const Eigen::MatrixXd Z = whitening.apply(problem, jacobian);
+    const Eigen::VectorXd target = whitening.apply_vector(problem, base.residual);
+    Eigen::MatrixXd H(own + rest_size, own + rest_size);
+    Eigen::VectorXd g(own + rest_size);
+    H.bottomRightCorner(rest_size, rest_size) = Z.transpose() * Z;
+    H.bottomRightCorner(rest_size, rest_size).diagonal() += others.weight;
+    g.tail(rest_size) = Z.transpose() * target - others.weight.cwiseProduct(others.x);
+    std::vector<ActiveEffect> alone{start.back()};
+    std::vector<double>& theta_now = alone[0].theta;
+    for (std::size_t c = 0; c < parameters.size(); ++c)
+      if (amplitude(c)) theta_now[c] = parameters[c].neutral;
+    std::vector<double> amplitudes(parameters.size(), 0.0);
+    for (std::size_t shape : shapes) {
+      const Parameter& p = parameters[shape];
+      double best = -1, chosen = theta_now[shape];
+      for (int k = 0; k <= 24; ++k) {
+        const double share = k / 24.0;
+        theta_now[shape] = p.lower > 0 ? p.lower * std::pow(p.upper / p.lower, share)
+                                       : p.lower + share * (p.upper - p.lower);
+        problem.predict(alone, none, rest, &jacobian);
+        Eigen::MatrixXd columns(jacobian.rows(), own);
+        for (Eigen::Index c = 0; c < own; ++c)
+          columns.col(c) = jacobian.col(free[static_cast<std::size_t>(c)]);
+        const Eigen::MatrixXd X = whitening.apply(problem, columns);
+        H.topLeftCorner(own, own) = X.transpose() * X;
+        H.topRightCorner(own, rest_size) = X.transpose() * Z;
+        H.bottomLeftCorner(rest_size, own) = H.topRightCorner(own, rest_size).transpose();
+        g.head(own) = X.transpose() * target;
+        const Eigen::VectorXd step = bounded_step(H, g, u);
+        const double gain = g.dot(step) - 0.5 * step.dot(H * step);
+        if (gain <= best * (1 + 1e-9) + 1e-9) continue;
+        best = gain;
+        chosen = theta_now[shape];
+        for (Eigen::Index c = 0; c < own; ++c)
+          amplitudes[static_cast<std::size_t>(free[static_cast<std::size_t>(c)])] = u.x[c] + step[c];
+      }
+      theta_now[shape] = chosen;
+    }
+    for (std::size_t c = 0; c < parameters.size(); ++c)
+      start.back().theta[c] =
+          amplitude(c) ? std::clamp(amplitudes[c], parameters[c].lower, parameters[c].upper) : theta_now[c];
+  }
+  for (std::size_t c = 0; c < parameters.size(); ++c)
+    if (!parameters[c].linear && amplitude(c) && std::abs(start.back().theta[c]) < 1e-12)
+      start.back().theta[c] = 1e-3 * parameters[c].typical;  // leave the stationary point of a product
+  return start;
+}
+
+}  // namespace
+
+Fit fit_effects(const Problem& problem, const std::vector<ActiveEffect>& start, const Options& options) {
+  return fit_rounds(problem, start, options, 3, 8);
+}
+
+Fit fit_with(const Problem& problem, const Fit& base, const Effect& effect, const Options& options) {
+  return fit_effects(problem, start_with(problem, base, effect), options);
+}
+
+Fit quick_with(const Problem& problem, const Fit& base, const Effect& effect, const Options& options) {
+  return fit_rounds(problem, start_with(problem, base, effect), options, 2, 1);
+}
+
+Eigen::MatrixXd jacobian_of(const Problem& problem, const Fit& fit) {
+  std::vector<ActiveEffect> effects = fit.effects;
+  Unknowns u(problem, fit.effects, &fit.offsets);
+  Eigen::VectorXd rest;
+  Eigen::MatrixXd jacobian;
+  predict(problem, effects, u.x, rest, &jacobian);
+  return jacobian;
+}
+
+Eigen::VectorXd contribution_of(const Problem& problem, const Fit& fit, std::size_t index) {
+  std::vector<ActiveEffect> others = fit.effects;
+  others.erase(others.begin() + static_cast<std::ptrdiff_t>(index));
+  Eigen::VectorXd rest;
+  problem.predict(others, fit.offsets, rest, nullptr);
+  return rest - fit.residual;
+}
+
+namespace {
+
+/// Blocks of a few seconds; rows of one block share an index.
+std::vector<int> blocks_of(const Problem& problem, int& count) {
+  std::vector<int> block(static_cast<std::size_t>(problem.samples()), 0);
+  const int length = std::max(40, problem.samples() / 20);
+  count = 0;
+  for (const Run& run : problem.runs()) {
+    const int parts = std::max(1, (run.end - run.begin + length / 2) / length);
+    for (int i = run.begin; i < run.end; ++i)
+      block[static_cast<std::size_t>(i)] =
+          count + static_cast<int>(static_cast<long>(i - run.begin) * parts / (run.end - run.begin));
+    count += parts;
+  }
+  return block;
+}
+
+}  // namespace
+
+Eigen::VectorXd standard_errors(const Problem& problem, const Fit& fit, const Options&) {
+  const Eigen::MatrixXd X = fit.whitening.apply(problem, jacobian_of(problem, fit));
+  const Eigen::VectorXd e = fit.whitening.apply_vector(problem, fit.residual);
+  Eigen::MatrixXd H = X.transpose() * X;
+  const Eigen::Index offset_count = problem.offset_sigma().size(), m = H.rows() - offset_count;
+  H.diagonal().tail(offset_count) += problem.offset_sigma().cwiseAbs2().cwiseInverse();
+  Eigen::VectorXd scale(H.rows());
+  for (Eigen::Index k = 0; k < H.rows(); ++k) scale[k] = H(k, k) > 0 ? 1.0 / std::sqrt(H(k, k)) : 0.0;
+  Eigen::MatrixXd h = scale.asDiagonal() * H * scale.asDiagonal();
+  h.diagonal().array() += 1e-12;
+  const Eigen::MatrixXd inverse =
+      scale.asDiagonal() * h.ldlt().solve(Eigen::MatrixXd::Identity(h.rows(), h.rows())) * scale.asDiagonal();
+  int count = 0;
+  const std::vector<int> block = blocks_of(problem, count);
+  Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(H.rows(), count);
+  const int n = problem.samples();
+  for (int c = 0; c < 6; ++c)
+    for (int i = 0; i < n; ++i)
+      scores.col(block[static_cast<std::size_t>(i)]) += e[c * n + i] * X.row(c * n + i).transpose();
+  const double small_sample = count > 1 ? static_cast<double>(count) / (count - 1) : 1.0;
+  const Eigen::MatrixXd robust = small_sample * inverse * (scores * scores.transpose()) * inverse;
+  Eigen::VectorXd se(m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    se[k] = std::sqrt(std::max({inverse(k, k), robust(k, k), 0.0}));
+    if (scale[k] == 0.0) se[k] = 1e9;  // the data say nothing about it
+  }
+  return se;
+}
+
+Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, const Options&) {
+  const Eigen::MatrixXd raw = jacobian_of(problem, full);
+  const Eigen::MatrixXd X = full.whitening.apply(problem, raw);
+  Eigen::Index first = 0;
+  for (std::size_t k = 0; k < index; ++k) first += full.effects[k].effect->parameter_count();
+  const Eigen::Index width = full.effects[index].effect->parameter_count();
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index k = 0; k < X.cols(); ++k)
+    if (k < first || k >= first + width) kept.push_back(k);
+  // the contribution to be predicted: what remains plus what the effect explains
+  const Eigen::VectorXd value = contribution_of(problem, full, index);
+  const Eigen::VectorXd without = full.whitening.apply_vector(problem, full.residual + value);
+  const Eigen::VectorXd own = full.whitening.apply_vector(problem, value);
+  Eigen::MatrixXd R(X.rows(), static_cast<Eigen::Index>(kept.size())), raw_R(X.rows(), R.cols());
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    R.col(static_cast<Eigen::Index>(k)) = X.col(kept[k]);
+    raw_R.col(static_cast<Eigen::Index>(k)) = raw.col(kept[k]);
+  }
+  Eigen::MatrixXd F(X.rows(), R.cols() + 1);
+  F << R, own;  // shape kept, amplitude free
+  int count = 0;
+  const std::vector<int> block = blocks_of(problem, count);
+  const int n = problem.samples();
+  std::vector<Eigen::MatrixXd> H(static_cast<std::size_t>(count), Eigen::MatrixXd::Zero(F.cols(), F.cols()));
+  std::vector<Eigen::VectorXd> g(static_cast<std::size_t>(count), Eigen::VectorXd::Zero(F.cols()));
+  // per block sums; rows of a block are contiguous in each channel
+  for (int c = 0; c < 6; ++c) {
+    for (int i = 0; i < n;) {
+      int j = i;
+      while (j < n && block[static_cast<std::size_t>(j)] == block[static_cast<std::size_t>(i)]) ++j;
+      const auto rows = F.middleRows(c * n + i, j - i);
+      const auto b = static_cast<std::size_t>(block[static_cast<std::size_t>(i)]);
+      H[b] += rows.transpose() * rows;
+      g[b] += rows.transpose() * without.segment(c * n + i, j - i);
+      i = j;
+    }
+  }
+  Eigen::MatrixXd H_all = Eigen::MatrixXd::Zero(F.cols(), F.cols());
+  Eigen::VectorXd g_all = Eigen::VectorXd::Zero(F.cols());
+  for (int b = 0; b < count; ++b) {
+    H_all += H[static_cast<std::size_t>(b)];
+    g_all += g[static_cast<std::size_t>(b)];
+  }
+  Eigen::VectorXd prior = Eigen::VectorXd::Zero(F.cols());
+  const Eigen::Index offset_count = problem.offset_sigma().size();
+  prior.segment(R.cols() - offset_count, offset_count) = problem.offset_sigma().cwiseAbs2().cwiseInverse();
+  const auto solve = [&](const Eigen::MatrixXd& h, const Eigen::VectorXd& r, Eigen::Index size) {
+    Eigen::MatrixXd a = h.topLeftCorner(size, size);
+    a.diagonal() += prior.head(size);
+    Eigen::VectorXd s(size);
+    for (Eigen::Index k = 0; k < size; ++k) s[k] = a(k, k) > 0 ? 1.0 / std::sqrt(a(k, k)) : 0.0;
+    a = s.asDiagonal() * a * s.asDiagonal();
+    a.diagonal().array() += 1e-9;
+    return Eigen::VectorXd(s.asDiagonal() * a.ldlt().solve(s.asDiagonal() * r.head(size)));
+  };
+  std::vector<double> gains;
+  for (int b = 0; b < count; ++b) {
+    const auto k = static_cast<std::size_t>(b);
+    const Eigen::VectorXd x1 = solve(H_all - H[k], g_all - g[k], F.cols());
+    const Eigen::VectorXd x0 = solve(H_all - H[k], g_all - g[k], R.cols());
+    const double loss1 = 0.5 * x1.dot(H[k] * x1) - x1.dot(g[k]);
+    const auto H0 = H[k].topLeftCorner(R.cols(), R.cols());
+    const double loss0 = 0.5 * x0.dot(H0 * x0) - x0.dot(g[k].head(R.cols()));
+    gains.push_back(loss0 - loss1);
+  }
+  Gate gate;
+  double mean = 0, variance = 0;
+  for (double v : gains) mean += v / count;
+  for (double v : gains) variance += (v - mean) * (v - mean) / std::max(1, count - 1);
+  gate.cross_validated_se = variance > 0 ? mean / std::sqrt(variance / count) : (mean > 0 ? 1e9 : 0.0);
+  const Eigen::VectorXd x0 = solve(H_all, g_all, R.cols()), x1 = solve(H_all, g_all, F.cols());
+  const Eigen::VectorXd all0 = without - R * x0, all1 = without - F * x1;
+  const Eigen::VectorXd raw0 = full.residual + value - raw_R * x0;
+  for (int c = 0; c < 6; ++c) {
+    const double before = all0.segment(c * n, n).squaredNorm(), after = all1.segment(c * n, n).squaredNorm();
+    if (before > 0) gate.energy_share = std::max(gate.energy_share, (before - after) / before);
+    const double raw_before = raw0.segment(c * n, n).squaredNorm();
+    const double raw_after = full.residual.segment(c * n, n).squaredNorm();
+    if (raw_before > 0)
+      gate.energy_share = std::max(gate.energy_share, (raw_before - raw_after) / raw_before);
+    gate.magnitude =
+        std::max(gate.magnitude, std::sqrt(value.segment(c * n, n).squaredNorm() / n) / problem.scale(c));
+  }
+  return gate;
+}
+
+}  // namespace omniflight::diagnosis

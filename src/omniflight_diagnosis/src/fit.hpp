@@ -1,0 +1,48 @@
+// Generalised least squares for a set of effects: parameters within bounds, offsets with priors, whitening
+// refitted with every set.
+#pragma once
+
+#include "whitening.hpp"
+
+namespace omniflight::diagnosis {
+
+struct Fit {
+  std::vector<physics::ActiveEffect> effects;
+  Eigen::VectorXd offsets;    ///< in units of Problem::offset_names
+  Eigen::VectorXd residual;   ///< rows, what remains
+  Whitening whitening;        ///< fitted to the residual
+  double log_likelihood = 0;  ///< with the prior of the offsets
+  int parameters = 0;         ///< free parameters of the effects
+};
+
+/// Starts from the given parameter values (linear parameters need no good start).
+Fit fit_effects(const Problem& problem, const std::vector<physics::ActiveEffect>& start,
+                const Options& options);
+
+/// As fit_effects with one more effect, whose shape parameters are searched over their bounds first.
+Fit fit_with(const Problem& problem, const Fit& base, const physics::Effect& effect, const Options& options);
+
+/// A cheap preview of fit_with: one Gauss-Newton step, whitening refitted once. Its likelihood ranks
+/// candidates.
+Fit quick_with(const Problem& problem, const Fit& base, const physics::Effect& effect,
+               const Options& options);
+
+/// Standard errors of all effect parameters, in order: the larger of GLS and a block-robust estimate.
+Eigen::VectorXd standard_errors(const Problem& problem, const Fit& fit, const Options& options);
+
+/// Mean gain per block, in units of its standard error, that effect `index` brings on blocks its coefficients
+/// were not fitted to; and the share of whitened residual energy it removes in its best channel.
+struct Gate {
+  double cross_validated_se = 0;
+  double energy_share = 0;  ///< whitened or raw, the larger: a slow effect is small after whitening
+  double magnitude = 0;     ///< RMS of its contribution over weight, or over weight times arm
+};
+Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, const Options& options);
+
+/// What effect `index` takes out of the residual.
+Eigen::VectorXd contribution_of(const Problem& problem, const Fit& fit, std::size_t index);
+
+/// Stacked Jacobian of all effect parameters at a fit, then the offsets.
+Eigen::MatrixXd jacobian_of(const Problem& problem, const Fit& fit);
+
+}  // namespace omniflight::diagnosis

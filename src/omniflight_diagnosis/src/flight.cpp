@@ -1,0 +1,324 @@
+#include "omniflight_diagnosis/flight.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "faults.hpp"
+#include "omniflight_diagnosis/filter.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+using recording::Recording;
+using recording::Signal;
+
+/// Fine grid on which raw signals are laid before filtering.
+struct Grid {
+  double rate_hz = 0;
+  int step = 1;  ///< fine samples per grid sample
+  std::vector<double> t;
+};
+
+/// A filtered signal on the fine grid, and where it is trustworthy.
+struct Channel {
+  Eigen::MatrixXd x;  ///< NaN replaced by the last value
+  std::vector<char> valid;
+};
+
+Channel on_grid(const Signal& signal, const Grid& grid, const Options& o) {
+  Channel c;
+  const double gap = std::max(o.max_gap_s, 3.0 * signal.median_period_s());
+  c.x = recording::resample(signal, grid.t, gap);
+  c.valid.assign(grid.t.size(), 1);
+  const Eigen::Index n = c.x.rows();
+  Eigen::Index first = 0;
+  while (first < n && !c.x.row(first).allFinite()) ++first;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (c.x.row(i).allFinite()) continue;
+    c.valid[static_cast<std::size_t>(i)] = 0;
+    if (first == n)
+      c.x.row(i).setZero();
+    else
+      c.x.row(i) = c.x.row(i < first ? first : i - 1);
+  }
+  if (recording::is_attitude(signal.name))
+    for (Eigen::Index i = 1; i < n; ++i)
+      if (c.x.row(i).dot(c.x.row(i - 1)) < 0) c.x.row(i) = -c.x.row(i);
+  c.x = low_pass(c.x, grid.rate_hz, o.cutoff_hz);
+  return c;
+}
+
+Quat quaternion(const Eigen::MatrixXd& q, Eigen::Index i) {
+  return Quat(q(i, 0), q(i, 1), q(i, 2), q(i, 3)).normalized();
+}
+
+/// Body rate from a filtered attitude by central differences.
+Eigen::MatrixXd rate_from_attitude(const Eigen::MatrixXd& q, double rate_hz) {
+  Eigen::MatrixXd w = Eigen::MatrixXd::Zero(q.rows(), 3);
+  for (Eigen::Index i = 1; i + 1 < q.rows(); ++i)
+    w.row(i) =
+        0.5 * rate_hz * log_rotation(quaternion(q, i - 1).conjugate() * quaternion(q, i + 1)).transpose();
+  return w;
+}
+
+/// Share of the signal's span that lies in gaps longer than max_gap_s.
+double gap_share(const Signal& s, double max_gap_s) {
+  double lost = 0;
+  for (std::size_t i = 1; i < s.t_s.size(); ++i)
+    if (const double step = s.t_s[i] - s.t_s[i - 1]; step > max_gap_s) lost += step;
+  const double span = s.t_s.back() - s.t_s.front();
+  return span > 0 ? lost / span : 1.0;
+}
+
+/// The measured signal, or the vehicle's own estimate where the measurement is missing or full of gaps.
+const Signal* measured_or_estimated(const Recording& recording, const std::string& name, const Options& o,
+                                    std::vector<std::string>& notes) {
+  const Signal* measured = recording.find(name);
+  const Signal* estimated = recording.find("est_" + name);
+  if (!estimated) return measured;
+  if (!measured || (gap_share(*measured, o.max_gap_s) > 0.05 &&
+                    gap_share(*estimated, o.max_gap_s) < 0.5 * gap_share(*measured, o.max_gap_s))) {
+    notes.push_back("The " + name + " is the vehicle's own estimate: " +
+                    (measured ? "the measured one has many gaps." : "no measured one was recorded."));
+    return estimated;
+  }
+  return measured;
+}
+
+/// First-order lag of every rotor command with the vehicle's own time constants.
+Eigen::MatrixXd modelled_speed(const Eigen::MatrixXd& command, double rate_hz, const vehicle::Vehicle& v) {
+  Eigen::MatrixXd speed = command;
+  for (Eigen::Index r = 0; r < command.cols(); ++r) {
+    const double tau = v.rotors[static_cast<std::size_t>(r)].time_constant;
+    const double a = tau > 0 ? std::exp(-1.0 / (rate_hz * tau)) : 0.0;
+    for (Eigen::Index i = 1; i < command.rows(); ++i)
+      speed(i, r) = a * speed(i - 1, r) + (1 - a) * command(i - 1, r);
+  }
+  return speed;
+}
+
+/// Adds the windows in which `bad` holds and clears them (with a margin) in `use`.
+void exclude(const std::vector<char>& bad, const Grid& grid, double margin_s, const std::string& why,
+             std::vector<char>& use, std::vector<Window>& windows) {
+  const int n = static_cast<int>(bad.size()), margin = static_cast<int>(margin_s * grid.rate_hz);
+  for (int i = 0; i < n;) {
+    if (!bad[static_cast<std::size_t>(i)]) {
+      ++i;
+      continue;
+    }
+    int j = i;
+    while (j < n && bad[static_cast<std::size_t>(j)]) ++j;
+    for (int k = std::max(0, i - margin); k < std::min(n, j + margin); ++k)
+      use[static_cast<std::size_t>(k)] = 0;
+    windows.push_back({grid.t[static_cast<std::size_t>(i)], grid.t[static_cast<std::size_t>(j - 1)], why});
+    i = j;
+  }
+}
+
+std::vector<char> negated(const std::vector<char>& v) {
+  std::vector<char> out(v.size());
+  for (std::size_t i = 0; i < v.size(); ++i) out[i] = !v[i];
+  return out;
+}
+
+}  // namespace
+
+int Flight::usable() const {
+  int n = 0;
+  for (const Segment& s : segments) n += s.end - s.begin;
+  return n;
+}
+
+bool Flight::has(const std::string& signal) const {
+  return std::find(signals.begin(), signals.end(), signal) != signals.end();
+}
+
+Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle& vehicle, const Options& o) {
+  Flight f;
+  f.file = recording.file;
+  f.sha256 = recording.sha256;
+  f.duration_s = recording.duration_s;
+  for (const std::string& name : recording.signal_names())
+    if (name.rfind("truth_", 0) != 0) f.signals.push_back(name);
+
+  const auto need = [&](const Signal* signal, const char* name, const char* why) -> Result<const Signal*> {
+    if (signal) return signal;
+    return bad_input(std::string("no signal '") + name + "', " + why, recording.file,
+                     "Record it, or name the column with --map");
+  };
+  auto attitude = need(measured_or_estimated(recording, "attitude", o, f.notes), "attitude",
+                       "so forces cannot be told from gravity");
+  if (!attitude) return tl::unexpected(attitude.error());
+  const Signal* rotor = recording.find("rotor_speed");
+  f.speed_from_command = rotor == nullptr;
+  if (!rotor) {
+    auto command = need(recording.find("rotor_command"), "rotor_command",
+                        "and no 'rotor_speed': the wrench of the rotors is unknown");
+    if (!command) return tl::unexpected(command.error());
+    rotor = *command;
+    f.notes.push_back(
+        "No rotor speeds: they are computed from the commands with the vehicle's time constants, "
+        "so actuation cannot be told from the wrench.");
+  }
+  if (rotor->width() != vehicle.rotor_count())
+    return bad_input("the recording has " + std::to_string(rotor->width()) + " rotors, vehicle '" +
+                         vehicle.name + "' has " + std::to_string(vehicle.rotor_count()),
+                     recording.file, "Name the right vehicle with --vehicle");
+  const Signal* acc = recording.find("acc");
+  const Signal* gyro = recording.find("gyro");
+  const Signal* position = measured_or_estimated(recording, "position", o, f.notes);
+  const Signal* velocity = measured_or_estimated(recording, "velocity", o, f.notes);
+  if (!acc && !velocity && !position)
+    return bad_input("neither accelerometer nor velocity nor position was recorded", recording.file,
+                     "The force residual needs one of 'acc', 'velocity', 'position'");
+
+  // the fine grid covers the time all needed signals share
+  double from = -1e18, to = 1e18, fastest = 1e18;
+  for (const Signal* s : {*attitude, rotor, acc, gyro, position, velocity}) {
+    if (!s) continue;
+    from = std::max(from, s->t_s.front());
+    to = std::min(to, s->t_s.back());
+    if (s->median_period_s() > 0) fastest = std::min(fastest, s->median_period_s());
+  }
+  if (!(to - from > 2.0) || !(fastest < 1.0))
+    return bad_input("the needed signals overlap for less than 2 s", recording.file,
+                     "Give a longer recording");
+  if (to - from > 7200)
+    return bad_input("longer than two hours", recording.file, "Give a part of the recording");
+  Grid grid;
+  grid.step = std::clamp(static_cast<int>(std::lround(1.0 / fastest / o.grid_hz)), 3, 15);
+  grid.rate_hz = o.grid_hz * grid.step;
+  const int fine = static_cast<int>((to - from) * grid.rate_hz);
+  for (int i = 0; i < fine; ++i) grid.t.push_back(from + i / grid.rate_hz);
+
+  // faults and free flight
+  f.faults = find_sensor_faults(recording);
+  std::vector<char> use(grid.t.size(), 1);
+  if (const Signal* phase = recording.find("phase")) {
+    const Eigen::MatrixXd p = recording::resample(*phase, grid.t);
+    std::vector<char> ground(grid.t.size());
+    for (std::size_t i = 0; i < ground.size(); ++i) {
+      const double value = p(static_cast<Eigen::Index>(i), 0);
+      ground[i] = !(std::abs(value - 1.0) < 0.01);
+    }
+    exclude(ground, grid, o.margin_s, "not in free flight (phase)", use, f.excluded);
+  }
+  const auto take = [&](const Signal& s, const std::string& label) {
+    Channel c = on_grid(s, grid, o);
+    exclude(negated(c.valid), grid, o.margin_s, "gap in " + label, use, f.excluded);
+    return c.x;
+  };
+  const Eigen::MatrixXd q = take(**attitude, "attitude");
+  Eigen::MatrixXd speed = take(*rotor, rotor->name);
+  if (f.speed_from_command) speed = modelled_speed(speed, grid.rate_hz, vehicle);
+  const Eigen::MatrixXd p = position ? take(*position, "position") : Eigen::MatrixXd::Zero(fine, 3);
+  Eigen::MatrixXd v;
+  if (velocity)
+    v = take(*velocity, "velocity");
+  else if (position)
+    v = differentiate(p, grid.rate_hz);
+  else
+    v = Eigen::MatrixXd::Zero(fine, 3);
+  f.has_position = position != nullptr;
+  if (!position) f.notes.push_back("No position: effects that depend on height or place are not offered.");
+  if (!velocity && !position) f.notes.push_back("No velocity: drag is not offered.");
+  Eigen::MatrixXd w = gyro ? take(*gyro, "gyro") : rate_from_attitude(q, grid.rate_hz);
+  f.has_gyro = gyro != nullptr;
+  const Eigen::MatrixXd dw = differentiate(w, grid.rate_hz);
+  const Eigen::MatrixXd dspeed = differentiate(speed, grid.rate_hz);
+  Eigen::MatrixXd force;
+  f.has_accelerometer = acc != nullptr;
+  if (acc) {
+    force = take(*acc, "acc");
+  } else {
+    force = differentiate(v, grid.rate_hz);
+    for (Eigen::Index i = 0; i < fine; ++i)
+      force.row(i) =
+          (quaternion(q, i).conjugate() * (Vec3(force.row(i)) + o.environment.gravity * Vec3::UnitZ()))
+              .transpose();
+    f.notes.push_back("No accelerometer: acceleration is the derivative of the velocity.");
+  }
+  Eigen::MatrixXd alpha = Eigen::MatrixXd::Zero(fine, 1);
+  if (const Signal* a = recording.find("alpha")) {
+    alpha = take(*a, "alpha");
+    f.has_alpha = true;
+  } else if (vehicle.tilt.kind != vehicle::TiltKind::none) {
+    f.notes.push_back("No tilt angle: it is taken as zero.");
+  }
+  const Signal* reference = recording.find("ref_position");
+  Eigen::MatrixXd ref;
+  if (reference && position) ref = low_pass(on_grid(*reference, grid, o).x, grid.rate_hz, o.cutoff_hz);
+
+  // too little thrust to fly: on the ground or falling
+  std::vector<char> ground(grid.t.size());
+  for (Eigen::Index i = 0; i < fine; ++i) {
+    double lift = 0;
+    for (Eigen::Index r = 0; r < speed.cols(); ++r)
+      lift += std::abs(vehicle.rotors[static_cast<std::size_t>(r)].thrust(speed(i, r)));
+    ground[static_cast<std::size_t>(i)] = lift < 0.25 * vehicle.mass * o.environment.gravity;
+  }
+  exclude(ground, grid, 1.0, "rotors too slow to fly", use, f.excluded);
+  for (const SensorFault& fault : f.faults) {
+    if (fault.effect != "rotor_speed_sensor_fault" || f.speed_from_command) continue;
+    const std::vector<char> bad = frozen_samples(*rotor, fault.channel, grid.t);
+    exclude(bad, grid, o.margin_s, fault.channel + " is stuck", use, f.excluded);
+  }
+  // saturation: a regression would see the limit, not the physics
+  std::vector<char> saturated(grid.t.size(), 0);
+  for (Eigen::Index i = 0; i < fine; ++i)
+    for (Eigen::Index r = 0; r < speed.cols(); ++r)
+      if (std::abs(speed(i, r)) > 1.1 * vehicle.rotors[static_cast<std::size_t>(r)].max_speed())
+        saturated[static_cast<std::size_t>(i)] = 1;
+  exclude(saturated, grid, 0.05, "rotor speed beyond the vehicle's limit", use, f.excluded);
+
+  const int margin = static_cast<int>(o.margin_s * grid.rate_hz);
+  for (int i = 0; i < std::min(margin, fine); ++i)
+    use[static_cast<std::size_t>(i)] = use[static_cast<std::size_t>(fine - 1 - i)] = 0;
+
+  // decimate to the grid
+  f.rate_hz = o.grid_hz;
+  const int n = fine / grid.step;
+  f.specific_force.resize(n, 3);
+  f.rotor_speed.resize(n, speed.cols());
+  if (ref.size() > 0) f.tracking_error.resize(n, 3);
+  f.situation.resize(static_cast<std::size_t>(n));
+  std::vector<char> good(static_cast<std::size_t>(n));
+  std::vector<double> s(static_cast<std::size_t>(speed.cols())), ds(s.size());
+  for (int k = 0; k < n; ++k) {
+    const Eigen::Index i = static_cast<Eigen::Index>(k) * grid.step;
+    f.t.push_back(grid.t[static_cast<std::size_t>(i)]);
+    good[static_cast<std::size_t>(k)] = use[static_cast<std::size_t>(i)];
+    RigidState body;
+    body.p_WB = p.row(i).transpose();
+    body.q_WB = quaternion(q, i);
+    body.v_WB_W = v.row(i).transpose();
+    body.w_WB_B = w.row(i).transpose();
+    for (Eigen::Index r = 0; r < speed.cols(); ++r) {
+      s[static_cast<std::size_t>(r)] = speed(i, r);
+      ds[static_cast<std::size_t>(r)] = dspeed(i, r);
+    }
+    physics::Situation& x = f.situation[static_cast<std::size_t>(k)];
+    physics::prepare(vehicle, body, alpha(i, 0), s, ds, o.environment, x);
+    x.t = f.t.back();
+    x.a_WB_B = Vec3(force.row(i)) + x.g_B;
+    x.dw_WB_B = dw.row(i).transpose();
+    f.specific_force.row(k) = force.row(i);
+    f.rotor_speed.row(k) = speed.row(i);
+    if (ref.size() > 0) f.tracking_error.row(k) = p.row(i) - ref.row(i);
+    if (!is_finite(body) || !f.specific_force.row(k).allFinite()) good[static_cast<std::size_t>(k)] = 0;
+  }
+  for (int i = 0; i < n;) {
+    int j = i;
+    while (j < n && good[static_cast<std::size_t>(j)]) ++j;
+    if (j - i >= static_cast<int>(f.rate_hz)) f.segments.push_back({i, j});
+    i = std::max(j, i + 1);
+  }
+  if (f.usable() < 2 * f.rate_hz)
+    return bad_input("less than 2 s of uninterrupted free flight is left after cutting " +
+                         std::to_string(f.excluded.size()) + " windows" +
+                         (f.excluded.empty() ? "" : " (" + f.excluded.front().why + ", ...)"),
+                     recording.file, "Check the vehicle, or give a longer flight");
+  return f;
+}
+
+}  // namespace omniflight::diagnosis

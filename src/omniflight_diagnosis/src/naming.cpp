@@ -1,0 +1,228 @@
+#include "naming.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace omniflight::diagnosis {
+namespace {
+
+using physics::ActiveEffect;
+using physics::Effect;
+
+double penalty(const Effect& effect, double per_parameter) {
+  return effect.parameter_count() * per_parameter;
+}
+
+double score(const Fit& fit, double per_parameter) {
+  return fit.log_likelihood - per_parameter * fit.parameters;
+}
+
+std::vector<ActiveEffect> without(const std::vector<ActiveEffect>& effects, std::size_t index) {
+  std::vector<ActiveEffect> out = effects;
+  out.erase(out.begin() + static_cast<std::ptrdiff_t>(index));
+  return out;
+}
+
+bool contains(const Fit& fit, const Effect* effect) {
+  return std::any_of(fit.effects.begin(), fit.effects.end(),
+                     [&](const ActiveEffect& e) { return e.effect == effect; });
+}
+
+bool gate_open(const Gate& gate, const Options& o) {
+  return gate.cross_validated_se > 2.0 && gate.energy_share > o.min_share && gate.magnitude > o.min_magnitude;
+}
+
+/// Searches the shape parameters of every kept effect anew in the company of the others.
+Fit polish(const Problem& problem, Fit fit, const Options& o) {
+  for (std::size_t k = 0; k < fit.effects.size(); ++k) {
+    if (is_linear(*fit.effects[k].effect)) continue;
+    const Fit rest = fit_effects(problem, without(fit.effects, k), o);
+    const Fit again = fit_with(problem, rest, *fit.effects[k].effect, o);
+    if (again.log_likelihood > fit.log_likelihood + 0.1) fit = again;
+  }
+  return fit;
+}
+
+/// Removes effects that no longer earn their parameters.
+Fit prune(const Problem& problem, Fit fit, const Options& o, double per_parameter) {
+  for (bool again = true; again && !fit.effects.empty();) {
+    again = false;
+    double best = score(fit, per_parameter);
+    Fit chosen;
+    for (std::size_t k = 0; k < fit.effects.size(); ++k) {
+      Fit smaller = fit_effects(problem, without(fit.effects, k), o);
+      if (score(smaller, per_parameter) > best) {
+        best = score(smaller, per_parameter);
+        chosen = std::move(smaller);
+        again = true;
+      }
+    }
+    if (again) fit = polish(problem, std::move(chosen), o);
+  }
+  return fit;
+}
+
+/// Whitened columns of the last effect of a fit.
+Eigen::MatrixXd last_columns(const Problem& problem, const Whitening& w, const Fit& fit) {
+  const Eigen::MatrixXd all = jacobian_of(problem, fit);
+  const Eigen::Index own = fit.effects.back().effect->parameter_count();
+  return w.apply(problem, all.middleCols(all.cols() - problem.offset_sigma().size() - own, own));
+}
+
+/// How well columns X imitate the direction v: sqrt of the share of v explained.
+double cosine(const Eigen::MatrixXd& X, const Eigen::VectorXd& v) {
+  if (!(v.squaredNorm() > 0)) return 0;
+  Eigen::VectorXd scale = X.colwise().norm().transpose();
+  for (double& s : scale) s = s > 0 ? 1.0 / s : 0.0;
+  const Eigen::MatrixXd Z = X * scale.asDiagonal();
+  Eigen::MatrixXd H = Z.transpose() * Z;
+  H.diagonal().array() += 1e-9;
+  const Eigen::VectorXd g = Z.transpose() * v;
+  return std::sqrt(std::clamp(g.dot(H.ldlt().solve(g)) / v.squaredNorm(), 0.0, 1.0));
+}
+
+}  // namespace
+
+std::vector<const Effect*> offered_effects(std::span<const Flight* const> flights,
+                                           const vehicle::Vehicle& vehicle, const Options& o) {
+  std::vector<const Effect*> out;
+  const auto listed = [](const std::vector<std::string>& list, const std::string& id) {
+    return std::find(list.begin(), list.end(), id) != list.end();
+  };
+  for (const Effect* effect : physics::builtin_effects()) {
+    const auto& info = effect->info();
+    if (!effect->acts_on_wrench() || listed(o.exclude, info.id)) continue;
+    if (!o.only.empty() && !listed(o.only, info.id)) continue;
+    bool possible = true;
+    for (const Flight* f : flights) {
+      for (const std::string& signal : info.signals) {
+        if (signal == "position" || signal == "velocity")
+          possible = possible && (f->has_position || f->has("velocity"));
+        if (signal == "position") possible = possible && f->has_position;
+        if (signal == "alpha")
+          possible = possible && f->has_alpha && vehicle.tilt.kind != vehicle::TiltKind::none;
+      }
+    }
+    if (possible) out.push_back(effect);
+  }
+  return out;
+}
+
+Naming name_effects(const Problem& problem, const std::vector<const Effect*>& candidates, const Options& o) {
+  Naming out;
+  const double per_parameter =
+      std::log(std::max<double>(2.0, static_cast<double>(candidates.size())) / o.error_rate);
+  out.null_model = fit_effects(problem, {}, o);
+  Fit current = out.null_model;
+
+  std::vector<Fit> alone;
+  for (const Effect* effect : candidates) {
+    alone.push_back(fit_with(problem, out.null_model, *effect, o));
+    const Gate gate = gate_effect(problem, alone.back(), 0, o);
+    out.candidates.push_back({effect->info().id, alone.back().log_likelihood - out.null_model.log_likelihood,
+                              penalty(*effect, per_parameter), gate.energy_share});
+  }
+  for (int step = 0; step < o.max_effects; ++step) {
+    std::vector<std::pair<double, const Effect*>> order;
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+      if (contains(current, candidates[k])) continue;
+      const Fit fit = step == 0 ? alone[k] : quick_with(problem, current, *candidates[k], o);
+      const double gain = score(fit, per_parameter) - score(current, per_parameter);
+      if (gain > -3.0) order.emplace_back(gain, candidates[k]);
+    }
+    std::stable_sort(order.begin(), order.end(),
+                     [](const auto& a, const auto& b) { return a.first > b.first; });
+    if (order.size() > 4) order.resize(4);
+    std::vector<std::pair<double, Fit>> trials;
+    for (const auto& [preview, effect] : order) {
+      Fit fit = polish(problem, fit_with(problem, current, *effect, o), o);
+      const double gain = score(fit, per_parameter) - score(current, per_parameter);
+      if (gain > 0) trials.emplace_back(gain, std::move(fit));
+    }
+    std::stable_sort(trials.begin(), trials.end(),
+                     [](const auto& a, const auto& b) { return a.first > b.first; });
+    bool entered = false;
+    for (auto& [gain, fit] : trials) {
+      std::size_t index = 0;  // polishing may have moved the newcomer
+      while (contains(current, fit.effects[index].effect)) ++index;
+      if (!gate_open(gate_effect(problem, fit, index, o), o)) continue;
+      const double before = score(current, per_parameter);
+      current = prune(problem, std::move(fit), o, per_parameter);
+      entered = score(current, per_parameter) > before + 1e-6;
+      break;
+    }
+    if (!entered) break;
+  }
+
+  // exchange: a member for another candidate, while that is better
+  for (int round = 0; round < 3; ++round) {
+    bool better = false;
+    for (std::size_t k = 0; k < current.effects.size() && !better; ++k) {
+      const Fit rest = fit_effects(problem, without(current.effects, k), o);
+      for (const Effect* effect : candidates) {
+        if (contains(current, effect)) continue;
+        if (score(quick_with(problem, rest, *effect, o), per_parameter) < score(current, per_parameter) - 5.0)
+          continue;
+        Fit swapped = fit_with(problem, rest, *effect, o);
+        if (score(swapped, per_parameter) < score(current, per_parameter) + 1.0) continue;
+        if (!gate_open(gate_effect(problem, swapped, swapped.effects.size() - 1, o), o)) continue;
+        current = prune(problem, polish(problem, std::move(swapped), o), o, per_parameter);
+        better = true;
+        break;
+      }
+    }
+    if (!better) break;
+  }
+  out.model = current;
+
+  // what could stand in each member's place
+  for (std::size_t k = 0; k < current.effects.size(); ++k) {
+    Named named;
+    const Fit rest = fit_effects(problem, without(current.effects, k), o);
+    named.gain = current.log_likelihood - rest.log_likelihood;
+    named.gate = gate_effect(problem, current, k, o);
+    // differences far below the gain are within what an imperfect noise model can produce
+    const double temper = std::max(1.0, 0.01 * named.gain);
+    const Eigen::VectorXd own = current.whitening.apply_vector(problem, contribution_of(problem, current, k));
+    double total = 1.0;
+    for (const Effect* effect : candidates) {
+      if (contains(current, effect)) continue;
+      Fit swapped = quick_with(problem, rest, *effect, o);
+      if (score(current, per_parameter) - score(swapped, per_parameter) < 20.0 + 6.0 * temper)
+        swapped = fit_with(problem, rest, *effect, o);
+      const double behind = score(current, per_parameter) - score(swapped, per_parameter);
+      named.swapped_best = std::max(named.swapped_best, -behind);
+      total += std::exp(std::min(0.0, -behind / temper));
+      if (behind / temper < 3.0 && swapped.log_likelihood > rest.log_likelihood)
+        named.set.push_back(
+            {effect->info().id, behind, cosine(last_columns(problem, current.whitening, swapped), own)});
+    }
+    named.probability = 1.0 / total;
+    out.named.push_back(std::move(named));
+  }
+
+  // alias matrix of all candidates at the values they would take alone
+  const auto m = static_cast<Eigen::Index>(candidates.size());
+  out.aliases.cosine = Eigen::MatrixXd::Identity(m, m);
+  std::vector<Eigen::MatrixXd> columns;
+  std::vector<Eigen::VectorXd> contribution;
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    Fit& fit = alone[k];
+    ActiveEffect& e = fit.effects.back();
+    for (std::size_t c = 0; c < e.theta.size(); ++c)
+      if (std::abs(e.theta[c] - e.effect->info().parameters[c].neutral) < 1e-12)
+        e.theta[c] = e.effect->info().parameters[c].typical;
+    problem.predict(fit.effects, fit.offsets, fit.residual, nullptr);
+    out.aliases.effects.push_back(candidates[k]->info().id);
+    columns.push_back(last_columns(problem, current.whitening, fit));
+    contribution.push_back(current.whitening.apply_vector(problem, contribution_of(problem, fit, 0)));
+  }
+  for (Eigen::Index i = 0; i < m; ++i)
+    for (Eigen::Index j = 0; j < m; ++j)
+      if (i != j)
+        out.aliases.cosine(i, j) =
+            cosine(columns[static_cast<std::size_t>(j)], contribution[static_cast<std::size_t>(i)]);
+  return out;
+}
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,37 @@
+// Which effects of the library explain the residual, and which cannot be told from them on this flight.
+#pragma once
+
+#include "fit.hpp"
+#include "omniflight_diagnosis/diagnosis.hpp"
+
+namespace omniflight::diagnosis {
+
+struct Alternative {
+  std::string effect;
+  double log_likelihood_behind = 0;  ///< of the best set, penalties included; may be slightly negative
+  double cosine = 0;                 ///< of the whitened contributions
+};
+
+struct Named {
+  double probability = 1;
+  double gain = 0;  ///< log-likelihood lost when the effect is left out
+  Gate gate;
+  std::vector<Alternative> set;  ///< what cannot be told apart from it
+  double swapped_best = -1e18;   ///< of all other swaps, relative to the chosen set
+};
+
+struct Naming {
+  Fit null_model, model;
+  std::vector<Named> named;  ///< parallel to model.effects
+  std::vector<CandidateGain> candidates;
+  AliasMatrix aliases;
+};
+
+/// Wrench effects of the library for which these flights have the signals.
+std::vector<const physics::Effect*> offered_effects(std::span<const Flight* const> flights,
+                                                    const vehicle::Vehicle& vehicle, const Options& options);
+
+Naming name_effects(const Problem& problem, const std::vector<const physics::Effect*>& candidates,
+                    const Options& options);
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,190 @@
+#include "problem.hpp"
+
+namespace omniflight::diagnosis {
+
+Vec6 wrench_residual(const physics::Situation& s, const Vec3& f, const Vec3& c) {
+  const Vec3 &w = s.body.w_WB_B, &dw = s.dw_WB_B;
+  const Vec3 f_com = f + dw.cross(c) + w.cross(w.cross(c));
+  Vec6 r = -physics::rotor_wrench(s);
+  r.head<3>() += s.mass * f_com;
+  r.tail<3>() += s.inertia * dw + w.cross(s.inertia * w) + s.mass * c.cross(f_com);
+  return r;
+}
+
+bool is_linear(const physics::Effect& effect) {
+  for (const physics::Parameter& p : effect.info().parameters)
+    if (!p.linear) return false;
+  return true;
+}
+
+bool adds_inertia(const physics::Effect& effect) {
+  physics::Situation s;
+  std::vector<double> theta;
+  for (const physics::Parameter& p : effect.info().parameters)
+    theta.push_back(p.lower > 0 ? p.lower : p.typical);
+  s.body.p_WB.z() = 1e3;  // above every start height
+  physics::Wrench w;
+  effect.add_wrench(s, theta.data(), w);
+  return w.has_inertia;
+}
+
+bool has_constant_columns(const physics::Effect& effect) {
+  return is_linear(effect) && !adds_inertia(effect);
+}
+
+Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
+                 const Options& options)
+    : flight_count_(static_cast<int>(flights.size())) {
+  for (int k = 0; k < flight_count_; ++k) {
+    const Flight& f = *flights[static_cast<std::size_t>(k)];
+    for (const Segment& segment : f.segments) {
+      runs_.push_back({n_, n_ + segment.end - segment.begin, k});
+      for (int i = segment.begin; i < segment.end; ++i, ++n_) {
+        const physics::Situation& s = f.situation[static_cast<std::size_t>(i)];
+        situation_.push_back(s);
+        acceleration_.emplace_back();
+        acceleration_.back() << s.a_WB_B, s.dw_WB_B;
+      }
+    }
+  }
+  double arm = 1e-3;
+  for (const vehicle::Rotor& r : vehicle.rotors) arm = std::max(arm, r.p_BR.norm());
+  const double weight = vehicle.mass * options.environment.gravity;
+  weight_ = weight;
+  arm_ = arm;
+  const Tolerance& tol = options.tolerance;
+  const bool biased = flight_count_ > 0 && flights[0]->has_accelerometer;
+  offset_names_ = {"thrust_scale", "trim_x", "trim_y", "trim_z"};
+  offset_sigma_ = Eigen::VectorXd::Constant(4, tol.torque_trim);
+  offset_sigma_[0] = tol.thrust_scale;
+  if (biased) {
+    for (const char* name : {"bias_x", "bias_y", "bias_z"}) offset_names_.push_back(name);
+    offset_sigma_.conservativeResize(7);
+    offset_sigma_.tail<3>() << tol.accelerometer_lateral, tol.accelerometer_lateral,
+        tol.accelerometer_vertical;
+  }
+  const Mat3 c_x = skew(vehicle.center_of_mass);
+  inertia_ << vehicle.mass * Mat3::Identity(), -vehicle.mass * c_x, vehicle.mass * c_x,
+      vehicle.inertia - vehicle.mass * c_x * c_x;
+  y_.resize(rows());
+  offsets_ = Eigen::MatrixXd::Zero(rows(), offset_sigma_.size());
+  for (int i = 0; i < n_; ++i) {
+    const physics::Situation& s = situation(i);
+    const Vec6 r = wrench_residual(s, s.a_WB_B - s.g_B, vehicle.center_of_mass);
+    const Vec6 rotors = physics::rotor_wrench(s);
+    for (int c = 0; c < 6; ++c) {
+      const int row = c * n_ + i;
+      y_[row] = r[c];
+      offsets_(row, 0) = rotors[c];
+      if (c >= 3) offsets_(row, c - 2) = weight * arm;
+      if (c < 3 && biased) offsets_(row, 4 + c) = vehicle.mass;
+    }
+  }
+}
+
+double Problem::lower_limit(const physics::Effect& effect, std::size_t parameter) const {
+  const std::string& unit = effect.info().parameters[parameter].unit;
+  if (!adds_inertia(effect)) return -1e18;
+  if (unit == "kg") return -0.6 * inertia_(0, 0);
+  if (unit == "kg m2") return -0.6 * inertia_.bottomRightCorner<3, 3>().diagonal().minCoeff();
+  return -1e18;
+}
+
+void Problem::evaluate(const physics::ActiveEffect& active, Eigen::VectorXd& value,
+                       Eigen::MatrixXd& jacobian) const {
+  const physics::Effect& effect = *active.effect;
+  const bool constant = has_constant_columns(effect);
+  const auto known = linear_.find(&effect);
+  if (constant && known != linear_.end()) {
+    jacobian = known->second;
+  } else {
+    const int parameters = effect.parameter_count();
+    value.resize(rows());
+    jacobian.resize(rows(), parameters);
+    std::array<double, 6> w{};
+    std::array<double, 6 * physics::kMaxParameters> j{};
+    for (int i = 0; i < n_; ++i) {
+      effect.wrench_with_jacobian(situation(i), active.theta.data(), w.data(), j.data());
+      for (int c = 0; c < 6; ++c) {
+        value[c * n_ + i] = w[static_cast<std::size_t>(c)];
+        for (int k = 0; k < parameters; ++k) jacobian(c * n_ + i, k) = j[static_cast<std::size_t>(6 * k + c)];
+      }
+    }
+    if (constant) linear_[&effect] = jacobian;
+  }
+  if (constant)
+    value = jacobian * Eigen::Map<const Eigen::VectorXd>(active.theta.data(),
+                                                         static_cast<Eigen::Index>(active.theta.size()));
+}
+
+void Problem::predict(const std::vector<physics::ActiveEffect>& effects, const Eigen::VectorXd& offset_values,
+                      Eigen::VectorXd& rest, Eigen::MatrixXd* jacobian) const {
+  Eigen::Index parameters = 0;
+  bool heavy = false;
+  for (const physics::ActiveEffect& e : effects) {
+    parameters += e.effect->parameter_count();
+    heavy = heavy || adds_inertia(*e.effect);
+  }
+  rest = y_;
+  if (jacobian) jacobian->resize(rows(), parameters + offsets_.cols());
+  Eigen::VectorXd value;
+  Eigen::MatrixXd columns;
+  Eigen::Index at = 0;
+  for (const physics::ActiveEffect& e : effects) {
+    if (!adds_inertia(*e.effect)) {
+      evaluate(e, value, columns);
+      rest -= value;
+      if (jacobian) jacobian->middleCols(at, columns.cols()) = columns;
+    }
+    at += e.effect->parameter_count();
+  }
+  if (heavy) {
+    std::vector<Mat6> shrink(static_cast<std::size_t>(n_));
+    for (int i = 0; i < n_; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      physics::Wrench w;
+      for (const physics::ActiveEffect& e : effects)
+        if (adds_inertia(*e.effect)) e.effect->add_wrench(situation_[k], e.theta.data(), w);
+      Vec6 e;
+      for (int c = 0; c < 6; ++c) e[c] = rest[c * n_ + i];
+      e.head<3>() -= w.force_B;
+      e.tail<3>() -= w.torque_B;
+      e += w.inertia * acceleration_[k];
+      const Mat6 inverse = (inertia_ + w.inertia).partialPivLu().inverse();
+      const Vec6 error = inverse * e;
+      shrink[k] = inertia_ * inverse;
+      const Vec6 scaled = inertia_ * error;
+      for (int c = 0; c < 6; ++c) rest[c * n_ + i] = scaled[c];
+      const Vec6 predicted = acceleration_[k] - error;
+      situation_[k].a_WB_B = predicted.head<3>();
+      situation_[k].dw_WB_B = predicted.tail<3>();
+    }
+    if (jacobian) {
+      at = 0;
+      for (const physics::ActiveEffect& e : effects) {
+        if (adds_inertia(*e.effect)) {
+          evaluate(e, value, columns);
+          jacobian->middleCols(at, columns.cols()) = columns;
+        }
+        at += e.effect->parameter_count();
+      }
+      for (int i = 0; i < n_; ++i) {
+        for (Eigen::Index k = 0; k < parameters; ++k) {
+          Vec6 column;
+          for (int c = 0; c < 6; ++c) column[c] = (*jacobian)(c * n_ + i, k);
+          const Vec6 scaled = shrink[static_cast<std::size_t>(i)] * column;
+          for (int c = 0; c < 6; ++c) (*jacobian)(c * n_ + i, k) = scaled[c];
+        }
+      }
+    }
+    for (int i = 0; i < n_; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      situation_[k].a_WB_B = acceleration_[k].head<3>();
+      situation_[k].dw_WB_B = acceleration_[k].tail<3>();
+    }
+  }
+  rest -= offsets_ * offset_values;
+  if (jacobian) jacobian->rightCols(offsets_.cols()) = offsets_;
+}
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,80 @@
+// The wrench residual of all flights stacked, and the columns that may explain it.
+#pragma once
+
+#include <array>
+#include <map>
+#include <span>
+
+#include "omniflight_diagnosis/flight.hpp"
+#include "omniflight_physics/effect.hpp"
+
+namespace omniflight::diagnosis {
+
+inline constexpr std::array<const char*, 6> kChannels{"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
+inline const char* channel_unit(int channel) { return channel < 3 ? "N" : "Nm"; }
+
+/// Force [N] and torque [Nm] about the body origin, body axes, that the nominal rotors do not explain:
+/// rho_F = m f - sum T_i n_i, rho_tau = J dw + w x J w + c x m f - rotor torque.
+Vec6 wrench_residual(const physics::Situation& s, const Vec3& specific_force, const Vec3& center_of_mass);
+
+/// An uninterrupted stretch of stacked rows [begin, end).
+struct Run {
+  int begin = 0, end = 0;
+  int flight = 0;
+};
+
+/// Rows are channel-major: row(channel, i) = channel * n + i.
+class Problem {
+ public:
+  Problem(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle, const Options& options);
+
+  int samples() const { return n_; }
+  int rows() const { return 6 * n_; }
+  const std::vector<Run>& runs() const { return runs_; }
+  int flights() const { return flight_count_; }
+  const Eigen::VectorXd& residual() const { return y_; }
+  const physics::Situation& situation(int i) const { return situation_[static_cast<std::size_t>(i)]; }
+
+  /// Offsets known only within a tolerance: columns per unit and prior standard deviations.
+  const Eigen::MatrixXd& offsets() const { return offsets_; }
+  const Eigen::VectorXd& offset_sigma() const { return offset_sigma_; }
+  const std::vector<std::string>& offset_names() const { return offset_names_; }
+
+  /// Natural size of a channel: weight [N], or weight times the largest rotor arm [Nm].
+  double scale(int channel) const { return channel < 3 ? weight_ : weight_ * arm_; }
+  /// Lower limit of a parameter that keeps mass and inertia positive; -1e18 when it is no matter.
+  double lower_limit(const physics::Effect& effect, std::size_t parameter) const;
+
+  /// What remains of the residual with these effects and offsets, and its negative derivative by all effect
+  /// parameters (in order) and the offsets.
+  ///
+  /// With added inertia I the measured acceleration stands on both sides of the equation of motion; the rest
+  /// is therefore the error of the *predicted* acceleration times the nominal inertia, M0 (M0 + I)^-1 e, and
+  /// the derivatives are taken at the predicted acceleration. Otherwise a mass of -m would explain
+  /// everything.
+  void predict(const std::vector<physics::ActiveEffect>& effects, const Eigen::VectorXd& offset_values,
+               Eigen::VectorXd& rest, Eigen::MatrixXd* jacobian) const;
+
+ private:
+  void evaluate(const physics::ActiveEffect& effect, Eigen::VectorXd& value, Eigen::MatrixXd& jacobian) const;
+
+  int n_ = 0, flight_count_ = 0;
+  double weight_ = 1, arm_ = 1;
+  std::vector<Run> runs_;
+  mutable std::vector<physics::Situation> situation_;
+  std::vector<Vec6> acceleration_;  ///< measured, (a_WB_B, dw_WB_B)
+  Mat6 inertia_;                    ///< nominal, about the body origin
+  Eigen::VectorXd y_;
+  Eigen::MatrixXd offsets_;
+  Eigen::VectorXd offset_sigma_;
+  std::vector<std::string> offset_names_;
+  mutable std::map<const physics::Effect*, Eigen::MatrixXd> linear_;
+};
+
+/// Linear in all parameters and without added inertia: its columns never change.
+bool has_constant_columns(const physics::Effect& effect);
+/// The vehicle gets heavier or larger in inertia with it.
+bool adds_inertia(const physics::Effect& effect);
+bool is_linear(const physics::Effect& effect);
+
+}  // namespace omniflight::diagnosis

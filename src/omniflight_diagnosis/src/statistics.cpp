@@ -1,0 +1,42 @@
+#include "statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace omniflight::diagnosis {
+
+double chi_squared_tail(double x, double dof) {
+  if (!(x > 0)) return 1.0;
+  const double a = 0.5 * dof, z = 0.5 * x;
+  const double front = std::exp(a * std::log(z) - z - std::lgamma(a));
+  if (z < a + 1) {  // series of the lower tail
+    double term = 1.0 / a, sum = term;
+    for (int k = 1; k < 500; ++k) sum += term *= z / (a + k);
+    return std::clamp(1.0 - front * sum, 0.0, 1.0);
+  }
+  double b = z + 1 - a, c = 1e300, d = 1.0 / b, h = d;  // continued fraction of the upper tail
+  for (int k = 1; k < 500; ++k) {
+    const double an = -k * (k - a);
+    b += 2;
+    d = an * d + b;
+    if (std::abs(d) < 1e-300) d = 1e-300;
+    c = b + an / c;
+    if (std::abs(c) < 1e-300) c = 1e-300;
+    d = 1.0 / d;
+    const double change = d * c;
+    h *= change;
+    if (std::abs(change - 1) < 1e-12) break;
+  }
+  return std::clamp(front * h, 0.0, 1.0);
+}
+
+double explained_share(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, Eigen::VectorXd* coefficients) {
+  Eigen::MatrixXd Z(X.rows(), X.cols() + 1);
+  Z << X, Eigen::VectorXd::Ones(X.rows());
+  const Eigen::VectorXd b = Z.colPivHouseholderQr().solve(y);
+  if (coefficients) *coefficients = b;
+  const double total = (y.array() - y.mean()).matrix().squaredNorm();
+  return total > 0 ? std::clamp(1.0 - (y - Z * b).squaredNorm() / total, 0.0, 1.0) : 0.0;
+}
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,19 @@
+// Small numbers about samples.
+#pragma once
+
+#include <Eigen/Dense>
+
+namespace omniflight::diagnosis {
+
+/// P(chi-squared with `dof` degrees of freedom > x).
+double chi_squared_tail(double x, double dof);
+
+/// Share of the variance of y that X (with a constant added) explains, and the coefficients (constant last).
+double explained_share(const Eigen::MatrixXd& X, const Eigen::VectorXd& y,
+                       Eigen::VectorXd* coefficients = nullptr);
+
+inline double rms(const Eigen::VectorXd& x) {
+  return x.size() > 0 ? std::sqrt(x.squaredNorm() / static_cast<double>(x.size())) : 0.0;
+}
+
+}  // namespace omniflight::diagnosis
