@@ -24,7 +24,7 @@ struct Problem {
 
   // v of the free variables with the others at their bounds; false when a pivot is not positive. Bound rows
   // become rows of the identity, so that the elimination has the same shape for every active set.
-  [[gnu::always_inline]] bool solve_free(const double* rhs_free, bool at_bounds) {
+  bool solve_free(const double* rhs_free, bool at_bounds) {
     alignas(64) double a[kCapacity][kCapacity];
     double b[kCapacity], open[kCapacity], held[kCapacity];
     for (int i = 0; i < n(); ++i) {
@@ -55,14 +55,14 @@ struct Problem {
     return true;
   }
 
-  [[gnu::always_inline]] void update_gradient() {
+  void update_gradient() {
     for (int i = 0; i < n(); ++i) gradient[i] = g[i];
     for (int j = 0; j < n(); ++j)
       for (int i = 0; i < n(); ++i) gradient[i] += h[j][i] * v[j];
   }
 
   // The state variable i should have, seen from the current v and gradient.
-  [[gnu::always_inline]] std::int8_t wanted(int i, double dual_tolerance) const {
+  std::int8_t wanted(int i, double dual_tolerance) const {
     if (state[i] == 0) {
       if (v[i] < lo[i] - kPrimalTolerance) return -1;
       if (v[i] > hi[i] + kPrimalTolerance) return 1;
@@ -71,7 +71,7 @@ struct Problem {
     return state[i] * gradient[i] > dual_tolerance ? std::int8_t{0} : state[i];
   }
 
-  [[gnu::always_inline]] double residual() const {
+  double residual() const {
     double worst = 0.0;
     for (int i = 0; i < n(); ++i) {
       const double moved = std::min(std::max(v[i] - gradient[i], lo[i]), hi[i]);
@@ -80,11 +80,11 @@ struct Problem {
     return worst;
   }
 
-  [[gnu::always_inline]] void clip() {
+  void clip() {
     for (int i = 0; i < n(); ++i) v[i] = std::min(std::max(v[i], lo[i]), hi[i]);
   }
 
-  [[gnu::always_inline]] QpStatus pivot(int& iterations) {
+  QpStatus pivot(int& iterations) {
     double rhs[kCapacity], largest = 0.0;
     for (int i = 0; i < n(); ++i) rhs[i] = -g[i], largest = std::max(largest, std::abs(g[i]));
     const double dual_tolerance = kDualTolerance * (1.0 + largest);
@@ -109,7 +109,7 @@ struct Problem {
   }
 
   // One correction of the free variables from the residual; kept only where it helps.
-  [[gnu::always_inline]] double refine(double before) {
+  double refine(double before) {
     double rhs[kCapacity], old[kCapacity];
     for (int i = 0; i < n(); ++i) rhs[i] = -gradient[i], old[i] = v[i];
     if (!solve_free(rhs, false)) return before;
@@ -124,9 +124,8 @@ struct Problem {
 };
 
 template <int N>
-[[gnu::always_inline]] inline void solve(const QpMatrix& H, const QpVector& g, const QpVector& lower,
-                                         const QpVector& upper, const ActiveSet& start, double h_scale,
-                                         double scale, BoxQpSolution& out) {
+void solve(const QpMatrix& H, const QpVector& g, const QpVector& lower, const QpVector& upper,
+           const ActiveSet& start, double h_scale, double scale, BoxQpSolution& out) {
   Problem<N> p;
   const int n = static_cast<int>(g.size());
   p.runtime_n = n;
@@ -156,21 +155,6 @@ template <int N>
     out.active_set[static_cast<std::size_t>(i)] = p.state[i];
     out.active_bounds += p.state[i] != 0;
   }
-}
-
-// The processor's widest vectors, chosen when the program starts. Not under sanitizers: they start later than
-// that.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define OMNIFLIGHT_VECTOR_CLONES __attribute__((target_clones("arch=haswell", "default")))
-#else
-#define OMNIFLIGHT_VECTOR_CLONES
-#endif
-
-OMNIFLIGHT_VECTOR_CLONES void solve_8(const QpMatrix& H, const QpVector& g, const QpVector& lower,
-                                      const QpVector& upper, const ActiveSet& start, double h_scale,
-                                      double scale, BoxQpSolution& out) {
-  solve<8>(H, g, lower, upper, start, h_scale, scale, out);
 }
 
 }  // namespace
@@ -220,7 +204,7 @@ BoxQpSolution solve_box_qp(const QpMatrix& H, const QpVector& g, const QpVector&
       solve<6>(H, g, lower, upper, start, h_scale, scale, out);
       break;
     case 8:
-      solve_8(H, g, lower, upper, start, h_scale, scale, out);
+      solve<8>(H, g, lower, upper, start, h_scale, scale, out);
       break;
     default:
       solve<0>(H, g, lower, upper, start, h_scale, scale, out);

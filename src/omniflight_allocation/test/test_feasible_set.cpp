@@ -29,6 +29,18 @@ TEST(Design, PublishedForceFigures) {
   EXPECT_NEAR(to_degrees(*r->omnidirectional_tilt), 41.10, 5e-3);
 }
 
+TEST(Design, TheShippedVehicleIsTheOneOfTheFigures) {
+  const auto v = vehicle::load_vehicle(OMNIFLIGHT_SOURCE_ROOT "/configs/vehicles/omnimorph/omnimorph.yaml");
+  ASSERT_TRUE(v) << v.error().text();
+  const DesignResult r = design(*v, {to_radians(30), kIsotropic}, 5.95, 1.595).value();
+  EXPECT_NEAR(r.points[0].mass_limit, 1.21305, 5e-6);
+  EXPECT_NEAR(r.points[1].force_at_zero_torque.d_min_surface, 19.43, 5e-3);
+  EXPECT_NEAR(to_degrees(r.omnidirectional_tilt.value()), 41.10, 5e-3);
+  for (int deg = 0; deg <= 60; ++deg) {  // the spin directions must not cost yaw on the way
+    EXPECT_EQ(WrenchSet::create(*v, to_radians(deg)).value().rank(), deg == 0 ? 4 : 6) << deg;
+  }
+}
+
 TEST(Design, ForceBodyHasItsClosedForm) {
   for (const double deg : {10.0, 30.0, 45.0, to_degrees(kIsotropic), 60.0}) {
     const double a = to_radians(deg), f = 6.25, s = std::sin(a), c = std::cos(a);
