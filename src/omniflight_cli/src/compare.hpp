@@ -1,0 +1,24 @@
+// Two flights side by side, laid out as Table 7.1 of the thesis.
+#pragma once
+
+#include "metrics.hpp"
+#include "omniflight_report/page.hpp"
+
+namespace omniflight::cli {
+
+struct ComparedRow {
+  std::string channel, unit;
+  double simulated = 0, real = 0;
+  double ratio() const { return simulated != 0 ? real / simulated : 0.0; }
+};
+
+/// RMSE of position [m] and attitude [deg] as measured in both, mean power [W], and the integral action.
+std::vector<ComparedRow> compare(const FlightMetrics& simulated, const FlightMetrics& real);
+report::Table comparison_table(const std::vector<ComparedRow>& rows, const std::string& caption);
+nlohmann::json to_json(const std::vector<ComparedRow>& rows);
+/// Lines for a terminal.
+std::string to_text(const std::vector<ComparedRow>& rows);
+/// Tracking errors of one flight over time, thinned by the page.
+void plot_tracking(report::Page& page, const FlightMetrics& metrics, const std::string& name);
+
+}  // namespace omniflight::cli

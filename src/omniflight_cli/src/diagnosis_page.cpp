@@ -1,0 +1,204 @@
+#include "diagnosis_page.hpp"
+
+#include <fmt/format.h>
+
+namespace omniflight::cli {
+namespace {
+
+using namespace diagnosis;
+
+std::string list(const std::vector<std::string>& items) {
+  std::string out;
+  for (const auto& i : items) out += (out.empty() ? "" : ", ") + i;
+  return out.empty() ? "-" : out;
+}
+
+report::Tone tone(Verdict v) {
+  switch (v) {
+    case Verdict::nothing_missing:
+      return report::Tone::ok;
+    case Verdict::explained:
+      return report::Tone::ok;
+    case Verdict::ambiguous:
+      return report::Tone::warn;
+    case Verdict::unexplained:
+      return report::Tone::unknown;
+    case Verdict::unusable:
+      return report::Tone::bad;
+  }
+  return report::Tone::unknown;
+}
+
+std::string headline(Verdict v) {
+  switch (v) {
+    case Verdict::nothing_missing:
+      return "The model explains this flight";
+    case Verdict::explained:
+      return "Left-out physics found";
+    case Verdict::ambiguous:
+      return "Left-out physics found; some of it cannot be told apart";
+    case Verdict::unexplained:
+      return "Something differs that no effect of the library explains";
+    case Verdict::unusable:
+      return "This recording cannot be used";
+  }
+  return {};
+}
+
+void mismatches(report::Page& page, const Diagnosis& d) {
+  report::Table t;
+  t.caption = "Stages whose replay on recorded input leaves a significant residual";
+  t.columns = {{.name = "stage"},     {.name = "channel"}, {.name = "frame"}, {.name = "RMS"},
+               {.name = "noise RMS"}, {.name = "unit"},    {.name = "p"},     {.name = "where"}};
+  for (const auto& m : d.mismatch)
+    t.rows.push_back(
+        {physics::to_string(m.stage), m.channel, m.frame, m.rms, m.noise_rms, m.unit, m.p_value, m.where});
+  page.section("What differs, and where");
+  if (t.rows.empty())
+    page.paragraph("No stage differs significantly from the model.");
+  else
+    page.table(t);
+  if (!d.tracking_rms.empty()) {
+    std::vector<report::Fact> facts;
+    for (const auto& [channel, value] : d.tracking_rms)
+      facts.push_back(
+          {"tracking error " + channel, fmt::format("{:.4f}", value), channel[0] == 'p' ? "m RMS" : "RMS"});
+    page.paragraph(
+        "The tracking error alone, for comparison: integral action hides a constant load from it.");
+    page.facts(facts);
+  }
+}
+
+void findings(report::Page& page, const Diagnosis& d) {
+  page.section("Which physics");
+  if (d.findings.empty()) page.paragraph("No effect of the library is named.");
+  report::Bars bars{.title = "Probability of each named effect", .full = 1.0};
+  for (const auto& f : d.findings) {
+    bars.bars.push_back(
+        {.name = f.effect,
+         .value = f.probability,
+         .note = f.cannot_be_told_apart_from.empty() ? "" : "or " + list(f.cannot_be_told_apart_from)});
+  }
+  if (!bars.bars.empty()) page.bars(bars);
+  for (const auto& f : d.findings) {
+    page.paragraph(f.sentence);
+    page.equation(f.latex);
+    report::Table t;
+    t.caption = f.effect + " (stage: " + physics::to_string(f.stage) + ", channels: " + list(f.channels) +
+                "); cannot be told apart on this flight from: " + list(f.cannot_be_told_apart_from);
+    t.columns = {{.name = "parameter"}, {.name = "symbol"}, {.name = "value"},
+                 {.name = "95 % from"}, {.name = "to"},     {.name = "unit"}};
+    for (const auto& p : f.parameters) t.rows.push_back({p.name, p.symbol, p.value, p.low, p.high, p.unit});
+    page.table(t);
+  }
+  report::Bars gains{.title = "What each candidate alone gains (log-likelihood, whitened)"};
+  auto sorted = d.candidates;
+  std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.gain > b.gain; });
+  for (const auto& c : sorted) {
+    if (gains.bars.size() >= 16 || !std::isfinite(c.gain)) continue;
+    gains.bars.push_back({.name = c.effect, .value = std::max(0.0, c.gain)});
+    gains.marker = c.needed;
+    gains.marker_label = "needed to be named";
+  }
+  if (!gains.bars.empty()) page.bars(gains);
+  if (!d.aliases.effects.empty()) {
+    report::Matrix m{.title = "How well one effect can imitate another on this flight",
+                     .rows = d.aliases.effects,
+                     .columns = d.aliases.effects,
+                     .value_label = "cosine of whitened contributions"};
+    for (Eigen::Index i = 0; i < d.aliases.cosine.rows(); ++i) {
+      m.values.emplace_back();
+      for (Eigen::Index k = 0; k < d.aliases.cosine.cols(); ++k)
+        m.values.back().push_back(d.aliases.cosine(i, k));
+    }
+    page.matrix(m);
+  }
+}
+
+void fits(report::Page& page, const Diagnosis& d) {
+  page.section("Does the fit improve");
+  const auto table = [&](const std::vector<ChannelFit>& rows, const std::string& caption) {
+    if (rows.empty()) return;
+    report::Table t;
+    t.caption = caption;
+    t.columns = {{.name = "recording"}, {.name = "channel"},
+                 {.name = "unit"},      {.name = "RMS before"},
+                 {.name = "RMS after"}, {.name = "after / before", .significant_digits = 3}};
+    for (const auto& r : rows) {
+      const double ratio = r.rms_before > 0 ? r.rms_after / r.rms_before : 1.0;
+      t.rows.push_back({r.recording.empty() ? "all fitted" : r.recording, r.channel, r.unit, r.rms_before,
+                        r.rms_after, report::Cell(ratio, ratio)});
+    }
+    page.table(t);
+  };
+  table(d.fit.held_out, "Held out: data no fit has touched");
+  table(d.fit.in_sample, "In sample");
+  if (!d.fit.rollout.empty()) {
+    report::Table t;
+    t.caption = "Open-loop prediction from recorded rotor speeds";
+    t.columns = {{.name = "horizon", .unit = "s"},
+                 {.name = "channel"},
+                 {.name = "unit"},
+                 {.name = "RMSE before"},
+                 {.name = "RMSE after"}};
+    for (const auto& r : d.fit.rollout)
+      t.rows.push_back({r.horizon_s, r.channel, r.unit, r.rmse_before, r.rmse_after});
+    page.table(t);
+  }
+}
+
+void residual_plots(report::Page& page, const Diagnosis& d) {
+  page.section("Residuals before and after");
+  for (const Series& s : d.series) {
+    for (std::size_t k = 0; k < s.channels.size(); ++k) {
+      const bool torque = s.channels[k][0] == 'M';
+      const std::string unit = torque ? "Nm" : (s.channels[k][0] == 'a' ? "m/s2" : "N");
+      page.plot({.title = s.channels[k] + " residual",
+                 .y_label = s.channels[k] + " [" + unit + "]",
+                 .series = {{.name = "before", .x = s.t_s, .y = s.before[k]},
+                            {.name = "after", .x = s.t_s, .y = s.after[k]}},
+                 .height_px = 200,
+                 .group = s.file});
+      if (s.channels[k] == "Fz_world" && s.height_m.size() == s.t_s.size())
+        page.plot({.title = "Vertical residual against height",
+                   .x_label = "height [m]",
+                   .y_label = "Fz, world [N]",
+                   .series = {{.name = "before", .x = s.height_m, .y = s.before[k], .points = true},
+                              {.name = "after", .x = s.height_m, .y = s.after[k], .points = true}}});
+    }
+    break;  // one flight is shown; the figures above cover all
+  }
+}
+
+}  // namespace
+
+Status write_page(const Diagnosis& d, const Refit& refit, const std::string& title, const std::string& path) {
+  report::Page page(title, d.inputs.empty() ? "" : d.inputs.front().file);
+  page.verdict(tone(d.verdict), headline(d.verdict), d.summary);
+  std::vector<report::Fact> facts;
+  for (const auto& in : d.inputs) facts.push_back({in.file, fmt::format("{:.1f}", in.duration_s), "s"});
+  page.facts(facts);
+  mismatches(page, d);
+  findings(page, d);
+  fits(page, d);
+  if (refit.flown) {
+    page.section("The simulator with the model found");
+    page.table(comparison_table(refit.before, "Before: nominal simulation against the recording"));
+    page.table(comparison_table(refit.after, "After: simulation with model.yaml against the recording"));
+  }
+  residual_plots(page, d);
+  if (!d.next_flight.manoeuvres.empty()) {
+    page.section("What to fly next");
+    for (const auto& text : d.next_flight.manoeuvres) page.paragraph(text);
+  }
+  page.section("Inputs");
+  for (const auto& in : d.inputs) {
+    std::string cut;
+    for (const auto& w : in.excluded) cut += fmt::format("{:.2f} to {:.2f} s: {}\n", w.from_s, w.to_s, w.why);
+    page.details(in.file + ", sha256 " + in.sha256,
+                 "Signals: " + list(in.signals) + "\nCut out:\n" + (cut.empty() ? "nothing" : cut));
+  }
+  return page.write(path);
+}
+
+}  // namespace omniflight::cli

@@ -1,0 +1,48 @@
+// One flight: plan, start the components, wait, record, judge. Used by `fly` and `campaign`.
+#pragma once
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "metrics.hpp"
+#include "omniflight_core/result.hpp"
+
+namespace omniflight::cli {
+
+struct FlightOptions {
+  std::string mission;
+  std::string plan;                 ///< folder of a plan that is there; empty: plan the mission
+  std::string plant = "simulator";  ///< simulator | emulator | hardware
+  std::string devices;              ///< hardware: "dev;dev;dev"
+  std::string vehicle;              ///< instead of the mission's, for controller and allocator
+  std::vector<std::string> set;     ///< overrides of vehicle fields, for plant and control alike
+  std::string effects;              ///< model file the plant flies
+  std::string sensors = "ideal";    ///< name under configs/sensors or a path
+  std::string weights = "case_a";
+  std::string tilt_mode = "fixed";
+  std::uint64_t seed = 1;
+  bool realtime = false;
+  bool in_process = false;                        ///< all components in one container
+  std::map<std::string, std::string> parameters;  ///< "controller.kp" -> YAML text
+  std::string out;
+  bool quiet = false;
+};
+
+struct FlightResult {
+  nlohmann::json json;    ///< what flight.json holds
+  std::string recording;  ///< path
+  bool flown = false;     ///< to the end
+  std::string reason;     ///< why not
+  FlightMetrics metrics;
+};
+
+/// Writes plan/, params.yaml, log/, flight.mcap and flight.json into options.out.
+Result<FlightResult> fly(const FlightOptions& options);
+
+/// "ideal" -> configs/sensors/ideal.yaml; a path stays a path.
+Result<std::string> find_config(const std::string& kind, const std::string& name);
+
+}  // namespace omniflight::cli

@@ -1,0 +1,103 @@
+#include <sys/stat.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+#include "omniflight_core/progress.hpp"
+#include "verbs.hpp"
+
+namespace omniflight::cli {
+namespace {
+
+struct Verb {
+  const char* name;
+  const char* does;
+  const char* example;
+  AddVerb add;
+};
+constexpr Verb verbs[] = {
+    {"design", "Feasible wrench sets of a vehicle",
+     "omniflight design omnimorph --alpha 30 --alpha 45 --f-max 5.95", add_design},
+    {"plan", "A certified 6D trajectory for a mission", "omniflight plan trajectory_2 --out plan", add_plan},
+    {"fly", "Fly a mission over the bus and record it",
+     "omniflight fly trajectory_2 --effects configs/effects/tether.yaml --out run", add_fly},
+    {"compare", "Two recordings side by side (tracking, power, control)",
+     "omniflight compare simulated/flight.mcap real/flight.mcap --vehicle omnimorph --out cmp", add_compare},
+    {"diagnose", "Where model and recording differ, and which physics was left out",
+     "omniflight diagnose flight.mcap --vehicle omnimorph --out diagnosis", add_diagnose},
+    {"campaign", "Many flights with varied seeds, effects and gains",
+     "omniflight campaign configs/campaigns/simulated.yaml --jobs 2 --out campaign", add_campaign},
+    {"effects", "The library of left-out physics", "omniflight effects hung_cable", add_effects},
+    {"vehicles", "Known vehicles", "omniflight vehicles", add_vehicles},
+    {"info", "What is in a recording", "omniflight info flight.mcap", add_info},
+    {"export", "A recording in another format", "omniflight export flight.mcap --to csv --out flight.csv",
+     add_export},
+    {"doctor", "Whether this machine can run everything", "omniflight doctor", add_doctor},
+};
+
+int run(int argc, char** argv) {
+  CLI::App app("omniflight: plan, fly, record, and find the physics that simulation left out");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", "omniflight 0.1.0");
+  Common common;
+  std::vector<std::pair<CLI::App*, Action>> actions;
+  for (const Verb& verb : verbs) {
+    CLI::App* sub = app.add_subcommand(verb.name, verb.does);
+    sub->footer(std::string("Example: ") + verb.example);
+    sub->add_flag("--json", common.json, "Result as JSON on stdout, everything else on stderr");
+    sub->add_flag("--quiet", common.quiet, "Neither progress nor summary");
+    sub->add_option("--out", common.out, "Folder for the results");
+    actions.emplace_back(sub, verb.add(*sub, common));
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : static_cast<int>(ErrorCode::bad_input);
+  }
+  install_interrupt_handler();
+  for (auto& [sub, action] : actions) {
+    if (!sub->parsed()) continue;
+    const auto result = action();
+    if (result) return *result;
+    std::cerr << "omniflight " << sub->get_name() << ": " << result.error().text() << "\n";
+    if (common.json) std::cout << nlohmann::json{{"error", result.error().text()}}.dump() << "\n";
+    return static_cast<int>(result.error().code);
+  }
+  return 0;
+}
+
+}  // namespace
+
+Status make_folder(const std::string& path) {
+  std::error_code ec;
+  std::filesystem::create_directories(path, ec);
+  if (ec) return bad_input("cannot be made: " + ec.message(), path, "Choose another --out");
+  return {};
+}
+
+void print_json(const Common& common, const nlohmann::json& value) {
+  if (common.json) std::cout << value.dump(2) << std::endl;
+}
+
+void say(const Common& common, const std::string& line) {
+  if (common.quiet) return;
+  (common.json ? std::cerr : std::cout) << line << std::endl;
+}
+
+Result<std::string> find_program(const std::string& name) {
+  namespace fs = std::filesystem;
+  std::error_code ec;
+  const fs::path self = fs::read_symlink("/proc/self/exe", ec);
+  const fs::path here = self.parent_path();
+  for (const fs::path& candidate :
+       {here / name, here.parent_path().parent_path() / "omniflight_components" / "bin" / name})
+    if (fs::is_regular_file(candidate, ec)) return candidate.string();
+  return bad_input("the program " + name + " is neither beside this one nor in the workspace", here.string(),
+                   "Build the package omniflight_components");
+}
+
+}  // namespace omniflight::cli
+
+int main(int argc, char** argv) { return omniflight::cli::run(argc, argv); }

@@ -1,0 +1,33 @@
+// How well a flight followed its reference, from a Recording of whatever origin.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "omniflight_recording/recording.hpp"
+#include "omniflight_vehicle/vehicle.hpp"
+
+namespace omniflight::cli {
+
+struct Tracking {
+  Vec3 position_rmse = Vec3::Zero();  ///< m, world x y z
+  Vec3 attitude_rmse = Vec3::Zero();  ///< deg, about body x y z (roll, pitch, yaw for small errors)
+  std::vector<double> t;              ///< s
+  Eigen::MatrixXd error;              ///< rows: samples; m (3), deg (3)
+};
+
+struct FlightMetrics {
+  double from = 0, to = 0;  ///< s, from the first to the last motion of the reference
+  bool has_truth = false;
+  Tracking measured;                  ///< motion capture (or the estimate) against the reference
+  Tracking truth;                     ///< simulation only: the true pose against the reference
+  double mean_power = 0;              ///< W, mechanical, from rotor speeds; 0 when there are none
+  double thesis_power = 0;            ///< "W" of the thesis: c_tau [Nm/Hz^2] times speed [Hz]^3
+  Vec6 mean_integral = Vec6::Zero();  ///< m/s^2, rad/s^2, integral action
+  bool has_integral = false;
+};
+
+/// Refuses a recording without reference or pose.
+Result<FlightMetrics> assess(const recording::Recording& recording, const vehicle::Vehicle& vehicle);
+nlohmann::json to_json(const FlightMetrics& metrics);
+
+}  // namespace omniflight::cli

@@ -1,0 +1,62 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "flight.hpp"
+#include "verbs.hpp"
+
+namespace omniflight::cli {
+
+Action add_fly(CLI::App& verb, Common& common) {
+  auto o = std::make_shared<FlightOptions>();
+  auto rate = std::make_shared<std::string>("max");
+  auto params = std::make_shared<std::vector<std::string>>();
+  verb.add_option("mission", o->mission, "Name under configs/missions or a path")->required();
+  verb.add_option("--plant", o->plant, "simulator | emulator (boards on pseudo terminals) | hardware")
+      ->check(CLI::IsMember({"simulator", "emulator", "hardware"}));
+  verb.add_option("--plan", o->plan, "Folder of a plan; otherwise the mission is planned first");
+  verb.add_option("--devices", o->devices, "Hardware: serial devices, separated by ;");
+  verb.add_option("--vehicle", o->vehicle, "Instead of the mission's vehicle");
+  verb.add_option("--set", o->set, "Override a vehicle field, for instance mass=1.4 (kg)");
+  verb.add_option("--effects", o->effects,
+                  "Model file of effects the plant flies (the controller does not know)");
+  verb.add_option("--sensors", o->sensors, "Sensor file or name: ideal | laboratory");
+  verb.add_option("--weights", o->weights, "Allocation weights: case_a | case_b")
+      ->check(CLI::IsMember({"case_a", "case_b"}));
+  verb.add_option("--tilt", o->tilt_mode, "fixed (of the plan) | search")
+      ->check(CLI::IsMember({"fixed", "search"}));
+  verb.add_option("--seed", o->seed, "Seed of all sensor noise");
+  verb.add_option("--rate", *rate, "max (lockstep) | realtime")->check(CLI::IsMember({"max", "realtime"}));
+  verb.add_option("-p,--param", *params, "Component parameter, for instance controller.kp='[10, 10, 10]'");
+  verb.add_flag("--in-process", o->in_process, "All components in one process");
+  return [o, rate, params, &common]() -> Result<int> {
+    o->realtime = *rate == "realtime" || o->plant != "simulator";
+    o->out = common.out.empty() ? "runs/" + std::filesystem::path(o->mission).stem().string() + "-" + o->plant
+                                : common.out;
+    o->quiet = common.quiet;
+    for (const std::string& p : *params) {
+      const auto equals = p.find('=');
+      if (equals == std::string::npos || p.find('.') > equals)
+        return bad_input("'" + p + "' is not component.parameter=value", "--param");
+      o->parameters[p.substr(0, equals)] = p.substr(equals + 1);
+    }
+    auto result = fly(*o);
+    if (!result) return Failure(result.error());
+    print_json(common, result->json);
+    const FlightMetrics& m = result->metrics;
+    const Tracking& t = m.has_truth ? m.truth : m.measured;
+    say(common, fmt::format("{}: {}{}", o->mission, result->flown ? "flown" : "NOT flown: ", result->reason));
+    say(common,
+        fmt::format("  RMSE {} x {:.4f} y {:.4f} z {:.4f} m, roll {:.3f} pitch {:.3f} yaw {:.3f} deg",
+                    m.has_truth ? "(true state)" : "(measured)", t.position_rmse.x(), t.position_rmse.y(),
+                    t.position_rmse.z(), t.attitude_rmse.x(), t.attitude_rmse.y(), t.attitude_rmse.z()));
+    say(common, fmt::format("  mean power {:.1f} W mechanical ({:.2f} in the thesis's convention), {:.1f} s "
+                            "of flight in {:.1f} s",
+                            m.mean_power, m.thesis_power, result->json.value("simulated_s", 0.0),
+                            result->json.value("wall_s", 0.0)));
+    say(common, "  recording: " + result->recording);
+    return result->flown ? 0 : static_cast<int>(ErrorCode::incomplete);
+  };
+}
+
+}  // namespace omniflight::cli

@@ -1,0 +1,64 @@
+#include <fmt/format.h>
+
+#include "omniflight_planning/plan.hpp"
+#include "verbs.hpp"
+
+namespace omniflight::cli {
+
+Action add_plan(CLI::App& verb, Common& common) {
+  struct Options {
+    std::vector<std::string> words;
+    std::optional<std::uint64_t> seed;
+    std::optional<double> budget_ms;
+  };
+  auto o = std::make_shared<Options>();
+  verb.add_option("mission", o->words, "MISSION | verify FOLDER | explain MISSION")
+      ->required()
+      ->expected(1, 2);
+  verb.add_option("--seed", o->seed, "Instead of the mission's seed");
+  verb.add_option("--budget-ms", o->budget_ms, "Time for finding paths [ms], instead of the mission's")
+      ->check(CLI::PositiveNumber);
+  return [o, &common]() -> Result<int> {
+    const std::string& first = o->words.front();
+    if (first == "verify") {
+      if (o->words.size() != 2) return bad_input("needs a plan folder", "plan verify");
+      auto report = planning::verify(o->words[1]);
+      if (!report) return Failure(report.error());
+      print_json(common, {{"verdict", "verified"},
+                          {"min_clearance_m", report->min_clearance},
+                          {"at_s", report->min_clearance_at},
+                          {"poses", report->poses},
+                          {"duration_s", report->duration}});
+      say(common, fmt::format("verified: {} poses, least clearance {:.3f} m at {:.2f} s", report->poses,
+                              report->min_clearance, report->min_clearance_at));
+      return 0;
+    }
+    const bool explain = first == "explain";
+    if (explain && o->words.size() != 2) return bad_input("needs a mission", "plan explain");
+    auto mission = planning::load_mission(explain ? o->words[1] : first);
+    if (!mission) return Failure(mission.error());
+    planning::PlanOptions options;
+    options.seed = o->seed;
+    if (o->budget_ms) options.budget_s = 1e-3 * *o->budget_ms;
+    auto plan = planning::plan_mission(*mission, options);
+    if (explain) {
+      say(common, planning::explain(plan));
+      print_json(common, {{"explanation", planning::explain(plan)}});
+      return plan ? 0 : static_cast<int>(plan.error().code);
+    }
+    if (!plan) return Failure(plan.error());
+    const std::string out = common.out.empty() ? "runs/plan-" + mission->name : common.out;
+    if (auto ok = make_folder(out); !ok) return Failure(ok.error());
+    if (auto ok = planning::write_plan(*plan, out); !ok) return Failure(ok.error());
+    say(common, planning::explain(plan));
+    say(common, "plan: " + out);
+    print_json(common, {{"verdict", plan->certificate.verdict},
+                        {"duration_s", plan->certificate.duration},
+                        {"min_clearance_m", plan->certificate.min_clearance},
+                        {"seed", plan->certificate.seed},
+                        {"out", out}});
+    return 0;
+  };
+}
+
+}  // namespace omniflight::cli

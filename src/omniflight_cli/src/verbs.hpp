@@ -1,0 +1,46 @@
+// Every verb of the command line: one file each, one line in main.cpp.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "omniflight_core/result.hpp"
+
+namespace omniflight::cli {
+
+/// Options that every verb has.
+struct Common {
+  bool json = false;   ///< result as JSON on stdout, everything else on stderr
+  bool quiet = false;  ///< no progress, no summary
+  std::string out;     ///< folder for results
+};
+
+/// What a verb does when it is chosen: the exit code, or an error.
+using Action = std::function<Result<int>()>;
+/// Registers a verb: description, options and what it does.
+using AddVerb = Action (*)(CLI::App& verb, Common& common);
+
+Action add_design(CLI::App& verb, Common& common);
+Action add_plan(CLI::App& verb, Common& common);
+Action add_fly(CLI::App& verb, Common& common);
+Action add_compare(CLI::App& verb, Common& common);
+Action add_diagnose(CLI::App& verb, Common& common);
+Action add_campaign(CLI::App& verb, Common& common);
+Action add_effects(CLI::App& verb, Common& common);
+Action add_vehicles(CLI::App& verb, Common& common);
+Action add_info(CLI::App& verb, Common& common);
+Action add_export(CLI::App& verb, Common& common);
+Action add_doctor(CLI::App& verb, Common& common);
+
+/// Makes the folder; the error names it.
+Status make_folder(const std::string& path);
+/// Prints JSON on stdout when asked for.
+void print_json(const Common& common, const nlohmann::json& value);
+/// A line for people: stdout, or stderr under --json; nothing under --quiet.
+void say(const Common& common, const std::string& line);
+/// Full path of another omniflight program: beside this one, or in the neighbouring package of the workspace.
+Result<std::string> find_program(const std::string& name);
+
+}  // namespace omniflight::cli
