@@ -1,0 +1,29 @@
+# Sourced by the scripts beside it: where the workspace is, and which Python the build tools need.
+set -euo pipefail
+OMNIFLIGHT_ROOT="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
+export OMNIFLIGHT_ROOT
+cd "$OMNIFLIGHT_ROOT"
+# colcon and the message generator need Debian's Python, not one that a version manager puts in front of it.
+export PATH="/usr/bin:/bin:/usr/sbin:/sbin:${PATH}"
+export PYTHONDONTWRITEBYTECODE=1
+JOBS="${OMNIFLIGHT_JOBS:-$(nproc)}"
+export JOBS
+
+say() { printf '\n== %s\n' "$*"; }
+
+# omniflight_build BASE [cmake arguments]: configures and builds the workspace into BASE/build and BASE/install.
+omniflight_build() {
+  local base="$1"
+  shift
+  mkdir -p "$base"
+  local ccache=()
+  if command -v ccache >/dev/null; then
+    ccache=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+  fi
+  # one package at a time, all processors inside it: memory stays bounded and nothing waits for a slot
+  CMAKE_GENERATOR=Ninja CMAKE_BUILD_PARALLEL_LEVEL="$JOBS" MAKEFLAGS="-j$JOBS" \
+    colcon --log-base "$base/log" build --metas "$OMNIFLIGHT_ROOT/colcon.meta" --base-paths src \
+    --build-base "$base/build" --install-base "$base/install" --executor sequential \
+    --event-handlers console_direct- console_stderr- summary+ status- console_start_end- \
+    --cmake-args -DCMAKE_BUILD_TYPE=Release "${ccache[@]}" "$@"
+}

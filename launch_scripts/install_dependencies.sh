@@ -1,0 +1,46 @@
+#!/usr/bin/env bash
+# Installs the Debian 12 packages that build, run and test omniflight. Says what is missing before it installs;
+# does nothing when everything is there. Needs root or sudo only then.
+# Example: ./launch_scripts/install_dependencies.sh          (everything)
+#          ./launch_scripts/install_dependencies.sh --list   (print the packages)
+set -euo pipefail
+
+packages=(
+  # build
+  g++ cmake ninja-build python3 colcon python3-colcon-metadata python3-colcon-defaults python3-colcon-output
+  python3-colcon-notification python3-colcon-package-information python3-colcon-package-selection
+  python3-colcon-parallel-executor python3-colcon-test-result
+  # libraries
+  cyclonedds-dev cyclonedds-tools libeigen3-dev liboctomap-dev libompl-dev libboost-serialization-dev
+  libboost-filesystem-dev libboost-system-dev liburdfdom-dev libyaml-cpp-dev libcli11-dev libfmt-dev
+  nlohmann-json3-dev libexpected-dev libceres-dev libzstd-dev liblz4-dev zlib1g-dev libssl-dev
+  # reports: inlined into the HTML at build time
+  libjs-dygraphs libjs-katex
+  # tests
+  libgtest-dev
+)
+case "${1:-}" in
+  --list) printf '%s\n' "${packages[@]}"; exit 0 ;;
+  "") ;;
+  *) sed -n '2,6p' "$0"; exit 4 ;;
+esac
+
+missing=()
+for package in "${packages[@]}"; do
+  if [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)" != installed ]; then
+    missing+=("$package")
+  fi
+done
+[ "${#missing[@]}" -gt 0 ] || exit 0
+echo "installing with apt: ${missing[*]}"
+sudo=()
+if [ "$(id -u)" -ne 0 ]; then
+  if ! command -v sudo >/dev/null; then
+    echo "these packages are missing, and there is neither root nor sudo: ask an administrator to install them" >&2
+    exit 4
+  fi
+  sudo=(sudo)
+fi
+export DEBIAN_FRONTEND=noninteractive
+"${sudo[@]}" apt-get update -qq
+"${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
