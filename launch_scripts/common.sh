@@ -22,8 +22,8 @@ omniflight_build() {
   fi
   # one package at a time, all processors inside it: memory stays bounded and nothing waits for a slot
   CMAKE_GENERATOR=Ninja CMAKE_BUILD_PARALLEL_LEVEL="$JOBS" MAKEFLAGS="-j$JOBS" \
-    colcon --log-base "$base/log" build --metas "$OMNIFLIGHT_ROOT/colcon.meta" --base-paths src \
-    --build-base "$base/build" --install-base "$base/install" --executor sequential \
+    colcon --log-base "$base/log" build --metas "$OMNIFLIGHT_ROOT/colcon.meta" \
     --event-handlers console_direct- console_stderr- summary+ status- console_start_end- \
+    --base-paths src --build-base "$base/build" --install-base "$base/install" --executor sequential \
     --cmake-args -DCMAKE_BUILD_TYPE=Release "${ccache[@]}" "$@"
 }

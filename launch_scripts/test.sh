@@ -27,9 +27,10 @@ if [ -n "$label" ]; then ctest_args+=(-L "$label"); else ctest_args+=(-LE long);
 status=0
 export OMNIFLIGHT_CONFIGS="$OMNIFLIGHT_ROOT/configs"
 export OMNIFLIGHT_BIN="$base/install"
-colcon --log-base "$base/log" test --metas "$OMNIFLIGHT_ROOT/colcon.meta" --base-paths src --build-base "$base/build" \
-  --install-base "$base/install" --executor sequential --return-code-on-test-failure \
-  --event-handlers console_direct- console_stderr- status- summary- --ctest-args "${ctest_args[@]}" || status=1
+colcon --log-base "$base/log" test --metas "$OMNIFLIGHT_ROOT/colcon.meta" \
+  --event-handlers console_direct- console_stderr- status- summary- \
+  --base-paths src --build-base "$base/build" --install-base "$base/install" --executor sequential \
+  --return-code-on-test-failure --ctest-args "${ctest_args[@]}" || status=1
 colcon test-result --test-result-base "$base/build" --all --verbose || status=1
 
 python3 - "$base/build" <<'PY' || status=1
