@@ -24,6 +24,6 @@ omniflight_build() {
   CMAKE_GENERATOR=Ninja CMAKE_BUILD_PARALLEL_LEVEL="$JOBS" MAKEFLAGS="-j$JOBS" \
     colcon --log-base "$base/log" build --metas "$OMNIFLIGHT_ROOT/colcon.meta" \
     --event-handlers console_direct- console_stderr- summary+ status- console_start_end- \
-    --paths src/* --build-base "$base/build" --install-base "$base/install" --executor sequential \
+    --base-paths src --build-base "$base/build" --install-base "$base/install" --executor sequential \
     --cmake-args -DCMAKE_BUILD_TYPE=Release "${ccache[@]}" "$@"
 }

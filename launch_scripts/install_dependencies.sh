@@ -9,7 +9,8 @@ packages=(
   # build
   g++ cmake ninja-build python3 colcon python3-colcon-metadata python3-colcon-defaults python3-colcon-output
   python3-colcon-notification python3-colcon-package-information python3-colcon-package-selection
-  python3-colcon-parallel-executor python3-colcon-test-result
+  python3-colcon-parallel-executor python3-colcon-test-result python3-colcon-cmake python3-colcon-ros
+  python3-colcon-recursive-crawl python3-colcon-library-path
   # libraries
   cyclonedds-dev cyclonedds-tools libeigen3-dev liboctomap-dev libompl-dev libboost-serialization-dev
   libboost-filesystem-dev libboost-system-dev liburdfdom-dev libyaml-cpp-dev libcli11-dev libfmt-dev

@@ -29,7 +29,7 @@ export OMNIFLIGHT_CONFIGS="$OMNIFLIGHT_ROOT/configs"
 export OMNIFLIGHT_BIN="$base/install"
 colcon --log-base "$base/log" test --metas "$OMNIFLIGHT_ROOT/colcon.meta" \
   --event-handlers console_direct- console_stderr- status- summary- \
-  --paths src/* --build-base "$base/build" --install-base "$base/install" --executor sequential \
+  --base-paths src --build-base "$base/build" --install-base "$base/install" --executor sequential \
   --return-code-on-test-failure --ctest-args "${ctest_args[@]}" || status=1
 colcon test-result --test-result-base "$base/build" --all --verbose || status=1
 
