@@ -13,6 +13,7 @@
 #include "omniflight_bus/publisher.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
+#include "omniflight_physics/effect.hpp"
 #include "omniflight_planning/plan.hpp"
 #include "omniflight_recording/formats.hpp"
 #include "process.hpp"
@@ -24,6 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kHold = 1.0, kSettle = 3.0, kAfter = 1.0;  // s around the trajectory
+constexpr double kGrace = 4.0;  // s of wall time for the rest to notice that a component is gone
 
 std::string join(const std::vector<std::string>& items) {
   std::string out;
@@ -117,7 +119,7 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
 Result<Setup> prepare(const FlightOptions& o) {
   Setup s;
   s.out = fs::absolute(o.out);
-  if (auto ok = make_folder((s.out / "log").string()); !ok) return Failure(ok.error());
+  // everything that can be wrong with the input is looked at before the first file is written
   auto mission = planning::load_mission(o.mission);
   if (!mission) return Failure(mission.error());
   s.mission_vehicle = mission->vehicle;
@@ -131,8 +133,6 @@ Result<Setup> prepare(const FlightOptions& o) {
     if (!plan) return Failure(plan.error());
     s.plan = std::move(*plan);
   }
-  if (auto ok = make_folder((s.out / "plan").string()); !ok) return Failure(ok.error());
-  if (auto ok = planning::write_plan(s.plan, s.out / "plan"); !ok) return Failure(ok.error());
   auto sensors = find_config("sensors", o.sensors);
   if (!sensors) return Failure(sensors.error());
   s.sensors = *sensors;
@@ -140,13 +140,21 @@ Result<Setup> prepare(const FlightOptions& o) {
     auto effects = find_config("effects", o.effects);
     if (!effects) return Failure(effects.error());
     s.effects = *effects;
+    if (auto model = physics::load_model(s.effects); !model) return Failure(model.error());
   }
+  if (auto v = vehicle::load_vehicle(o.vehicle.empty() ? s.mission_vehicle : o.vehicle, o.set); !v)
+    return Failure(v.error());
   auto configs = files::config_dir();
   if (!configs) return Failure(configs.error());
   s.defaults = (*configs / "components" / "default.yaml").string();
   s.loopback = (*configs / "cyclonedds_loopback.xml").string();
   s.duration = kHold + kSettle + s.plan.trajectory.duration() + kAfter;
   s.epoch_ns = bus::wall_clock_ns();
+  if (auto ok = make_folder((s.out / "log").string()); !ok) return Failure(ok.error());
+  if (auto ok = make_folder((s.out / "plan").string()); !ok) return Failure(ok.error());
+  if (auto ok = planning::write_plan(s.plan, s.out / "plan"); !ok) return Failure(ok.error());
+  std::error_code ec;
+  fs::remove(s.out / "flight.json", ec);  // of an earlier flight into the same folder
   return s;
 }
 
@@ -223,20 +231,25 @@ Result<FlightResult> fly(const FlightOptions& o) {
   {
     Progress progress("flight", limit, "s of wall time", o.quiet || !isatty(STDERR_FILENO));
     Child& master = children.back();
+    double lost_at = 0;  // wall time of the first loss of a component
     while (!master.poll()) {
       progress.update(wall());
       for (Child& child : children)
-        if (&child != &master && child.poll() && result.reason.empty())
+        if (&child != &master && child.poll() && result.reason.empty()) {
           result.reason = child.name() + " ended in flight (exit code " + std::to_string(*child.poll()) +
                           "): " + child.last_words();
+          lost_at = wall();
+        }
       if (interrupted()) result.reason = "interrupted";
       if (wall() > limit) result.reason = "took longer than " + std::to_string(limit) + " s";
-      if (!result.reason.empty() && (interrupted() || wall() > limit)) break;
       // a component is gone: the clock master notices by its own deadline and ends the flight in order
+      const bool lost = lost_at > 0 && wall() > lost_at + kGrace;
+      if (interrupted() || wall() > limit || lost) break;
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
     if (const auto code = master.poll(); code && *code != 0 && result.reason.empty())
-      result.reason = master.last_words();
+      result.reason =
+          master.name() + " ended early (exit code " + std::to_string(*code) + "): " + master.last_words();
   }
   const double flight_wall = wall();
   while (!children.empty()) {  // in reverse: the recorder last
@@ -282,7 +295,8 @@ Result<FlightResult> fly(const FlightOptions& o) {
   j["verdict"] = result.flown ? "flown" : "not flown to the end";
   j["reason"] = result.reason;
   if (auto ok = files::write_file_atomic(s.out / "flight.json", j.dump(2) + "\n"); !ok)
-    return Failure(ok.error());
+    return result.flown ? Result<FlightResult>(Failure(ok.error()))
+                        : fail(ErrorCode::incomplete, result.reason, "flight", ok.error().text());
   return result;
 }
 

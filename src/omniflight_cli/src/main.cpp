@@ -1,6 +1,7 @@
 #include <sys/stat.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -89,13 +90,14 @@ void say(const Common& common, const std::string& line) {
 Result<std::string> find_program(const std::string& name) {
   namespace fs = std::filesystem;
   std::error_code ec;
-  const fs::path self = fs::read_symlink("/proc/self/exe", ec);
-  const fs::path here = self.parent_path();
-  for (const fs::path& candidate :
-       {here / name, here.parent_path().parent_path() / "omniflight_components" / "bin" / name})
-    if (fs::is_regular_file(candidate, ec)) return candidate.string();
+  const fs::path here = fs::read_symlink("/proc/self/exe", ec).parent_path();
+  std::vector<fs::path> folders{here, here.parent_path().parent_path() / "omniflight_components" / "bin"};
+  if (const char* told = std::getenv("OMNIFLIGHT_PROGRAMS"); told != nullptr && *told != '\0')
+    folders.insert(folders.begin(), fs::path(told));
+  for (const fs::path& folder : folders)
+    if (fs::is_regular_file(folder / name, ec)) return (folder / name).string();
   return bad_input("the program " + name + " is neither beside this one nor in the workspace", here.string(),
-                   "Build the package omniflight_components");
+                   "Build the package omniflight_components, or name its folder in OMNIFLIGHT_PROGRAMS");
 }
 
 }  // namespace omniflight::cli

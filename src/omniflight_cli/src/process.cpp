@@ -85,8 +85,10 @@ int Child::terminate(double deadline_s) {
 std::string Child::last_words() const {
   std::ifstream in(log_);
   std::string line, last;
-  while (std::getline(in, line))
+  while (std::getline(in, line)) {
+    if (line.find("] not ") != std::string::npos) return line;  // the first failure; the rest follows from it
     if (!line.empty()) last = line;
+  }
   return last.empty() ? "see " + log_ : last;
 }
 

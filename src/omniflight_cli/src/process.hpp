@@ -30,7 +30,7 @@ class Child {
   int terminate(double deadline_s);
   pid_t pid() const { return pid_; }
   const std::string& name() const { return name_; }
-  /// Last lines of its log, for error messages.
+  /// The first failure in its log, else its last line.
   std::string last_words() const;
 
  private:

@@ -1,0 +1,153 @@
+"""Flights that must succeed: nominal tracking, lockstep, emulated boards, runs beside each other."""
+
+import csv
+import fcntl
+import math
+import os
+import shutil
+import subprocess
+import unittest
+
+import system
+
+AXES = ("x", "y", "z")
+ANGLES = ("roll", "pitch", "yaw")
+
+# The *simulated* column of the thesis (chapter 7), RMSE [m] x y z and [deg] roll pitch yaw.
+THESIS = {
+    "trajectory_1": ((0.002, 0.005, 0.011), (0.010, 0.011, 0.011)),
+    "trajectory_2": ((0.003, 0.020, 0.004), (0.015, 0.015, 0.018)),
+}
+
+
+def errors(tracking):
+    return (tuple(tracking["position_rmse_m"][a] for a in AXES), tuple(tracking["attitude_rmse_deg"][a] for a in ANGLES))
+
+
+class NominalTracking(system.SystemTest):
+    def check(self, mission):
+        ideal = self.fly(mission, "--sensors", "ideal", out="ideal")
+        noisy = self.fly(mission, "--sensors", "laboratory", out="laboratory")
+        position, attitude = errors(ideal["metrics"]["true"])
+        print(f"\n{mission}: true state, ideal sensors: {position} m {attitude} deg")
+        print(f"{mission}: true state, laboratory sensors: {errors(noisy['metrics']['true'])}")
+        for axis, error, limit in zip(AXES + ANGLES, position + attitude, THESIS[mission][0] + THESIS[mission][1]):
+            self.assertLessEqual(error, limit, axis)
+        self.assertEqual(ideal["verdict"], "flown")
+        self.assertGreater(math.hypot(*errors(noisy["metrics"]["measured"])[0]), math.hypot(*position),
+                           "with noise the measured error must be larger than the true one without")
+
+    def test_trajectory_1_tracks_as_the_thesis(self):
+        self.check("trajectory_1")
+
+    def test_trajectory_2_tracks_as_the_thesis(self):
+        self.check("trajectory_2")
+
+
+class Lockstep(system.SystemTest):
+    def digest(self, recording):
+        text = subprocess.run([os.environ["OMNIFLIGHT_MCAP_DIGEST"], str(self.dir / recording)], check=True, text=True,
+                              capture_output=True).stdout
+        lines = [line.split() for line in text.splitlines()]
+        # component states carry the process's own start-up order
+        return {topic: (int(count), sha) for topic, count, sha in lines if topic != "/component_state"}
+
+    def test_processes_and_container_record_the_same(self):
+        together = ("--sensors", "laboratory", "--seed", "7")
+        apart = self.fly("trajectory_1", *together, out="apart")
+        inside = self.fly("trajectory_1", *together, "--in-process", out="inside")
+        other = self.fly("trajectory_1", "--sensors", "laboratory", "--seed", "8", "--in-process", out="other")
+        factor = {name: f["simulated_s"] / f["wall_s"] for name, f in (("apart", apart), ("inside", inside))}
+        print(f"\nreal-time factor: separate processes {factor['apart']:.1f}, one container {factor['inside']:.1f}")
+        a, b = self.digest("apart/flight.mcap"), self.digest("inside/flight.mcap")
+        self.assertGreaterEqual(len(a), 9)
+        for topic, (count, _) in a.items():
+            self.assertGreater(count, 0, topic)
+        self.assertEqual(a, b)
+        self.assertNotEqual(self.digest("other/flight.mcap")["/omniflight/imu"], b["/omniflight/imu"],
+                            "another seed must give another recording")
+        self.assertEqual(other["verdict"], "flown")
+        self.assertGreater(factor["apart"], 1)
+        self.assertGreater(factor["inside"], 5)
+
+
+class EmulatedBoards(system.SystemTest):
+    def test_flight_through_the_boards_shows_half_periods(self):
+        flight = self.fly(self.short_mission(), "--plant", "emulator", timeout=80)
+        self.assertEqual(flight["verdict"], "flown")
+        self.assertEqual(flight["plant"], "emulator")
+        self.run_command("export", "flight/flight.mcap", "--out", "flight.csv")
+        speeds = []
+        with open(self.dir / "flight.csv", newline="") as file:
+            for row in csv.DictReader(file):
+                if row["rotor1_radps"]:
+                    speeds += [abs(float(row[f"rotor{k}_radps"])) for k in range(1, 9)]
+        turning = [w for w in speeds if w > 50]
+        self.assertGreater(len(turning), 2000)
+        # the boards count the microseconds n of half a turn:
+        # the speed is 2 pi 0.5e6 / n rad/s
+        off = max(abs(math.pi * 1e6 / w - round(math.pi * 1e6 / w)) for w in turning)
+        self.assertLess(off, 0.02, "a measured speed is no whole number of microseconds for half a turn")
+        self.assertGreater(len(set(turning)), 10)
+        # a control: the simulator's ideal sensor is not on the grid, so that the test can tell
+        self.fly(self.dir / "short.yaml", "--in-process", out="ideal")
+        self.run_command("export", "ideal/flight.mcap", "--out", "ideal.csv")
+        with open(self.dir / "ideal.csv", newline="") as file:
+            ideal = [float(r["rotor1_radps"]) for r in csv.DictReader(file) if r["rotor1_radps"]]
+        self.assertGreater(max(abs(math.pi * 1e6 / w - round(math.pi * 1e6 / w)) for w in ideal if w > 50), 0.1)
+
+
+class RunsBesideEachOther(system.SystemTest):
+    def test_two_flights_at_once_use_two_domains(self):
+        mission = self.short_mission()
+        runs = [self.start_command("fly", mission, "--out", name, "--quiet") for name in ("one", "two")]
+        for run, name in zip(runs, ("one", "two")):
+            _, error = run.communicate(timeout=60)
+            self.assertEqual(run.returncode, 0, error)
+            self.assertEqual(self.json(f"{name}/flight.json")["verdict"], "flown")
+        self.run_command("info", "one/flight.mcap")
+        self.run_command("info", "two/flight.mcap")
+
+    def test_a_claimed_domain_is_left_alone(self):
+        runtime = self.dir / "runtime"
+        runtime.mkdir(mode=0o700)
+        environment = dict(os.environ, XDG_RUNTIME_DIR=str(runtime))
+        with open(runtime / "omniflight-domain-1.lock", "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            self.fly(self.short_mission(), "--in-process", env=environment)
+            claimed = sorted(p.name for p in runtime.glob("omniflight-domain-*.lock"))
+            self.assertEqual(claimed, ["omniflight-domain-1.lock", "omniflight-domain-2.lock"])
+            with open(runtime / "omniflight-domain-2.lock") as second:
+                fcntl.flock(second, fcntl.LOCK_EX | fcntl.LOCK_NB)  # free again after the flight
+
+    def test_no_free_domain_is_an_error(self):
+        runtime = self.dir / "runtime"
+        runtime.mkdir(mode=0o700)
+        locks = [open(runtime / f"omniflight-domain-{k}.lock", "w") for k in range(1, 101)]
+        for lock in locks:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            self.addCleanup(lock.close)
+        done = self.run_command("fly", self.short_mission(), "--out", "flight", expect=4,
+                                env=dict(os.environ, XDG_RUNTIME_DIR=str(runtime)))
+        self.assertIn("every domain", done.stderr)
+        self.assertFalse((self.dir / "flight/flight.mcap").exists())
+
+
+class ReferenceReader(system.SystemTest):
+    def test_flight_opens_in_the_reference_mcap_reader(self):
+        modules = os.environ.get("OMNIFLIGHT_NODE_MODULES", "")
+        if not shutil.which("node"):
+            self.skipTest("node is not installed")
+        if not os.path.isdir(os.path.join(modules, "@mcap/core")):
+            self.skipTest("OMNIFLIGHT_NODE_MODULES names no folder with @mcap/core")
+        self.fly(self.short_mission(), "--in-process")
+        script = system.ROOT / "src/omniflight_recording/test/check_mcap.mjs"
+        done = subprocess.run(["node", str(script), str(self.dir / "flight/flight.mcap")], text=True,
+                              capture_output=True, timeout=60)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        print("\n" + done.stdout)
+        self.assertIn('"poses"', done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
