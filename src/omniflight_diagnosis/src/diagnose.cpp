@@ -215,7 +215,8 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   const std::vector<const Flight*> used = pointers(flights);
   const Problem problem(used, vehicle, o);
   const auto candidates = offered_effects(used, vehicle, o);
-  const Naming naming = name_effects(problem, candidates, o);
+  Naming naming = name_effects(problem, candidates, o);
+  if (!naming.model.effects.empty()) naming.model = settle(problem, naming.model, o);
   d.candidates = naming.candidates;
   d.aliases = naming.aliases;
   d.mismatch = locate_wrench(problem, naming.null_model, naming.model, used, o);
@@ -250,7 +251,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
       if (rest.usable() < 2 * rest.rate_hz || block.usable() < rest.rate_hz) continue;
       const Flight* one[] = {&rest};
       const Problem without_block(one, vehicle, o);
-      const Fit refitted = fit_effects(without_block, wrench, o);
+      const Fit refitted = settle(without_block, fit_effects(without_block, wrench, o), o);
       for (ChannelFit& c : compare(block, vehicle, o, refitted.effects,
                                    format("%s [%.1f s to %.1f s, not fitted]",
                                           std::filesystem::path(flights[0].file).filename().c_str(), a, b)))

@@ -143,18 +143,15 @@ Eigen::VectorXd minimise(const Problem& problem, std::vector<ActiveEffect>& effe
 
 namespace {
 
-Fit fit_rounds(const Problem& problem, const std::vector<ActiveEffect>& start, const Options& options,
-               int rounds, int iterations) {
+Fit fit_under(const Problem& problem, const std::vector<ActiveEffect>& start, int iterations,
+              const Eigen::VectorXd* offset_sigma = nullptr) {
   Fit fit;
   fit.effects = start;
   Unknowns u(problem, start, nullptr);
-  fit.whitening = Whitening::scale_only(problem, problem.residual());
-  for (int round = 0; round < rounds; ++round) {
-    fit.residual = minimise(problem, fit.effects, u, fit.whitening, iterations);
-    fit.whitening = Whitening::autoregressive(problem, fit.residual, options.ar_order);
-  }
+  if (offset_sigma) u.weight.tail(offset_sigma->size()) = offset_sigma->cwiseAbs2().cwiseInverse();
+  fit.residual = minimise(problem, fit.effects, u, problem.noise(), iterations);
   fit.offsets = u.x.tail(problem.offset_sigma().size());
-  fit.log_likelihood = fit.whitening.log_likelihood() - 0.5 * u.weight.dot(u.x.cwiseAbs2());
+  fit.log_likelihood = -cost(problem.noise().apply_vector(problem, fit.residual), u, u.x);
   for (const ActiveEffect& e : fit.effects) fit.parameters += e.effect->parameter_count();
   return fit;
 }
@@ -165,7 +162,7 @@ std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, co
   std::vector<double> theta;
   std::vector<std::size_t> shapes;
   for (std::size_t k = 0; k < parameters.size(); ++k) {
-    theta.push_back(parameters[k].typical);
+    theta.push_back(parameters[k].linear ? parameters[k].neutral : parameters[k].typical);
     if (!parameters[k].linear && parameters[k].typical == parameters[k].neutral) shapes.push_back(k);
   }
   std::vector<ActiveEffect> start = base.effects;
@@ -174,8 +171,7 @@ std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, co
   const auto amplitude = [&](std::size_t k) {
     return parameters[k].linear || parameters[k].typical != parameters[k].neutral;
   };
-  // scale only: while an effect is left out, the autoregression swallows its slow part
-  const Whitening whitening = Whitening::scale_only(problem, base.residual);
+  const Whitening& whitening = problem.noise();
   if (!shapes.empty()) {
     std::vector<Eigen::Index> free;
     for (std::size_t c = 0; c < parameters.size(); ++c)
@@ -247,16 +243,35 @@ std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, co
 
 }  // namespace
 
-Fit fit_effects(const Problem& problem, const std::vector<ActiveEffect>& start, const Options& options) {
-  return fit_rounds(problem, start, options, 3, 8);
+Fit fit_effects(const Problem& problem, const std::vector<ActiveEffect>& start, const Options&) {
+  return fit_under(problem, start, 12);
 }
 
-Fit fit_with(const Problem& problem, const Fit& base, const Effect& effect, const Options& options) {
-  return fit_effects(problem, start_with(problem, base, effect), options);
+Fit fit_with(const Problem& problem, const Fit& base, const Effect& effect, const Options&) {
+  return fit_under(problem, start_with(problem, base, effect), 12);
 }
 
-Fit quick_with(const Problem& problem, const Fit& base, const Effect& effect, const Options& options) {
-  return fit_rounds(problem, start_with(problem, base, effect), options, 2, 1);
+Fit settle(const Problem& problem, const Fit& fit, const Options&) {
+  bool pitches = false, lifts = false;
+  for (const ActiveEffect& e : fit.effects) {
+    const auto& channels = e.effect->info().channels;
+    const auto moves = [&](const char* c) {
+      return std::find(channels.begin(), channels.end(), c) != channels.end();
+    };
+    pitches = pitches || moves("Mx") || moves("My") || moves("Mz");
+    lifts = lifts || moves("Fz");
+  }
+  Eigen::VectorXd sigma = problem.offset_sigma();
+  if (lifts) {
+    sigma[0] *= 0.05;
+    sigma.segment(4, 3) *= 0.05;
+  }
+  if (pitches) sigma.segment(1, 3) *= 0.05;
+  return fit_under(problem, fit.effects, 12, &sigma);
+}
+
+Fit quick_with(const Problem& problem, const Fit& base, const Effect& effect, const Options&) {
+  return fit_under(problem, start_with(problem, base, effect), 1);
 }
 
 Eigen::MatrixXd jacobian_of(const Problem& problem, const Fit& fit) {
@@ -296,8 +311,8 @@ std::vector<int> blocks_of(const Problem& problem, int& count) {
 }  // namespace
 
 Eigen::VectorXd standard_errors(const Problem& problem, const Fit& fit, const Options&) {
-  const Eigen::MatrixXd X = fit.whitening.apply(problem, jacobian_of(problem, fit));
-  const Eigen::VectorXd e = fit.whitening.apply_vector(problem, fit.residual);
+  const Eigen::MatrixXd X = problem.noise().apply(problem, jacobian_of(problem, fit));
+  const Eigen::VectorXd e = problem.noise().apply_vector(problem, fit.residual);
   Eigen::MatrixXd H = X.transpose() * X;
   const Eigen::Index offset_count = problem.offset_sigma().size(), m = H.rows() - offset_count;
   H.diagonal().tail(offset_count) += problem.offset_sigma().cwiseAbs2().cwiseInverse();
@@ -324,19 +339,26 @@ Eigen::VectorXd standard_errors(const Problem& problem, const Fit& fit, const Op
   return se;
 }
 
-Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, const Options&) {
+Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, const Options& options) {
   const Eigen::MatrixXd raw = jacobian_of(problem, full);
-  const Eigen::MatrixXd X = full.whitening.apply(problem, raw);
+  const Eigen::MatrixXd X = problem.noise().apply(problem, raw);
   Eigen::Index first = 0;
   for (std::size_t k = 0; k < index; ++k) first += full.effects[k].effect->parameter_count();
   const Eigen::Index width = full.effects[index].effect->parameter_count();
+  // shapes of the others stay as they are: linearised, they would run away on the blocks left out
   std::vector<Eigen::Index> kept;
-  for (Eigen::Index k = 0; k < X.cols(); ++k)
-    if (k < first || k >= first + width) kept.push_back(k);
+  Eigen::Index column = 0;
+  for (const ActiveEffect& e : full.effects)
+    for (const Parameter& p : e.effect->info().parameters) {
+      const bool shape = !p.linear && p.typical == p.neutral;
+      if (!shape && (column < first || column >= first + width)) kept.push_back(column);
+      ++column;
+    }
+  for (; column < X.cols(); ++column) kept.push_back(column);
   // the contribution to be predicted: what remains plus what the effect explains
   const Eigen::VectorXd value = contribution_of(problem, full, index);
-  const Eigen::VectorXd without = full.whitening.apply_vector(problem, full.residual + value);
-  const Eigen::VectorXd own = full.whitening.apply_vector(problem, value);
+  const Eigen::VectorXd without = problem.noise().apply_vector(problem, full.residual + value);
+  const Eigen::VectorXd own = problem.noise().apply_vector(problem, value);
   Eigen::MatrixXd R(X.rows(), static_cast<Eigen::Index>(kept.size())), raw_R(X.rows(), R.cols());
   for (std::size_t k = 0; k < kept.size(); ++k) {
     R.col(static_cast<Eigen::Index>(k)) = X.col(kept[k]);
@@ -397,6 +419,17 @@ Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, con
   const Eigen::VectorXd x0 = solve(H_all, g_all, R.cols()), x1 = solve(H_all, g_all, F.cols());
   const Eigen::VectorXd all0 = without - R * x0, all1 = without - F * x1;
   const Eigen::VectorXd raw0 = full.residual + value - raw_R * x0;
+  {  // the same question asked with a whitening fitted to what the full model leaves
+    const Whitening own_noise = Whitening::autoregressive(problem, full.residual, options.ar_order);
+    Eigen::MatrixXd raw_F(raw.rows(), F.cols());
+    raw_F << raw_R, value;
+    const Eigen::MatrixXd Fw = own_noise.apply(problem, raw_F);
+    const Eigen::VectorXd yw = own_noise.apply_vector(problem, full.residual + value);
+    const Eigen::MatrixXd Hw = Fw.transpose() * Fw;
+    const Eigen::VectorXd gw = Fw.transpose() * yw;
+    const Eigen::VectorXd z0 = solve(Hw, gw, R.cols()), z1 = solve(Hw, gw, F.cols());
+    gate.gain = 0.5 * (gw.dot(z1) - gw.head(R.cols()).dot(z0));
+  }
   for (int c = 0; c < 6; ++c) {
     const double before = all0.segment(c * n, n).squaredNorm(), after = all1.segment(c * n, n).squaredNorm();
     if (before > 0) gate.energy_share = std::max(gate.energy_share, (before - after) / before);

@@ -10,7 +10,6 @@ struct Fit {
   std::vector<physics::ActiveEffect> effects;
   Eigen::VectorXd offsets;    ///< in units of Problem::offset_names
   Eigen::VectorXd residual;   ///< rows, what remains
-  Whitening whitening;        ///< fitted to the residual
   double log_likelihood = 0;  ///< with the prior of the offsets
   int parameters = 0;         ///< free parameters of the effects
 };
@@ -21,6 +20,10 @@ Fit fit_effects(const Problem& problem, const std::vector<physics::ActiveEffect>
 
 /// As fit_effects with one more effect, whose shape parameters are searched over their bounds first.
 Fit fit_with(const Problem& problem, const Fit& base, const physics::Effect& effect, const Options& options);
+
+/// Final values: offsets that would compete with the named effects are held near zero (their tolerance stays
+/// in the standard errors), so that the effects alone, as a model file lists them, predict best.
+Fit settle(const Problem& problem, const Fit& fit, const Options& options);
 
 /// A cheap preview of fit_with: one Gauss-Newton step, whitening refitted once. Its likelihood ranks
 /// candidates.
@@ -33,6 +36,7 @@ Eigen::VectorXd standard_errors(const Problem& problem, const Fit& fit, const Op
 /// Mean gain per block, in units of its standard error, that effect `index` brings on blocks its coefficients
 /// were not fitted to; and the share of whitened residual energy it removes in its best channel.
 struct Gate {
+  double gain = 0;  ///< log-likelihood it brings when the noise is fitted to what the full model leaves
   double cross_validated_se = 0;
   double energy_share = 0;  ///< whitened or raw, the larger: a slow effect is small after whitening
   double magnitude = 0;     ///< RMS of its contribution over weight, or over weight times arm

@@ -4,52 +4,17 @@
 #include <cmath>
 #include <cstdio>
 
+#include "state_variables.hpp"
 #include "statistics.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
-
-struct Variable {
-  std::string name, unit;
-  Eigen::VectorXd x;
-  bool hinge = false;  ///< a kink is looked for
-};
 
 std::string format(const char* pattern, auto... values) {
   char text[200];
   std::snprintf(text, sizeof text, pattern, values...);
   return text;
 }
-
-/// Quantities of the vehicle's own state on which a mismatch may depend.
-std::vector<Variable> variables(const Problem& problem) {
-  const int n = problem.samples();
-  std::vector<Variable> v{
-      {"height", "m", {}, true},   {"forward speed", "m/s", {}},    {"sideward speed", "m/s", {}},
-      {"climb speed", "m/s", {}},  {"tilt of the body", "rad", {}}, {"rotor tilt", "rad", {}},
-      {"position x", "m", {}},     {"position y", "m", {}},         {"roll rate", "rad/s", {}},
-      {"pitch rate", "rad/s", {}}, {"yaw rate", "rad/s", {}}};
-  for (Variable& x : v) x.x.resize(n);
-  for (int i = 0; i < n; ++i) {
-    const physics::Situation& s = problem.situation(i);
-    const Vec3 &p = s.body.p_WB, &w = s.body.w_WB_B;
-    const double values[] = {p.z(),
-                             s.v_WB_B.x(),
-                             s.v_WB_B.y(),
-                             s.body.v_WB_W.z(),
-                             std::acos(std::clamp(s.R_WB(2, 2), -1.0, 1.0)),
-                             s.alpha,
-                             p.x(),
-                             p.y(),
-                             w.x(),
-                             w.y(),
-                             w.z()};
-    for (std::size_t k = 0; k < v.size(); ++k) v[k].x[i] = values[k];
-  }
-  return v;
-}
-
-double spread(const Eigen::VectorXd& x) { return x.size() > 0 ? x.maxCoeff() - x.minCoeff() : 0.0; }
 
 /// Force rows turned into the world; torque rows untouched.
 Eigen::VectorXd in_world(const Problem& problem, const Eigen::VectorXd& residual) {
@@ -63,35 +28,14 @@ Eigen::VectorXd in_world(const Problem& problem, const Eigen::VectorXd& residual
   return out;
 }
 
-/// Every channel without what state variables and a constant explain (ordinary least squares, a channel
-/// each).
-Eigen::VectorXd without_variables(const Problem& problem, const Eigen::VectorXd& residual,
-                                  const std::vector<Variable>& v, int& dof) {
-  const int n = problem.samples();
-  Eigen::MatrixXd X(n, 0);
-  for (const Variable& x : v) {
-    if (spread(x.x) < 1e-6) continue;
-    X.conservativeResize(Eigen::NoChange, X.cols() + 1);
-    X.rightCols(1) = x.x;
-  }
-  dof = static_cast<int>(X.cols()) + 1;
-  Eigen::VectorXd out = residual, b;
-  for (int c = 0; c < 6; ++c) {
-    const Eigen::VectorXd y = residual.segment(c * n, n);
-    explained_share(X, y, &b);
-    out.segment(c * n, n) = y - X * b.head(X.cols()) - Eigen::VectorXd::Constant(n, b[X.cols()]);
-  }
-  return out;
-}
-
 /// "grows with height above 0.62 m: -2.45 N per m" for the variable that explains most.
-std::string describe(const Eigen::VectorXd& y, const std::vector<Variable>& v, const char* unit,
+std::string describe(const Eigen::VectorXd& y, const std::vector<StateVariable>& v, const char* unit,
                      double noise) {
   std::string text;
   if (std::abs(y.mean()) > 2 * noise) text = format("present throughout, mean %+.3g %s", y.mean(), unit);
   double best = 0.25;
   std::string dependence;
-  for (const Variable& x : v) {
+  for (const StateVariable& x : v) {
     if (spread(x.x) < 1e-3) continue;
     Eigen::VectorXd b;
     const double linear = explained_share(x.x, y, &b);
@@ -142,10 +86,12 @@ std::vector<Mismatch> locate_wrench(const Problem& problem, const Fit& before, c
                                     std::span<const Flight* const> flights, const Options& o) {
   std::vector<Mismatch> out;
   const int n = problem.samples();
-  const std::vector<Variable> v = variables(problem);
+  const std::vector<StateVariable> v = state_variables(problem);
   const std::array<Eigen::VectorXd, 2> frames{before.residual, in_world(problem, before.residual)};
   const Eigen::VectorXd raw_world = in_world(problem, problem.residual());
   const Eigen::VectorXd rest_world = in_world(problem, after.residual);
+  const Whitening own_before = Whitening::autoregressive(problem, before.residual, o.ar_order);
+  const Whitening own_after = Whitening::autoregressive(problem, after.residual, o.ar_order);
   std::array<std::array<double, 6>, 2> gain{};
   int dof = 0;
   for (std::size_t f = 0; f < 2; ++f) {
@@ -161,8 +107,7 @@ std::vector<Mismatch> locate_wrench(const Problem& problem, const Fit& before, c
     const Eigen::VectorXd rest = (world ? rest_world : after.residual).segment(c * n, n);
     // what the model explains counts as well: a hypothesis may see what no state variable shows
     const auto k = static_cast<std::size_t>(c);
-    const double by_model =
-        after.whitening.channel_log_likelihood()[k] - before.whitening.channel_log_likelihood()[k];
+    const double by_model = own_after.channel_log_likelihood()[k] - own_before.channel_log_likelihood()[k];
     const double p_state = chi_squared_tail(2 * gain[world ? 1 : 0][k], dof);
     const double p_model = after.parameters > 0 ? chi_squared_tail(2 * by_model, after.parameters) : 1.0;
     const double p = std::min(1.0, 12 * std::min(p_state, p_model));
@@ -187,7 +132,7 @@ std::vector<Mismatch> locate_wrench(const Problem& problem, const Fit& before, c
 std::vector<Unexplained> locate_unexplained(const Problem& problem, const Fit& after, const Options& o) {
   std::vector<Unexplained> out;
   const int n = problem.samples();
-  const std::vector<Variable> v = variables(problem);
+  const std::vector<StateVariable> v = state_variables(problem);
   int dof = 0;
   const Eigen::VectorXd world = in_world(problem, after.residual);
   const Whitening null = Whitening::autoregressive(problem, world, o.ar_order);
@@ -207,7 +152,7 @@ std::vector<Unexplained> locate_unexplained(const Problem& problem, const Fit& a
     u.frame = c < 3 ? "world" : "body";
     u.share_of_residual = share;
     double best = 0;
-    for (const Variable& x : v) {
+    for (const StateVariable& x : v) {
       if (spread(x.x) < 1e-3) continue;
       Eigen::VectorXd b;
       const double s = explained_share(x.x, y, &b);

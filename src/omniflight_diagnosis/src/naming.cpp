@@ -28,8 +28,9 @@ bool contains(const Fit& fit, const Effect* effect) {
                      [&](const ActiveEffect& e) { return e.effect == effect; });
 }
 
-bool gate_open(const Gate& gate, const Options& o) {
-  return gate.cross_validated_se > 2.0 && gate.energy_share > o.min_share && gate.magnitude > o.min_magnitude;
+bool gate_open(const Gate& gate, const Options& o, double needed) {
+  return gate.gain > needed && gate.cross_validated_se > 2.0 && gate.energy_share > o.min_share &&
+         gate.magnitude > o.min_magnitude;
 }
 
 /// Searches the shape parameters of every kept effect anew in the company of the others.
@@ -124,15 +125,28 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
   }
   for (int step = 0; step < o.max_effects; ++step) {
     std::vector<std::pair<double, const Effect*>> order;
+    std::vector<const Effect*>
+        partners;  // may trade places with a shape parameter, so that a preview is blind
     for (std::size_t k = 0; k < candidates.size(); ++k) {
       if (contains(current, candidates[k])) continue;
       const Fit fit = step == 0 ? alone[k] : quick_with(problem, current, *candidates[k], o);
       const double gain = score(fit, per_parameter) - score(current, per_parameter);
-      if (gain > -3.0) order.emplace_back(gain, candidates[k]);
+      if (gain > -3.0) {
+        order.emplace_back(gain, candidates[k]);
+      } else if (step > 0) {
+        for (std::size_t m = 0; m < current.effects.size(); ++m)
+          if (!is_linear(*current.effects[m].effect) &&
+              cosine(last_columns(problem, problem.noise(), fit),
+                     problem.noise().apply_vector(problem, contribution_of(problem, current, m))) > 0.9) {
+            partners.push_back(candidates[k]);
+            break;
+          }
+      }
     }
     std::stable_sort(order.begin(), order.end(),
                      [](const auto& a, const auto& b) { return a.first > b.first; });
     if (order.size() > 4) order.resize(4);
+    for (const Effect* effect : partners) order.emplace_back(0.0, effect);
     std::vector<std::pair<double, Fit>> trials;
     for (const auto& [preview, effect] : order) {
       Fit fit = polish(problem, fit_with(problem, current, *effect, o), o);
@@ -145,7 +159,9 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
     for (auto& [gain, fit] : trials) {
       std::size_t index = 0;  // polishing may have moved the newcomer
       while (contains(current, fit.effects[index].effect)) ++index;
-      if (!gate_open(gate_effect(problem, fit, index, o), o)) continue;
+      if (!gate_open(gate_effect(problem, fit, index, o), o,
+                     penalty(*fit.effects[index].effect, per_parameter)))
+        continue;
       const double before = score(current, per_parameter);
       current = prune(problem, std::move(fit), o, per_parameter);
       entered = score(current, per_parameter) > before + 1e-6;
@@ -165,13 +181,37 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
           continue;
         Fit swapped = fit_with(problem, rest, *effect, o);
         if (score(swapped, per_parameter) < score(current, per_parameter) + 1.0) continue;
-        if (!gate_open(gate_effect(problem, swapped, swapped.effects.size() - 1, o), o)) continue;
+        if (!gate_open(gate_effect(problem, swapped, swapped.effects.size() - 1, o), o,
+                       penalty(*effect, per_parameter)))
+          continue;
         current = prune(problem, polish(problem, std::move(swapped), o), o, per_parameter);
         better = true;
         break;
       }
     }
     if (!better) break;
+  }
+  // every member must pass in the company of the others
+  for (bool again = true; again && !current.effects.empty();) {
+    again = false;
+    double worst = 0;
+    std::size_t index = 0;
+    const Fit settled = settle(problem, current, o);
+    const Eigen::VectorXd se = standard_errors(problem, settled, o);
+    Eigen::Index at = 0;
+    for (std::size_t k = 0; k < current.effects.size(); ++k) {
+      const Gate gate = gate_effect(problem, current, k, o);
+      bool away = false;  // from nothing, by more than noise and tolerances together allow
+      for (std::size_t c = 0; c < current.effects[k].theta.size(); ++c, ++at) {
+        const physics::Parameter& p = current.effects[k].effect->info().parameters[c];
+        const bool shape = !p.linear && p.typical == p.neutral;
+        away = away || (!shape && std::abs(settled.effects[k].theta[c] - p.neutral) > 2.5 * se[at]);
+      }
+      if (away && gate_open(gate, o, penalty(*current.effects[k].effect, per_parameter))) continue;
+      if (!again || gate.gain < worst) worst = gate.gain, index = k;
+      again = true;
+    }
+    if (again) current = polish(problem, fit_effects(problem, without(current.effects, index), o), o);
   }
   out.model = current;
 
@@ -183,7 +223,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
     named.gate = gate_effect(problem, current, k, o);
     // differences far below the gain are within what an imperfect noise model can produce
     const double temper = std::max(1.0, 0.01 * named.gain);
-    const Eigen::VectorXd own = current.whitening.apply_vector(problem, contribution_of(problem, current, k));
+    const Eigen::VectorXd own = problem.noise().apply_vector(problem, contribution_of(problem, current, k));
     double total = 1.0;
     for (const Effect* effect : candidates) {
       if (contains(current, effect)) continue;
@@ -192,10 +232,12 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
         swapped = fit_with(problem, rest, *effect, o);
       const double behind = score(current, per_parameter) - score(swapped, per_parameter);
       named.swapped_best = std::max(named.swapped_best, -behind);
+      // another effect that explains another part of the residual is no alias
+      const double alike = cosine(last_columns(problem, problem.noise(), swapped), own);
+      if (alike < 0.6) continue;
       total += std::exp(std::min(0.0, -behind / temper));
       if (behind / temper < 3.0 && swapped.log_likelihood > rest.log_likelihood)
-        named.set.push_back(
-            {effect->info().id, behind, cosine(last_columns(problem, current.whitening, swapped), own)});
+        named.set.push_back({effect->info().id, behind, alike});
     }
     named.probability = 1.0 / total;
     out.named.push_back(std::move(named));
@@ -214,8 +256,8 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
         e.theta[c] = e.effect->info().parameters[c].typical;
     problem.predict(fit.effects, fit.offsets, fit.residual, nullptr);
     out.aliases.effects.push_back(candidates[k]->info().id);
-    columns.push_back(last_columns(problem, current.whitening, fit));
-    contribution.push_back(current.whitening.apply_vector(problem, contribution_of(problem, fit, 0)));
+    columns.push_back(last_columns(problem, problem.noise(), fit));
+    contribution.push_back(problem.noise().apply_vector(problem, contribution_of(problem, fit, 0)));
   }
   for (Eigen::Index i = 0; i < m; ++i)
     for (Eigen::Index j = 0; j < m; ++j)

@@ -1,5 +1,7 @@
 #include "problem.hpp"
 
+#include "state_variables.hpp"
+
 namespace omniflight::diagnosis {
 
 Vec6 wrench_residual(const physics::Situation& s, const Vec3& f, const Vec3& c) {
@@ -54,12 +56,13 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
   arm_ = arm;
   const Tolerance& tol = options.tolerance;
   const bool biased = flight_count_ > 0 && flights[0]->has_accelerometer;
-  offset_names_ = {"thrust_scale", "trim_x", "trim_y", "trim_z"};
-  offset_sigma_ = Eigen::VectorXd::Constant(4, tol.torque_trim);
+  offset_names_ = {"thrust_scale", "trim_x", "trim_y", "trim_z", "world_x", "world_y", "world_z"};
+  offset_sigma_ = Eigen::VectorXd::Constant(7, tol.torque_trim);
   offset_sigma_[0] = tol.thrust_scale;
+  offset_sigma_.tail<3>().setConstant(tol.world_force);
   if (biased) {
     for (const char* name : {"bias_x", "bias_y", "bias_z"}) offset_names_.push_back(name);
-    offset_sigma_.conservativeResize(7);
+    offset_sigma_.conservativeResize(10);
     offset_sigma_.tail<3>() << tol.accelerometer_lateral, tol.accelerometer_lateral,
         tol.accelerometer_vertical;
   }
@@ -77,9 +80,12 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
       y_[row] = r[c];
       offsets_(row, 0) = rotors[c];
       if (c >= 3) offsets_(row, c - 2) = weight * arm;
-      if (c < 3 && biased) offsets_(row, 4 + c) = vehicle.mass;
+      if (c < 3)
+        for (int k = 0; k < 3; ++k) offsets_(row, 4 + k) = weight * s.R_WB(k, c);
+      if (c < 3 && biased) offsets_(row, 7 + c) = vehicle.mass;
     }
   }
+  noise_ = std::make_shared<const Whitening>(noise_model(*this, options));
 }
 
 double Problem::lower_limit(const physics::Effect& effect, std::size_t parameter) const {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <map>
+#include <memory>
 #include <span>
 
 #include "omniflight_diagnosis/flight.hpp"
@@ -24,9 +25,14 @@ struct Run {
 };
 
 /// Rows are channel-major: row(channel, i) = channel * n + i.
+class Whitening;
+
 class Problem {
  public:
   Problem(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle, const Options& options);
+
+  /// Noise of these flights, see noise_model(); under it all fits are done.
+  const Whitening& noise() const { return *noise_; }
 
   int samples() const { return n_; }
   int rows() const { return 6 * n_; }
@@ -58,6 +64,7 @@ class Problem {
  private:
   void evaluate(const physics::ActiveEffect& effect, Eigen::VectorXd& value, Eigen::MatrixXd& jacobian) const;
 
+  std::shared_ptr<const Whitening> noise_;
   int n_ = 0, flight_count_ = 0;
   double weight_ = 1, arm_ = 1;
   std::vector<Run> runs_;

@@ -14,6 +14,7 @@ struct Tolerance {
   double thrust_scale = 0.01;            ///< 1, thrust coefficient and mass together
   double accelerometer_lateral = 0.15;   ///< m/s^2, bias and mounting tilt
   double accelerometer_vertical = 0.05;  ///< m/s^2
+  double world_force = 0.005;            ///< 1, constant force in the world over weight (level, alignment)
   double torque_trim = 0.03;             ///< 1, constant torque over weight times largest rotor arm
 };
 
@@ -29,7 +30,7 @@ struct Options {
   double margin_s = 0.25;    ///< cut on both sides of every gap and of the ends
   double min_share = 0.04;   ///< of the residual energy of its best channel that an effect must remove
   double min_magnitude = 0.001;  ///< RMS of an effect over weight (or weight times arm)
-  int max_effects = 5;
+  int max_effects = 6;
   std::vector<std::string> only;     ///< candidate ids; empty: the whole library
   std::vector<std::string> exclude;  ///< ids that are not offered
   bool rollouts = true;

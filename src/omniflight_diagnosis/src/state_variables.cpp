@@ -1,0 +1,87 @@
+#include "state_variables.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "statistics.hpp"
+
+namespace omniflight::diagnosis {
+
+/// Quantities of the vehicle's own state on which a mismatch may depend.
+std::vector<StateVariable> state_variables(const Problem& problem) {
+  const int n = problem.samples();
+  std::vector<StateVariable> v{
+      {"height", "m", {}, true},   {"forward speed", "m/s", {}},    {"sideward speed", "m/s", {}},
+      {"climb speed", "m/s", {}},  {"tilt of the body", "rad", {}}, {"rotor tilt", "rad", {}},
+      {"position x", "m", {}},     {"position y", "m", {}},         {"roll rate", "rad/s", {}},
+      {"pitch rate", "rad/s", {}}, {"yaw rate", "rad/s", {}}};
+  for (StateVariable& x : v) x.x.resize(n);
+  for (int i = 0; i < n; ++i) {
+    const physics::Situation& s = problem.situation(i);
+    const Vec3 &p = s.body.p_WB, &w = s.body.w_WB_B;
+    const double values[] = {p.z(),
+                             s.v_WB_B.x(),
+                             s.v_WB_B.y(),
+                             s.body.v_WB_W.z(),
+                             std::acos(std::clamp(s.R_WB(2, 2), -1.0, 1.0)),
+                             s.alpha,
+                             p.x(),
+                             p.y(),
+                             w.x(),
+                             w.y(),
+                             w.z()};
+    for (std::size_t k = 0; k < v.size(); ++k) v[k].x[i] = values[k];
+  }
+  return v;
+}
+
+double spread(const Eigen::VectorXd& x) { return x.size() > 0 ? x.maxCoeff() - x.minCoeff() : 0.0; }
+
+/// Every channel without what state variables and a constant explain (ordinary least squares, a channel
+/// each).
+Eigen::VectorXd without_variables(const Problem& problem, const Eigen::VectorXd& residual,
+                                  const std::vector<StateVariable>& v, int& dof) {
+  const int n = problem.samples();
+  Eigen::MatrixXd X(n, 0);
+  for (const StateVariable& x : v) {
+    if (spread(x.x) < 1e-6) continue;
+    X.conservativeResize(Eigen::NoChange, X.cols() + 1);
+    X.rightCols(1) = x.x;
+  }
+  dof = static_cast<int>(X.cols()) + 1;
+  Eigen::VectorXd out = residual, b;
+  for (int c = 0; c < 6; ++c) {
+    const Eigen::VectorXd y = residual.segment(c * n, n);
+    explained_share(X, y, &b);
+    out.segment(c * n, n) = y - X * b.head(X.cols()) - Eigen::VectorXd::Constant(n, b[X.cols()]);
+  }
+  return out;
+}
+
+Whitening noise_model(const Problem& problem, const Options& options) {
+  const int n = problem.samples();
+  std::vector<StateVariable> v = state_variables(problem);
+  const Eigen::VectorXd height = v[0].x;
+  if (spread(height) > 0.05)
+    for (int k = 1; k <= 4; ++k)
+      v.push_back(
+          {"height", "m", (height.array() - height.minCoeff() - 0.2 * k * spread(height)).max(0.0).matrix()});
+  Eigen::VectorXd left = problem.residual(), b;
+  // the rotors' wrench of the channel itself stands for every scale and mass error
+  for (int c = 0; c < 6; ++c) {
+    Eigen::MatrixXd X(n, 0);
+    const auto add = [&](const Eigen::VectorXd& x) {
+      if (spread(x) < 1e-9 || 60 * (X.cols() + 1) > n) return;
+      X.conservativeResize(Eigen::NoChange, X.cols() + 1);
+      X.rightCols(1) = x / x.norm();
+    };
+    for (const StateVariable& x : v) add(x.x);
+    add(problem.offsets().col(0).segment(c * n, n));
+    const Eigen::VectorXd y = left.segment(c * n, n);
+    explained_share(X, y, &b);
+    left.segment(c * n, n) = y - X * b.head(X.cols()) - Eigen::VectorXd::Constant(n, b[X.cols()]);
+  }
+  return Whitening::autoregressive(problem, left, options.ar_order);
+}
+
+}  // namespace omniflight::diagnosis
