@@ -25,6 +25,8 @@ fi
 ctest_args=(--output-on-failure)
 if [ -n "$label" ]; then ctest_args+=(-L "$label"); else ctest_args+=(-LE long); fi
 status=0
+say "layout of the packages"
+python3 tests/test_architecture.py | tail -n 1 || status=1
 export OMNIFLIGHT_CONFIGS="$OMNIFLIGHT_ROOT/configs"
 export OMNIFLIGHT_BIN="$base/install"
 colcon --log-base "$base/log" test --metas "$OMNIFLIGHT_ROOT/colcon.meta" \

@@ -44,7 +44,7 @@ Action add_export(CLI::App& verb, Common& common) {
   auto format = std::make_shared<std::string>("csv");
   verb.add_option("recording", *file, "Any supported log")->required();
   verb.add_option("--to", *format, "csv")->check(CLI::IsMember({"csv"}));
-  return [file, &common]() -> Result<int> {
+  return [file, format, &common]() -> Result<int> {
     if (common.out.empty())
       return bad_input("needs a file to write", "--out", "For instance --out flight.csv");
     auto r = recording::load(*file, {});

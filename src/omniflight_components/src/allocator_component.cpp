@@ -81,6 +81,12 @@ class AllocatorComponent final : public bus::Component {
   }
 
   void answer(const ControllerState& m) {
+    if (m.tick == state_message_->tick && m.tick > 0) {  // asked again: the answer was not heard
+      if (auto ok = command_->publish(*command_message_, bus::nanoseconds(command_message_->header.stamp));
+          !ok)
+        finish(ok);
+      return;
+    }
     allocation::AllocationInput input;
     input.qdd_ref = get(m.desired_acceleration);
     input.q_WB = get(m.est_attitude);

@@ -116,6 +116,8 @@ class ControllerComponent final : public bus::Component {
     if (trajectory_.empty()) return;  // the plant waits; the planner is latched and will come
     const Tick tick = *pending_;
     pending_.reset();
+    if (tick.index == message_->tick && tick.index > 0)
+      return send();  // asked again: the answer was not heard
     if (tick.phase == static_cast<std::uint8_t>(FlightPhase::ended)) return;
     if (!estimator_->ready()) return publish_nothing_yet(tick);
     const double t = to_s(tick.header.stamp);
@@ -157,7 +159,10 @@ class ControllerComponent final : public bus::Component {
     put(m.est_angular_velocity, s.w_WB_B);
     put(m.integral, controller_->integral_action());
     put(m.desired_acceleration, demand);
-    if (auto ok = publisher_->publish(m, bus::nanoseconds(tick.header.stamp)); !ok) finish(ok);
+    send();
+  }
+  void send() {
+    if (auto ok = publisher_->publish(*message_, bus::nanoseconds(message_->header.stamp)); !ok) finish(ok);
   }
 
   std::mutex mutex_;

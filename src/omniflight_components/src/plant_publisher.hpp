@@ -62,6 +62,13 @@ class PlantPublisher {
   /// Ends a control period: everything counted so far belongs to it.
   Status tick(double t_s, double period_s, FlightPhase phase);
 
+  /// The last tick once more, for those who were not there yet.
+  Status repeat_tick() {
+    return tick_->publish(*tick_message_, bus::nanoseconds(tick_message_->header.stamp));
+  }
+  /// Subscriptions that every sensor topic has at least.
+  std::uint32_t sensor_peers() const { return std::min(imu_->peers(), mocap_->peers()); }
+
   std::uint64_t ticks() const { return tick_message_->index; }
   const bus::Publisher<msgs::omniflight_msgs::Tick>& tick_publisher() const { return *tick_; }
 
