@@ -252,6 +252,9 @@ Result<FlightResult> fly(const FlightOptions& o) {
           master.name() + " ended early (exit code " + std::to_string(*code) + "): " + master.last_words();
   }
   const double flight_wall = wall();
+  // One that is gone keeps the others waiting for its acknowledgements, so they end side by side.
+  if (!result.reason.empty())
+    for (std::size_t k = children.size(); k-- > 1;) children[k].ask_to_end();
   while (!children.empty()) {  // in reverse: the recorder last
     Child& child = children.back();
     const bool was_running = !child.poll();

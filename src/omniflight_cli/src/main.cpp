@@ -42,6 +42,9 @@ int run(int argc, char** argv) {
   CLI::App app("omniflight: plan, fly, record, and find the physics that simulation left out");
   app.require_subcommand(1);
   app.set_version_flag("--version", "omniflight 0.1.0");
+  app.failure_message([](const CLI::App*, const CLI::Error& e) {
+    return std::string("omniflight: ") + e.what() + ". Run with --help for the options and an example\n";
+  });
   Common common;
   std::vector<std::pair<CLI::App*, Action>> actions;
   for (const Verb& verb : verbs) {
@@ -70,6 +73,17 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
+
+CLI::Validator not_negative(bool zero) {
+  return CLI::Validator(
+      [zero](const std::string& text) -> std::string {
+        double value = 0;
+        if (!CLI::detail::lexical_cast(text, value)) return "'" + text + "' is not a number";
+        if (value > 0 || (zero && value == 0)) return {};
+        return "is " + text + (zero ? ", must not be negative" : ", must be more than 0");
+      },
+      zero ? "NONNEGATIVE" : "POSITIVE");
+}
 
 Status make_folder(const std::string& path) {
   std::error_code ec;

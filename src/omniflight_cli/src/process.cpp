@@ -65,10 +65,14 @@ std::optional<int> Child::poll() {
   return exit_;
 }
 
+void Child::ask_to_end() {
+  if (!poll()) kill(pid_, SIGTERM);
+}
+
 int Child::terminate(double deadline_s) {
   using clock = std::chrono::steady_clock;
   const auto deadline = clock::now() + std::chrono::duration<double>(deadline_s);
-  if (!poll()) kill(pid_, SIGTERM);
+  ask_to_end();
   while (!poll()) {
     if (clock::now() > deadline) {
       kill(pid_, SIGKILL);

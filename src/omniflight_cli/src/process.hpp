@@ -26,6 +26,8 @@ class Child {
 
   /// Exit code once it has ended (128 + signal when it was killed).
   std::optional<int> poll();
+  /// SIGTERM, without waiting.
+  void ask_to_end();
   /// SIGTERM, then SIGKILL after the deadline [s]. Returns the exit code.
   int terminate(double deadline_s);
   pid_t pid() const { return pid_; }

@@ -69,7 +69,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
   verb.add_option("--refly", o->refly,
                   "Mission to fly again in the simulator, without and with the model found");
   verb.add_option("--plan", o->plan, "Plan folder for --refly");
-  verb.add_option("--budget-s", o->budget_s, "Time to stay within [s]")->check(CLI::PositiveNumber);
+  verb.add_option("--budget-s", o->budget_s, "Time to stay within [s]")->check(not_negative(false));
   return [o, &common]() -> Result<int> {
     const auto begin = std::chrono::steady_clock::now();
     auto vehicle = vehicle::load_vehicle(o->vehicle, o->set);

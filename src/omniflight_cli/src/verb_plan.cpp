@@ -17,7 +17,7 @@ Action add_plan(CLI::App& verb, Common& common) {
       ->expected(1, 2);
   verb.add_option("--seed", o->seed, "Instead of the mission's seed");
   verb.add_option("--budget-ms", o->budget_ms, "Time for finding paths [ms], instead of the mission's")
-      ->check(CLI::PositiveNumber);
+      ->check(not_negative(false));
   return [o, &common]() -> Result<int> {
     const std::string& first = o->words.front();
     if (first == "verify") {

@@ -34,6 +34,8 @@ Action add_info(CLI::App& verb, Common& common);
 Action add_export(CLI::App& verb, Common& common);
 Action add_doctor(CLI::App& verb, Common& common);
 
+/// Refuses an option's number below zero (and zero itself when `zero` is false), saying so in words.
+CLI::Validator not_negative(bool zero = true);
 /// Makes the folder; the error names it.
 Status make_folder(const std::string& path);
 /// Prints JSON on stdout when asked for.

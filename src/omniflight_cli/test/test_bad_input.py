@@ -1,0 +1,112 @@
+"""Input that cannot be used: the right exit code, a message that names file, field and next step, nothing written."""
+
+import random
+import unittest
+
+import system
+
+BAD_INPUT, NO_RESULT = 4, 2
+
+
+class Refused(system.SystemTest):
+    def refused(self, arguments, code, *words):
+        done = self.run_command(*arguments, "--out", "refused", expect=code)
+        for word in words:
+            self.assertIn(word, done.stderr)
+        self.assertEqual(len(done.stderr.strip().splitlines()), 1, "more than one sentence: " + done.stderr)
+        self.assertFalse((self.dir / "refused").exists(), "something was written")
+
+    def mission(self, old, new):
+        return self.short_mission("bad.yaml", changes={old: new})
+
+
+class Missions(Refused):
+    def test_unknown_key(self):
+        self.refused(("fly", self.mission("seed: 1", "sead: 1")), BAD_INPUT, "bad.yaml:7", "sead", "Did you mean 'seed'")
+
+    def test_start_inside_the_frame(self):
+        bad = self.mission("[0, 0, 1.3]", "[0.75, -0.75, 1.5]")
+        self.refused(("fly", bad), BAD_INPUT, "bad.yaml:10", "start", "frame beam", "Move the waypoint")
+        self.refused(("plan", bad), BAD_INPUT, "bad.yaml:10", "start", "frame beam", "Move the waypoint")
+
+    def test_goal_outside_the_map(self):
+        self.refused(("fly", self.mission("by: [0.1, 0, 0.1]", "position: [0, 0, 40]")), BAD_INPUT, "bad.yaml:12",
+                     "waypoints[0]", "outside the map", "Move the waypoint")
+
+    def test_unreachable_goal(self):
+        # out between the beams: with 0.47 m to spare the vehicle does not fit through
+        bad = self.short_mission("bad.yaml", changes={"by: [0.1, 0, 0.1]": "position: [0, -2.5, 1.3]",
+                                                      "clearance_m: 0.08": "clearance_m: 0.47"})
+        self.refused(("fly", bad), NO_RESULT, "bad.yaml:12", "waypoints[0]", "no path", "less clearance_m")
+
+    def test_alpha_out_of_range(self):
+        self.refused(("fly", self.mission("alpha_deg: 30", "alpha_deg: 75")), BAD_INPUT, "bad.yaml", "alpha_deg", "75",
+                     "Choose an angle within the range")
+        self.refused(("fly", self.mission("alpha_deg: 30", "alpha_deg: 200")), BAD_INPUT, "bad.yaml:5", "alpha_deg",
+                     "200")
+        self.refused(("design", "omnimorph", "--alpha", "500"), BAD_INPUT, "500", "Choose a tilt")
+
+    def test_number_that_is_none(self):
+        for value in (".nan", ".inf", "fast"):
+            self.refused(("fly", self.mission("speed_mps: 0.3", f"speed_mps: {value}")), BAD_INPUT, "bad.yaml:9",
+                         "speed_mps")
+
+    def test_unknown_mission(self):
+        self.refused(("fly", "trajectory_9"), BAD_INPUT, "trajectory_9")
+
+
+class Vehicles(Refused):
+    def test_without_inertia(self):
+        text = (system.CONFIGS / "vehicles/crazyflie_brushless/crazyflie_brushless.yaml").read_text()
+        lines = [line for line in text.splitlines() if not line.startswith(("inertia:", "urdf:"))]
+        self.assertLess(len(lines), len(text.splitlines()))
+        vehicle = self.write("light.yaml", "\n".join(lines))
+        self.refused(("design", vehicle), BAD_INPUT, "light.yaml", "inertia", "Add the key inertia")
+        mission = self.mission("vehicle: omnimorph", f"vehicle: {vehicle}")
+        self.refused(("fly", mission), BAD_INPUT, "light.yaml", "inertia", "Add the key inertia")
+
+    def test_negative_mass(self):
+        self.refused(("fly", self.short_mission(), "--set", "mass=-1"), BAD_INPUT, "mass", "-1 kg", "Correct the value")
+        self.refused(("design", "omnimorph", "--mass", "-1"), BAD_INPUT, "mass", "must not be negative", "--help")
+
+
+class Models(Refused):
+    def test_unknown_effect(self):
+        model = self.write("model.yaml", "schema: omniflight.model/1\neffects:\n  - id: hung_cabel\n    parameters: {}\n")
+        self.refused(("fly", self.short_mission(), "--effects", model), BAD_INPUT, "model.yaml:3", "hung_cabel",
+                     "Did you mean 'hung_cable'")
+
+    def test_unknown_file(self):
+        self.refused(("fly", self.short_mission(), "--effects", "tetherr"), BAD_INPUT, "tetherr", "Did you mean 'tether'")
+
+    def test_unknown_component_parameter(self):
+        done = self.run_command("fly", self.short_mission(), "--param", "controller.kpp=3", "--out", "flight",
+                                expect=None)
+        self.assertIn(done.returncode, (BAD_INPUT, NO_RESULT))
+        self.assertIn("unknown parameter 'kpp'", done.stdout + done.stderr)
+
+
+class Recordings(Refused):
+    def test_foreign(self):
+        foreign = self.dir / "foreign.mcap"
+        foreign.write_bytes(random.Random(1).randbytes(5000))
+        self.run_command("info", foreign, expect=BAD_INPUT)
+        for verb in (("compare", foreign, foreign), ("diagnose", foreign)):
+            self.refused((*verb, "--vehicle", "omnimorph"), BAD_INPUT, "foreign.mcap", "Known formats")
+
+    def test_truncated(self):
+        self.fly(self.short_mission(), "--in-process")
+        whole = (self.dir / "flight/flight.mcap").read_bytes()
+        (self.dir / "start.mcap").write_bytes(whole[:12])
+        self.refused(("diagnose", "start.mcap", "--vehicle", "omnimorph"), BAD_INPUT, "start.mcap", "record again")
+        (self.dir / "second.mcap").write_bytes(whole[:100000])
+        self.refused(("diagnose", "second.mcap", "--vehicle", "omnimorph"), BAD_INPUT, "second.mcap",
+                     "Give a longer recording")
+        info = self.run_command("info", "second.mcap")
+        self.assertRegex(info.stdout, r"ends without its summary: \d+ messages were recovered")
+        complete = self.run_command("info", "flight/flight.mcap")
+        self.assertNotIn("without its summary", complete.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

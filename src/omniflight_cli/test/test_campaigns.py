@@ -1,0 +1,97 @@
+"""Sets of flights: several at once, resumed after a kill, and the campaigns that are shipped."""
+
+import signal
+import unittest
+
+import system
+
+FOUR = """schema: omniflight.campaign/1
+name: four
+sensors: laboratory
+missions: [{mission}]
+seeds: [1, 2]
+variants:
+  - {{name: pid}}
+  - {{name: pd, parameters: {{controller.ki: "[0, 0, 0]"}}}}
+"""
+
+
+class Campaigns(system.SystemTest):
+    def four(self, extra=""):
+        return self.write("four.yaml", FOUR.format(mission=self.short_mission()) + extra)
+
+    def test_four_flights_two_at_once(self):
+        self.run_command("campaign", self.four(), "--jobs", "2", "--out", "campaign", "--quiet")
+        result = self.json("campaign/campaign.json")
+        self.assertEqual([f["verdict"] for f in result["flights"]], ["flown"] * 4)
+        self.assertEqual(len({f["name"] for f in result["flights"]}), 4)
+        self.assertEqual(result["planned"], 4)
+        integral = {f["name"]: f["flight"]["metrics"]["mean_integral_action"][2] for f in result["flights"]}
+        for name, value in integral.items():  # the gains of a variant arrive at the controller
+            (self.assertEqual if "-pd-" in name else self.assertNotEqual)(value, 0, name)
+        powers = {f["flight"]["metrics"]["power_W"] for f in result["flights"]}
+        self.assertEqual(len(powers), 4, "seeds and gains make every flight another one")
+        page = (self.dir / "campaign/report.html").read_text()
+        for name in integral:
+            self.assertIn(name, page)
+
+    def test_resumed_after_a_kill(self):
+        # separate processes fly slower, so that there is something to kill
+        campaign = self.start_command("campaign", self.four("in_process: false\n"), "--jobs", "2", "--out", "campaign",
+                                      "--quiet")
+        folder = self.dir / "campaign"
+        system.wait_until("the first complete flight",
+                          lambda: list(folder.glob("*/flight.json")) or campaign.poll() is not None, 40)
+        self.assertIsNone(campaign.poll())
+        pids = system.children(campaign.pid)
+        campaign.kill()
+        self.assertEqual(campaign.wait(timeout=5), -signal.SIGKILL)
+        system.wait_until("the components to end", lambda: not any(map(system.alive, pids.values())), 15)
+        complete = {p: p.stat().st_mtime_ns for p in folder.glob("*/flight.json")}
+        self.assertLess(len(complete), 4, "the kill came too late")
+        self.assertFalse((folder / "campaign.json").exists())
+        self.run_command("campaign", "four.yaml", "--jobs", "2", "--out", "campaign", "--resume", "--quiet")
+        result = self.json("campaign/campaign.json")
+        self.assertEqual(result["kept"], len(complete))
+        self.assertEqual([f["verdict"] for f in result["flights"]], ["flown"] * 4)
+        for path, written in complete.items():
+            self.assertEqual(path.stat().st_mtime_ns, written, f"{path} was flown again")
+
+    def test_shipped_simulated_campaign(self):
+        text = (system.CONFIGS / "campaigns/simulated.yaml").read_text()
+        reduced = text
+        for many, one in (("[trajectory_1, trajectory_2]", "[trajectory_1]"), ("[none, tether]", "[tether]"),
+                          ("[1, 2]", "[1]")):
+            self.assertIn(many, reduced)
+            reduced = reduced.replace(many, one)
+        self.run_command("campaign", self.write("reduced.yaml", reduced), "--out", "campaign", "--quiet")
+        flights = {f["name"]: f for f in self.json("campaign/campaign.json")["flights"]}
+        self.assertEqual(set(flights), {"trajectory_1-tether-pid-seed1", "trajectory_1-tether-pd-seed1"})
+        self.assertEqual(flights["trajectory_1-tether-pid-seed1"]["verdict"], "flown")
+        # without integral action the tether pulls the vehicle down
+        z = {name: f["flight"]["metrics"]["true"]["position_rmse_m"]["z"] for name, f in flights.items()}
+        self.assertGreater(z["trajectory_1-tether-pd-seed1"], 5 * z["trajectory_1-tether-pid-seed1"])
+
+    def test_shipped_tethered_campaign(self):
+        text = (system.CONFIGS / "campaigns/tethered.yaml").read_text()
+        self.assertIn("[trajectory_1]", text)
+        reduced = text.replace("[trajectory_1]", f"[{self.short_mission()}]")
+        self.run_command("campaign", self.write("reduced.yaml", reduced), "--jobs", "1", "--out", "campaign", "--quiet")
+        flights = self.json("campaign/campaign.json")["flights"]
+        self.assertEqual([(f["verdict"], f["flight"]["plant"]) for f in flights], [("flown", "emulator")] * 2)
+
+    def test_bad_campaigns(self):
+        for old, new, words in (("seeds: [1, 2]", "sedes: [1, 2]", ("four.yaml", "seeds", "sedes")),
+                                ("name: pd,", "nmae: pd,", ("four.yaml", "name", "nmae")),
+                                ("omniflight.campaign/1", "omniflight.campaign/9", ("four.yaml", "schema"))):
+            text = self.four().read_text()
+            self.assertIn(old, text)
+            (self.dir / "four.yaml").write_text(text.replace(old, new))
+            done = self.run_command("campaign", "four.yaml", "--out", "campaign", expect=4)
+            for word in words:
+                self.assertIn(word, done.stderr)
+            self.assertFalse((self.dir / "campaign").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

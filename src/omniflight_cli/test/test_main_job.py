@@ -1,0 +1,67 @@
+"""The main job: a nominal and a tethered flight of trajectory 2, compared, diagnosed, and the model flown again."""
+
+import unittest
+
+import system
+
+
+class MainJob(system.SystemTest):
+    def pair(self):
+        """nominal/ and tethered/ as the demo flies them, in one process each."""
+        self.run_command("plan", "trajectory_2", "--out", "plan", "--quiet")
+        common = ("--plan", "plan", "--sensors", "laboratory", "--in-process")
+        self.fly("trajectory_2", *common, "--seed", "1", out="nominal")
+        self.fly("trajectory_2", *common, "--seed", "2", "--effects", "tether", out="tethered")
+
+    def diagnose(self, recording, *arguments):
+        self.run_command("diagnose", recording, "--vehicle", "omnimorph", "--out", "diagnosis", "--quiet", *arguments,
+                         expect=None, timeout=80)
+        return self.json("diagnosis/diagnosis.json")
+
+    def test_the_tether_costs_power_that_tracking_hides(self):
+        self.pair()
+        self.run_command("compare", "nominal/flight.mcap", "tethered/flight.mcap", "--vehicle", "omnimorph", "--out",
+                         "compare", "--quiet")
+        rows = {r["channel"]: r for r in self.json("compare/compare.json")["rows"]}
+        print("\npower ratio", rows["mean power"]["ratio"])
+        self.assertGreaterEqual(rows["mean power"]["ratio"], 1.5)
+        self.assertLessEqual(rows["mean power"]["ratio"], 1.75)
+        self.assertLess(rows["RMSE z"]["real"], 0.03)
+        page = (self.dir / "compare/report.html").read_text()
+        self.assertNotRegex(page, r"""(src|href)=["']https?://""")
+
+    def test_the_tether_is_named_and_flown(self):
+        self.pair()
+        found = self.diagnose("tethered/flight.mcap", "--refly", "trajectory_2", "--plan", "plan")
+        fit = found["fit"]
+        for row in fit["closed_loop"]:
+            print(f"\n{row['channel']}: ratio {row['simulated_after'] / row['real']:.3f}", end="")
+        print("\npower:", fit["power"])
+        print("named:", [(f["effect"], [(p["name"], p["value"]) for p in f["parameters"]]) for f in found["findings"]])
+        vertical = [m for m in found["mismatch"] if m["channel"] == "Fz"]
+        self.assertTrue(vertical, "the vertical force must differ")
+        self.assertIn("height", vertical[0]["where"])
+        # ambiguous: it names what this flight cannot tell apart
+        self.assertIn(found["verdict"], ("explained", "ambiguous"))
+        aliases = [a for f in found["findings"] for a in f["cannot_be_told_apart_from"]]
+        self.assertEqual(found["verdict"] == "ambiguous", bool(aliases), aliases)
+        self.assertLessEqual({"payload_mass", "hung_cable"}, {f["effect"] for f in found["findings"]})
+        self.assertEqual(len(fit["closed_loop"]), 6)
+        for row in fit["closed_loop"]:
+            self.assertGreater(row["simulated_after"] / row["real"], 0.8, row)
+            self.assertLess(row["simulated_after"] / row["real"], 1.25, row)
+        z = fit["closed_loop"][2]
+        self.assertLess(z["simulated_before"] / z["real"], 0.5, "before the update the simulation is blind to it")
+        power = fit["power"]
+        self.assertLess(abs(power["simulated_after_W"] / power["real_W"] - 1), 0.02)
+        self.assertGreater(abs(power["simulated_before_W"] / power["real_W"] - 1), 0.2)
+
+    def test_a_nominal_flight_raises_no_alarm(self):
+        self.fly("trajectory_2", "--sensors", "laboratory", "--in-process", out="nominal")
+        found = self.diagnose("nominal/flight.mcap")
+        self.assertEqual(found["verdict"], "nothing_missing")
+        self.assertEqual(found["findings"], [])
+
+
+if __name__ == "__main__":
+    unittest.main()
