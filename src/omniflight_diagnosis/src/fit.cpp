@@ -35,8 +35,16 @@ struct Unknowns {
       lower[k] = lo[static_cast<std::size_t>(k)];
       upper[k] = hi[static_cast<std::size_t>(k)];
     }
-    weight.tail(offset_count) = problem.offset_sigma().cwiseAbs2().cwiseInverse();
-    if (offsets && offsets->size() == offset_count) x.tail(offset_count) = *offsets;
+    limit_offsets(problem.offset_sigma());
+    if (offsets && offsets->size() == offset_count)
+      x.tail(offset_count) = offsets->cwiseMax(lower.tail(offset_count)).cwiseMin(upper.tail(offset_count));
+  }
+
+  /// Prior and hard limit of three standard deviations: no amount of data turns a tolerance into an effect.
+  void limit_offsets(const Eigen::VectorXd& sigma) {
+    weight.tail(sigma.size()) = sigma.cwiseAbs2().cwiseInverse();
+    lower.tail(sigma.size()) = -3 * sigma;
+    upper.tail(sigma.size()) = 3 * sigma;
   }
 };
 
@@ -148,7 +156,7 @@ Fit fit_under(const Problem& problem, const std::vector<ActiveEffect>& start, in
   Fit fit;
   fit.effects = start;
   Unknowns u(problem, start, nullptr);
-  if (offset_sigma) u.weight.tail(offset_sigma->size()) = offset_sigma->cwiseAbs2().cwiseInverse();
+  if (offset_sigma) u.limit_offsets(*offset_sigma);
   fit.residual = minimise(problem, fit.effects, u, problem.noise(), iterations);
   fit.offsets = u.x.tail(problem.offset_sigma().size());
   fit.log_likelihood = -cost(problem.noise().apply_vector(problem, fit.residual), u, u.x);
@@ -389,17 +397,21 @@ Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, con
     H_all += H[static_cast<std::size_t>(b)];
     g_all += g[static_cast<std::size_t>(b)];
   }
-  Eigen::VectorXd prior = Eigen::VectorXd::Zero(F.cols());
+  // changes of the offsets stay inside their tolerances, all other coefficients are free
   const Eigen::Index offset_count = problem.offset_sigma().size();
-  prior.segment(R.cols() - offset_count, offset_count) = problem.offset_sigma().cwiseAbs2().cwiseInverse();
+  Unknowns bounds(problem, {}, nullptr);
+  bounds.x = Eigen::VectorXd::Zero(F.cols());
+  bounds.lower = Eigen::VectorXd::Constant(F.cols(), -1e12);
+  bounds.upper = Eigen::VectorXd::Constant(F.cols(), 1e12);
+  const Eigen::Index from = R.cols() - offset_count;
+  bounds.lower.segment(from, offset_count) = (-3 * problem.offset_sigma() - full.offsets).cwiseMin(0.0);
+  bounds.upper.segment(from, offset_count) = (3 * problem.offset_sigma() - full.offsets).cwiseMax(0.0);
   const auto solve = [&](const Eigen::MatrixXd& h, const Eigen::VectorXd& r, Eigen::Index size) {
-    Eigen::MatrixXd a = h.topLeftCorner(size, size);
-    a.diagonal() += prior.head(size);
-    Eigen::VectorXd s(size);
-    for (Eigen::Index k = 0; k < size; ++k) s[k] = a(k, k) > 0 ? 1.0 / std::sqrt(a(k, k)) : 0.0;
-    a = s.asDiagonal() * a * s.asDiagonal();
-    a.diagonal().array() += 1e-9;
-    return Eigen::VectorXd(s.asDiagonal() * a.ldlt().solve(s.asDiagonal() * r.head(size)));
+    Unknowns u = bounds;
+    u.x.conservativeResize(size);
+    u.lower.conservativeResize(size);
+    u.upper.conservativeResize(size);
+    return bounded_step(h.topLeftCorner(size, size), r.head(size), u);
   };
   std::vector<double> gains;
   for (int b = 0; b < count; ++b) {
@@ -428,7 +440,8 @@ Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, con
     const Eigen::MatrixXd Hw = Fw.transpose() * Fw;
     const Eigen::VectorXd gw = Fw.transpose() * yw;
     const Eigen::VectorXd z0 = solve(Hw, gw, R.cols()), z1 = solve(Hw, gw, F.cols());
-    gate.gain = 0.5 * (gw.dot(z1) - gw.head(R.cols()).dot(z0));
+    const auto H0 = Hw.topLeftCorner(R.cols(), R.cols());
+    gate.gain = gw.dot(z1) - 0.5 * z1.dot(Hw * z1) - (gw.head(R.cols()).dot(z0) - 0.5 * z0.dot(H0 * z0));
   }
   for (int c = 0; c < 6; ++c) {
     const double before = all0.segment(c * n, n).squaredNorm(), after = all1.segment(c * n, n).squaredNorm();

@@ -275,6 +275,8 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   for (int i = 0; i < std::min(margin, fine); ++i)
     use[static_cast<std::size_t>(i)] = use[static_cast<std::size_t>(fine - 1 - i)] = 0;
 
+  const Eigen::MatrixXd slow_speed = low_pass(speed, grid.rate_hz, o.effect_cutoff_hz);
+
   // decimate to the grid
   f.rate_hz = o.grid_hz;
   const int n = fine / grid.step;
@@ -282,6 +284,7 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   f.rotor_speed.resize(n, speed.cols());
   if (ref.size() > 0) f.tracking_error.resize(n, 3);
   f.situation.resize(static_cast<std::size_t>(n));
+  f.smooth.resize(static_cast<std::size_t>(n));
   std::vector<char> good(static_cast<std::size_t>(n));
   std::vector<double> s(static_cast<std::size_t>(speed.cols())), ds(s.size());
   for (int k = 0; k < n; ++k) {
@@ -302,6 +305,12 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
     x.t = f.t.back();
     x.a_WB_B = Vec3(force.row(i)) + x.g_B;
     x.dw_WB_B = dw.row(i).transpose();
+    for (Eigen::Index r = 0; r < speed.cols(); ++r) s[static_cast<std::size_t>(r)] = slow_speed(i, r);
+    physics::Situation& y = f.smooth[static_cast<std::size_t>(k)];
+    physics::prepare(vehicle, body, alpha(i, 0), s, ds, o.environment, y);
+    y.t = x.t;
+    y.a_WB_B = x.a_WB_B;
+    y.dw_WB_B = x.dw_WB_B;
     f.specific_force.row(k) = force.row(i);
     f.rotor_speed.row(k) = speed.row(i);
     if (ref.size() > 0) f.tracking_error.row(k) = p.row(i) - ref.row(i);

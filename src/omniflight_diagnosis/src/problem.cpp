@@ -37,15 +37,20 @@ bool has_constant_columns(const physics::Effect& effect) {
 Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
                  const Options& options)
     : flight_count_(static_cast<int>(flights.size())) {
+  std::vector<Vec6> fast;
   for (int k = 0; k < flight_count_; ++k) {
     const Flight& f = *flights[static_cast<std::size_t>(k)];
     for (const Segment& segment : f.segments) {
       runs_.push_back({n_, n_ + segment.end - segment.begin, k});
       for (int i = segment.begin; i < segment.end; ++i, ++n_) {
-        const physics::Situation& s = f.situation[static_cast<std::size_t>(i)];
-        situation_.push_back(s);
+        const auto at = static_cast<std::size_t>(i);
+        const physics::Situation& s = f.situation[at];
+        situation_.push_back(f.smooth[at]);
+        situation_.back().a_WB_B = s.a_WB_B;
+        situation_.back().dw_WB_B = s.dw_WB_B;
         acceleration_.emplace_back();
         acceleration_.back() << s.a_WB_B, s.dw_WB_B;
+        fast.push_back(physics::rotor_wrench(f.smooth[at]) - physics::rotor_wrench(s));
       }
     }
   }
@@ -70,6 +75,7 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
   inertia_ << vehicle.mass * Mat3::Identity(), -vehicle.mass * c_x, vehicle.mass * c_x,
       vehicle.inertia - vehicle.mass * c_x * c_x;
   y_.resize(rows());
+  fast_.resize(rows());
   offsets_ = Eigen::MatrixXd::Zero(rows(), offset_sigma_.size());
   for (int i = 0; i < n_; ++i) {
     const physics::Situation& s = situation(i);
@@ -77,7 +83,8 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
     const Vec6 rotors = physics::rotor_wrench(s);
     for (int c = 0; c < 6; ++c) {
       const int row = c * n_ + i;
-      y_[row] = r[c];
+      fast_[row] = fast[static_cast<std::size_t>(i)][c];
+      y_[row] = r[c] + fast_[row];
       offsets_(row, 0) = rotors[c];
       if (c >= 3) offsets_(row, c - 2) = weight * arm;
       if (c < 3)
@@ -131,7 +138,7 @@ void Problem::predict(const std::vector<physics::ActiveEffect>& effects, const E
     parameters += e.effect->parameter_count();
     heavy = heavy || adds_inertia(*e.effect);
   }
-  rest = y_;
+  rest = y_ - fast_;
   if (jacobian) jacobian->resize(rows(), parameters + offsets_.cols());
   Eigen::VectorXd value;
   Eigen::MatrixXd columns;
@@ -189,7 +196,7 @@ void Problem::predict(const std::vector<physics::ActiveEffect>& effects, const E
       situation_[k].dw_WB_B = acceleration_[k].tail<3>();
     }
   }
-  rest -= offsets_ * offset_values;
+  rest += fast_ - offsets_ * offset_values;
   if (jacobian) jacobian->rightCols(offsets_.cols()) = offsets_;
 }
 

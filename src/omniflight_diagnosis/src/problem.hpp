@@ -71,7 +71,8 @@ class Problem {
   mutable std::vector<physics::Situation> situation_;
   std::vector<Vec6> acceleration_;  ///< measured, (a_WB_B, dw_WB_B)
   Mat6 inertia_;                    ///< nominal, about the body origin
-  Eigen::VectorXd y_;
+  Eigen::VectorXd y_;               ///< nominal residual
+  Eigen::VectorXd fast_;            ///< its part from thrusts above the effects' low pass
   Eigen::MatrixXd offsets_;
   Eigen::VectorXd offset_sigma_;
   std::vector<std::string> offset_names_;

@@ -39,6 +39,7 @@ struct Flight {
   double rate_hz = 0;  ///< of the grid
   std::vector<double> t;
   std::vector<physics::Situation> situation;  ///< filtered state, rotors and accelerations at every grid time
+  std::vector<physics::Situation> smooth;     ///< the same with rotor speeds below effect_cutoff_hz
   Eigen::MatrixXd specific_force;             ///< n x 3, m/s^2, body
   Eigen::MatrixXd rotor_speed;                ///< n x rotors, rad/s
   Eigen::MatrixXd tracking_error;             ///< n x 3, m, position minus reference; empty without reference

@@ -21,7 +21,8 @@ struct Tolerance {
 struct Options {
   physics::Environment environment;
   Tolerance tolerance;
-  double cutoff_hz = 15.0;   ///< zero-phase low pass on both sides
+  double cutoff_hz = 15.0;        ///< zero-phase low pass on both sides
+  double effect_cutoff_hz = 5.0;  ///< low pass of the rotor speeds inside the effects, see Problem::predict
   double grid_hz = 40.0;     ///< regression grid; kept below three times the cutoff so that whitening sees no
                              ///< empty band
   int ar_order = 8;          ///< whitening
