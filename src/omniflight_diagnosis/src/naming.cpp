@@ -82,6 +82,16 @@ double cosine(const Eigen::MatrixXd& X, const Eigen::VectorXd& v) {
   return std::sqrt(std::clamp(g.dot(H.ldlt().solve(g)) / v.squaredNorm(), 0.0, 1.0));
 }
 
+/// The others of a fit exactly as they are, without member `index`: a replacement starts in unchanged
+/// company.
+Fit frozen_without(const Problem& problem, const Fit& fit, std::size_t index) {
+  Fit out = fit;
+  out.effects = without(fit.effects, index);
+  out.parameters = fit.parameters - fit.effects[index].effect->parameter_count();
+  problem.predict(out.effects, out.offsets, out.residual, nullptr);
+  return out;
+}
+
 }  // namespace
 
 std::vector<const Effect*> offered_effects(std::span<const Flight* const> flights,
@@ -213,12 +223,31 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
     }
     if (again) current = polish(problem, fit_effects(problem, without(current.effects, index), o), o);
   }
+  // a tie within what the noise model can be trusted goes to the effect that stands first in the catalogue
+  for (std::size_t k = 0; k < current.effects.size(); ++k) {
+    const double gain =
+        current.log_likelihood - fit_effects(problem, without(current.effects, k), o).log_likelihood;
+    const Eigen::VectorXd own = problem.noise().apply_vector(problem, contribution_of(problem, current, k));
+    for (const Effect* effect : candidates) {
+      if (effect == current.effects[k].effect) break;
+      if (contains(current, effect)) continue;
+      Fit swapped = fit_with(problem, frozen_without(problem, current, k), *effect, o);
+      if (score(swapped, per_parameter) < score(current, per_parameter) - std::max(3.0, 0.01 * gain))
+        continue;
+      if (cosine(last_columns(problem, problem.noise(), swapped), own) < 0.98) continue;
+      std::rotate(swapped.effects.begin() + static_cast<std::ptrdiff_t>(k), swapped.effects.end() - 1,
+                  swapped.effects.end());
+      current = std::move(swapped);
+      break;
+    }
+  }
   out.model = current;
 
   // what could stand in each member's place
   for (std::size_t k = 0; k < current.effects.size(); ++k) {
     Named named;
     const Fit rest = fit_effects(problem, without(current.effects, k), o);
+    const Fit frozen = frozen_without(problem, current, k);
     named.gain = current.log_likelihood - rest.log_likelihood;
     named.gate = gate_effect(problem, current, k, o);
     // differences far below the gain are within what an imperfect noise model can produce
@@ -227,9 +256,9 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
     double total = 1.0;
     for (const Effect* effect : candidates) {
       if (contains(current, effect)) continue;
-      Fit swapped = quick_with(problem, rest, *effect, o);
+      Fit swapped = quick_with(problem, frozen, *effect, o);
       if (score(current, per_parameter) - score(swapped, per_parameter) < 20.0 + 6.0 * temper)
-        swapped = fit_with(problem, rest, *effect, o);
+        swapped = fit_with(problem, frozen, *effect, o);
       const double behind = score(current, per_parameter) - score(swapped, per_parameter);
       named.swapped_best = std::max(named.swapped_best, -behind);
       // another effect that explains another part of the residual is no alias
