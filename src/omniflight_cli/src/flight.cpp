@@ -25,7 +25,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kHold = 1.0, kSettle = 3.0, kAfter = 1.0;  // s around the trajectory
-constexpr double kGrace = 4.0;  // s of wall time for the rest to notice that a component is gone
+// s of wall time for the rest to notice that a component is gone; none is needed for the recorder or a
+// component that never began
+constexpr double kGrace = 4.0, kGraceShort = 0.5;
 
 std::string join(const std::vector<std::string>& items) {
   std::string out;
@@ -228,23 +230,25 @@ Result<FlightResult> fly(const FlightOptions& o) {
   std::vector<Child>& children = *started;
   const double limit = (o.realtime || o.plant != "simulator" ? s.duration + 60.0 : 5.0 * s.duration + 60.0);
   FlightResult result;
+  bool refused = false;  // a component would not start with its parameters
   {
     Progress progress("flight", limit, "s of wall time", o.quiet || !isatty(STDERR_FILENO));
     Child& master = children.back();
-    double lost_at = 0;  // wall time of the first loss of a component
+    double give_up = limit;  // wall time; sooner once a component is lost
     while (!master.poll()) {
       progress.update(wall());
       for (Child& child : children)
         if (&child != &master && child.poll() && result.reason.empty()) {
           result.reason = child.name() + " ended in flight (exit code " + std::to_string(*child.poll()) +
                           "): " + child.last_words();
-          lost_at = wall();
+          refused = result.reason.find("] not configured") != std::string::npos;
+          give_up = wall() + (refused || &child == &children.front() ? kGraceShort : kGrace);
         }
       if (interrupted()) result.reason = "interrupted";
-      if (wall() > limit) result.reason = "took longer than " + std::to_string(limit) + " s";
+      if (wall() > limit && result.reason.empty())
+        result.reason = "took longer than " + std::to_string(limit) + " s";
       // a component is gone: the clock master notices by its own deadline and ends the flight in order
-      const bool lost = lost_at > 0 && wall() > lost_at + kGrace;
-      if (interrupted() || wall() > limit || lost) break;
+      if (interrupted() || wall() > give_up) break;
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
     if (const auto code = master.poll(); code && *code != 0 && result.reason.empty())
@@ -264,6 +268,8 @@ Result<FlightResult> fly(const FlightOptions& o) {
                       "): " + child.last_words();
     children.pop_back();
   }
+
+  if (refused) return bad_input(result.reason, "flight", "Its log is in " + (s.out / "log").string());
 
   result.recording = (s.out / "flight.mcap").string();
   auto vehicle = vehicle::load_vehicle(o.vehicle.empty() ? s.mission_vehicle : o.vehicle, o.set);

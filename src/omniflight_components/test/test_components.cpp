@@ -1,0 +1,135 @@
+// Components without a flight around them: what they refuse, and that they never wait for ever.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "omniflight_bus/domain.hpp"
+#include "omniflight_bus/run_components.hpp"
+#include "omniflight_components/components.hpp"
+
+namespace {
+
+using namespace omniflight;
+namespace fs = std::filesystem;
+
+class Components : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+    fs::create_directories(folder_);
+    claim_.emplace(bus::claim_free_domain());
+    ASSERT_TRUE(*claim_) << claim_->error().text();
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  struct Outcome {
+    int code;
+    std::string text;  ///< stderr
+    double seconds;
+  };
+  Outcome run(const std::vector<std::string>& names, const std::vector<std::string>& parameters) {
+    std::vector<std::unique_ptr<bus::Component>> parts;
+    for (const std::string& name : names) parts.push_back(components::make_component(name));
+    bus::RunOptions options;
+    options.domain = (*claim_)->domain();
+    options.loopback_file = OMNIFLIGHT_SOURCE_ROOT "/configs/cyclonedds_loopback.xml";
+    options.overrides = parameters;
+    options.timeout = std::chrono::seconds(20);
+    ::testing::internal::CaptureStderr();
+    const auto begin = std::chrono::steady_clock::now();
+    const int code = bus::run_components(std::move(parts), options);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return {code, ::testing::internal::GetCapturedStderr(), seconds};
+  }
+  static void expect_words(const Outcome& outcome, const std::vector<std::string>& words) {
+    for (const std::string& word : words)
+      EXPECT_NE(outcome.text.find(word), std::string::npos) << word << " is missing in: " << outcome.text;
+  }
+
+  fs::path folder_ = fs::temp_directory_path() / ("omniflight_components_" + std::to_string(::getpid()));
+  std::optional<Result<bus::DomainClaim>> claim_;
+};
+
+constexpr int kIncomplete = static_cast<int>(ErrorCode::incomplete);
+constexpr int kBadInput = static_cast<int>(ErrorCode::bad_input);
+
+TEST_F(Components, EveryNameMakesAComponentOfThatName) {
+  ASSERT_EQ(components::component_names().size(), 7u);
+  for (const std::string& name : components::component_names()) {
+    const auto component = components::make_component(name);
+    ASSERT_TRUE(component) << name;
+    EXPECT_EQ(component->name(), name);
+  }
+  EXPECT_EQ(components::make_component("controler"), nullptr);
+}
+
+TEST_F(Components, RefuseUnknownParameters) {
+  const std::string file = (folder_ / "x.mcap").string(), folder = folder_.string();
+  const std::map<std::string, std::vector<std::string>> needed{
+      {"recorder", {"file:=" + file}},
+      {"planner", {"plan:=" + folder}},
+      {"allocator", {"vehicle:=omnimorph"}},
+      {"controller", {}},
+      {"simulator", {"vehicle:=omnimorph"}},
+      {"emulator", {"vehicle:=omnimorph", "link_directory:=" + folder}},
+      {"gateway", {"vehicle:=omnimorph", "devices:=" + folder + "/board0"}}};
+  ASSERT_EQ(needed.size(), components::component_names().size());
+  for (const std::string& name : components::component_names()) {
+    std::vector<std::string> parameters = needed.at(name);
+    parameters.push_back("alhpa:=3");
+    const Outcome outcome = run({name}, parameters);
+    EXPECT_EQ(outcome.code, kBadInput) << name;
+    expect_words(outcome, {"[" + name + "] not configured", "unknown parameter 'alhpa'", "Known are"});
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "x.mcap")) << "a refused recorder leaves no file";
+}
+
+TEST_F(Components, RefuseValuesThatAreNotPossible) {
+  expect_words(run({"simulator"}, {"vehicle:=omnimorph", "step_s:=0.1"}), {"step_s", "0.1"});
+  expect_words(run({"simulator"}, {"vehicle:=omnimorph", "control_period_s:=0.0025"}),
+               {"control_period_s", "whole multiple of step_s"});
+  expect_words(run({"simulator"}, {"vehicle:=omnimorf"}), {"omnimorf"});
+  expect_words(run({"controller"}, {"kp:=[1, 2]"}), {"kp"});
+  expect_words(run({"allocator"}, {"vehicle:=omnimorph", "vehicle_set:=mass=-3"}), {"mass", "-3 kg"});
+  expect_words(run({"planner"}, {"plan:=" + (folder_ / "nowhere").string()}), {"nowhere"});
+}
+
+TEST_F(Components, ALoneSimulatorNamesWhoIsMissing) {
+  const Outcome outcome = run({"simulator"}, {"vehicle:=omnimorph", "peers_timeout_s:=0.5"});
+  EXPECT_EQ(outcome.code, kIncomplete) << outcome.text;
+  expect_words(outcome, {"0.5", "an allocator that publishes commands", "Start the missing component"});
+  EXPECT_LT(outcome.seconds, 10.0);
+}
+
+TEST_F(Components, ASimulatorWithoutControllerNamesIt) {
+  const Outcome outcome =
+      run({"allocator", "simulator"}, {"vehicle:=omnimorph", "simulator:peers_timeout_s:=0.5"});
+  EXPECT_EQ(outcome.code, kIncomplete) << outcome.text;
+  expect_words(outcome, {"[simulator] not finished", "0.5"});
+  EXPECT_LT(outcome.seconds, 10.0);
+}
+
+TEST_F(Components, AGatewayWithoutBoardsNamesTheDevice) {
+  const Outcome outcome =
+      run({"gateway"}, {"vehicle:=omnimorph", "devices:=/dev/no_such_board", "connect_timeout_s:=1"});
+  EXPECT_NE(outcome.code, 0);
+  expect_words(outcome, {"[gateway] not", "/dev/no_such_board"});
+  EXPECT_LT(outcome.seconds, 10.0);
+}
+
+TEST_F(Components, ARecorderNeverOverwritesUnasked) {
+  const fs::path file = folder_ / "kept.mcap";
+  std::ofstream(file) << "precious";
+  const Outcome outcome = run({"recorder"}, {"file:=" + file.string()});
+  EXPECT_EQ(outcome.code, kBadInput) << outcome.text;
+  expect_words(outcome, {"kept.mcap"});
+  std::string content;
+  std::ifstream(file) >> content;
+  EXPECT_EQ(content, "precious");
+}
+
+}  // namespace
