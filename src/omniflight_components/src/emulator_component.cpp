@@ -10,6 +10,7 @@
 #include "omniflight_gateway/board_emulator.hpp"
 #include "plant_parameters.hpp"
 #include "plant_publisher.hpp"
+#include "threaded_component.hpp"
 #include "wall_pace.hpp"
 
 namespace omniflight::components {
@@ -43,9 +44,9 @@ class PlantBehindBoards final : public gateway::EmulatedPlant {
   gateway::PlantSample last_;
 };
 
-class Emulator final : public bus::Component {
+class Emulator final : public ThreadedComponent {
  public:
-  Emulator() : Component("emulator") {}
+  Emulator() : ThreadedComponent("emulator") {}
   ~Emulator() override { stop(); }
 
  private:
@@ -68,9 +69,8 @@ class Emulator final : public bus::Component {
     auto boards = gateway::BoardEmulator::create(std::move(config), *behind_);
     if (!boards) return Failure(boards.error());
     boards_.emplace(std::move(*boards));
-    if (auto ok = publisher_.create([this](auto& slot, const char* topic, const bus::Qos& qos)
-                                        -> Status { return put_publisher(slot, topic, qos); },
-                                    parameters_.vehicle.rotor_count(), PlantPublisher::Part::world);
+    if (auto ok =
+            create_publishers(publisher_, parameters_.vehicle.rotor_count(), PlantPublisher::Part::world);
         !ok)
       return ok;
     auto tick =
@@ -80,22 +80,6 @@ class Emulator final : public bus::Component {
     tick_.emplace(std::move(*tick));
     return {};
   }
-  template <class T>
-  Status put_publisher(std::optional<bus::Publisher<T>>& slot, const char* topic, const bus::Qos& qos) {
-    auto made = advertise<T>(topic, qos);
-    if (!made) return Failure(made.error());
-    slot.emplace(std::move(*made));
-    return {};
-  }
-  Status on_activate() override {
-    running_ = true;
-    thread_ = std::thread([this] { finish(run()); });
-    return {};
-  }
-  Status on_deactivate() override {
-    stop();
-    return {};
-  }
   Status on_cleanup() override {
     stop();
     tick_.reset();
@@ -103,16 +87,12 @@ class Emulator final : public bus::Component {
     boards_.reset();
     return {};
   }
-  void stop() {
-    running_ = false;
-    if (thread_.joinable()) thread_.join();
-  }
 
-  Status run() {
+  Status run() override {
     const WallPace pace(epoch_ns_);
     const double step = parameters_.plant.step, offset = pace.now();
     simulation::SensorFrame frame;
-    for (std::uint64_t k = 0; running_; ++k) {
+    for (std::uint64_t k = 0; running(); ++k) {
       // the plant counts from zero; its samples carry flight time
       const double t = offset + plant_->time();
       const bool free = phase_.load() == static_cast<std::uint8_t>(FlightPhase::free);
@@ -141,8 +121,6 @@ class Emulator final : public bus::Component {
   PlantPublisher publisher_;
   std::optional<bus::Subscription<Tick>> tick_;
   std::atomic<std::uint8_t> phase_{0};
-  std::atomic<bool> running_{false};
-  std::thread thread_;
 };
 
 }  // namespace

@@ -10,14 +10,15 @@
 #include "omniflight_gateway/safety_gate.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
 #include "plant_publisher.hpp"
+#include "threaded_component.hpp"
 #include "wall_pace.hpp"
 
 namespace omniflight::components {
 namespace {
 
-class GatewayComponent final : public bus::Component {
+class GatewayComponent final : public ThreadedComponent {
  public:
-  GatewayComponent() : Component("gateway") {}
+  GatewayComponent() : ThreadedComponent("gateway") {}
   ~GatewayComponent() override { stop(); }
 
  private:
@@ -53,28 +54,9 @@ class GatewayComponent final : public bus::Component {
     auto made = gateway::Gateway::create(std::move(config));
     if (!made) return Failure(made.error());
     gateway_.emplace(std::move(*made));
-    if (auto ok = publisher_.create([this](auto& slot, const char* topic, const bus::Qos& qos)
-                                        -> Status { return put_publisher(slot, topic, qos); },
-                                    static_cast<int>(rotors_), PlantPublisher::Part::boards);
-        !ok)
+    if (auto ok = create_publishers(publisher_, static_cast<int>(rotors_), PlantPublisher::Part::boards); !ok)
       return ok;
     return inbox_.subscribe(participant());
-  }
-  template <class T>
-  Status put_publisher(std::optional<bus::Publisher<T>>& slot, const char* topic, const bus::Qos& qos) {
-    auto made = advertise<T>(topic, qos);
-    if (!made) return Failure(made.error());
-    slot.emplace(std::move(*made));
-    return {};
-  }
-  Status on_activate() override {
-    running_ = true;
-    thread_ = std::thread([this] { finish(run()); });
-    return {};
-  }
-  Status on_deactivate() override {
-    stop();
-    return {};
   }
   Status on_cleanup() override {
     stop();
@@ -82,16 +64,12 @@ class GatewayComponent final : public bus::Component {
     publisher_.destroy();
     return {};
   }
-  void stop() {
-    running_ = false;
-    if (thread_.joinable()) thread_.join();
-  }
 
   /// Polls until the gateway reaches a phase.
   Status reach(const WallPace& pace, gateway::GatewayPhase phase, double timeout) {
     const double deadline = pace.now() + timeout;
     while (gateway_->phase() != phase) {
-      if (!running_) return fail(ErrorCode::incomplete, "stopped before the flight began", "gateway");
+      if (!running()) return fail(ErrorCode::incomplete, "stopped before the flight began", "gateway");
       if (auto ok = gateway_->poll(pace.now(), 0.0); !ok) return ok;
       if (pace.now() > deadline)
         return fail(ErrorCode::incomplete,
@@ -118,7 +96,7 @@ class GatewayComponent final : public bus::Component {
     telemetry_.clear();
   }
 
-  Status run() {
+  Status run() override {
     const WallPace pace(epoch_ns_);
     const auto status = fly(pace);
     (void)gateway_->stop_motors();
@@ -133,7 +111,7 @@ class GatewayComponent final : public bus::Component {
   Status fly(const WallPace& pace) {
     const double deadline = pace.now() + connect_timeout_;
     Status connected = gateway_->connect(pace.now());
-    while (!connected && pace.now() < deadline && running_) {  // the boards may not be there yet
+    while (!connected && pace.now() < deadline && running()) {  // the boards may not be there yet
       pace.sleep_until(pace.now() + 0.1);
       connected = gateway_->connect(pace.now());
     }
@@ -141,7 +119,7 @@ class GatewayComponent final : public bus::Component {
     if (auto ok = reach(pace, gateway::GatewayPhase::connected, connect_timeout_); !ok) return ok;
     // nobody starts motors before someone commands them
     while (inbox_.subscription().peers() == 0 || publisher_.tick_publisher().peers() == 0) {
-      if (!running_) return fail(ErrorCode::incomplete, "stopped before the flight began", "gateway");
+      if (!running()) return fail(ErrorCode::incomplete, "stopped before the flight began", "gateway");
       if (pace.now() > deadline)
         return fail(ErrorCode::incomplete, "no controller and allocator within the connect timeout",
                     "gateway", "Start them in the same domain");
@@ -159,7 +137,7 @@ class GatewayComponent final : public bus::Component {
     for (;; next += period_) {
       pace.sleep_until(next);
       const double now = pace.now();
-      if (!running_) return fail(ErrorCode::incomplete, "stopped in flight", "gateway");
+      if (!running()) return fail(ErrorCode::incomplete, "stopped in flight", "gateway");
       if (auto ok = gateway_->poll(now, 0.0); !ok) {
         gate_->trip(gateway::Trip::link_lost, now);
         end_flight(now);
@@ -224,8 +202,6 @@ class GatewayComponent final : public bus::Component {
   std::array<double, vehicle::kMaxRotors> speed_{}, current_{};
   PlantPublisher publisher_;
   CommandInbox inbox_;
-  std::atomic<bool> running_{false};
-  std::thread thread_;
 };
 
 }  // namespace

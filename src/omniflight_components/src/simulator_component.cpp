@@ -1,13 +1,13 @@
 // The simulated plant on the bus, clock master of a flight. In lockstep a tick ends when the command for it
 // has arrived; in real time a watchdog stops the rotors when commands go stale.
 #include <atomic>
-#include <thread>
 
 #include "command_inbox.hpp"
 #include "conversions.hpp"
 #include "factories.hpp"
 #include "plant_parameters.hpp"
 #include "plant_publisher.hpp"
+#include "threaded_component.hpp"
 
 namespace omniflight::components {
 namespace {
@@ -15,9 +15,9 @@ namespace {
 using namespace std::chrono_literals;
 using msgs::omniflight_msgs::RecorderState;
 
-class Simulator final : public bus::Component {
+class Simulator final : public ThreadedComponent {
  public:
-  Simulator() : Component("simulator") {}
+  Simulator() : ThreadedComponent("simulator") {}
   ~Simulator() override { stop(); }
 
  private:
@@ -34,9 +34,7 @@ class Simulator final : public bus::Component {
     if (!plant) return Failure(plant.error());
     plant_.emplace(std::move(*plant));
     sensors_.emplace(parameters_.sensors, parameters_.model, parameters_.plant.step, parameters_.seed);
-    if (auto ok = publisher_.create([this](auto& slot, const char* topic, const bus::Qos& qos)
-                                        -> Status { return put_publisher(slot, topic, qos); },
-                                    parameters_.vehicle.rotor_count());
+    if (auto ok = create_publishers(publisher_, parameters_.vehicle.rotor_count(), PlantPublisher::Part::all);
         !ok)
       return ok;
     if (recorder_window_ > 0) {
@@ -49,33 +47,12 @@ class Simulator final : public bus::Component {
     return inbox_.subscribe(participant());
   }
 
-  template <class T>
-  Status put_publisher(std::optional<bus::Publisher<T>>& slot, const char* topic, const bus::Qos& qos) {
-    auto made = advertise<T>(topic, qos);
-    if (!made) return Failure(made.error());
-    slot.emplace(std::move(*made));
-    return {};
-  }
-
-  Status on_activate() override {
-    running_ = true;
-    thread_ = std::thread([this] { finish(fly()); });
-    return {};
-  }
-  Status on_deactivate() override {
-    stop();
-    return {};
-  }
   Status on_cleanup() override {
     stop();
     recorder_.reset();
     inbox_.unsubscribe();
     publisher_.destroy();
     return {};
-  }
-  void stop() {
-    running_ = false;
-    if (thread_.joinable()) thread_.join();
   }
 
   /// Waits until whoever must be there is there.
@@ -91,7 +68,7 @@ class Simulator final : public bus::Component {
         std::this_thread::sleep_for(50ms);  // the other side may know a few milliseconds later
         return {};
       }
-      if (!running_) return fail(ErrorCode::incomplete, "stopped before the flight began", "simulator");
+      if (!running()) return fail(ErrorCode::incomplete, "stopped before the flight began", "simulator");
       if (std::chrono::steady_clock::now() > deadline)
         return fail(
             ErrorCode::incomplete,
@@ -110,7 +87,7 @@ class Simulator final : public bus::Component {
       const auto deadline =
           std::chrono::steady_clock::now() + std::chrono::duration<double>(command_timeout_);
       for (int waited = 1; !inbox_.wait_for(stamp_ns, 50ms, command); ++waited) {
-        if (!running_) return fail(ErrorCode::incomplete, "stopped in flight", "simulator");
+        if (!running()) return fail(ErrorCode::incomplete, "stopped in flight", "simulator");
         // controller and allocator may have met after the controller's first answer, which nobody heard then
         if (publisher_.ticks() == 1 && waited % 6 == 0)
           if (auto ok = publisher_.repeat_tick(); !ok) return ok;
@@ -144,7 +121,7 @@ class Simulator final : public bus::Component {
     if (recorder_window_ == 0 || !lockstep_) return {};
     const auto deadline = std::chrono::steady_clock::now() + 10s;
     while (publisher_.ticks() > recorded_ticks_.load() + recorder_window_) {
-      if (!running_) return fail(ErrorCode::incomplete, "stopped in flight", "simulator");
+      if (!running()) return fail(ErrorCode::incomplete, "stopped in flight", "simulator");
       if (std::chrono::steady_clock::now() > deadline)
         return fail(ErrorCode::incomplete, "the recorder has not kept up for 10 s", "simulator",
                     "See whether the recorder is alive and its disk is not full");
@@ -153,7 +130,7 @@ class Simulator final : public bus::Component {
     return {};
   }
 
-  Status fly() {
+  Status run() override {
     if (auto ok = meet_peers(); !ok) return ok;
     const auto start = std::chrono::steady_clock::now();
     const auto steps_a_tick =
@@ -161,7 +138,7 @@ class Simulator final : public bus::Component {
     const auto steps = static_cast<std::uint64_t>(std::ceil(parameters_.duration / parameters_.plant.step));
     simulation::SensorFrame frame;
     for (std::uint64_t k = 0; k <= steps; ++k) {
-      if (!running_) return fail(ErrorCode::incomplete, "stopped in flight", "simulator");
+      if (!running()) return fail(ErrorCode::incomplete, "stopped in flight", "simulator");
       const double t = plant_->time();
       const bool held = t < parameters_.hold - 1e-9;
       sensors_->sample(*plant_, frame);
@@ -199,8 +176,6 @@ class Simulator final : public bus::Component {
   std::uint64_t recorder_window_ = 0;
   bool lockstep_ = true;
   double command_timeout_ = 2.0, stale_after_ = 0.1;
-  std::atomic<bool> running_{false};
-  std::thread thread_;
 };
 
 }  // namespace
