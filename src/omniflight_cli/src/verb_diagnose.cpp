@@ -41,6 +41,8 @@ Result<Refit> refly(const Options& o, const std::string& out, const recording::R
   f.set = o.set;
   f.sensors = "laboratory";
   f.in_process = true;
+  if (const auto seed = real.metadata.find("omniflight.seed"); seed != real.metadata.end())
+    f.seed = std::strtoull(seed->second.c_str(), nullptr, 10);
   f.quiet = quiet;
   f.out = out + "/nominal";
   auto before = fly(f);
