@@ -128,9 +128,13 @@ void add_wrench_findings(const Problem& problem, const Naming& naming, const Opt
     for (std::size_t p = 0; p < e.theta.size(); ++p, ++at) {
       const physics::Parameter& info_p = info.parameters[p];
       const double half = 1.96 * se[at];
+      double low = e.theta[p] - half, high = e.theta[p] + half;
+      if (const auto k_at = static_cast<std::size_t>(at); k_at < naming.model.plausible.size()) {
+        low = std::min(low, naming.model.plausible[k_at].first);
+        high = std::max(high, naming.model.plausible[k_at].second);
+      }
       f.parameters.push_back({info_p.name, info_p.symbol, info_p.unit, e.theta[p],
-                              std::max(info_p.lower, e.theta[p] - half),
-                              std::min(info_p.upper, e.theta[p] + half)});
+                              std::max(info_p.lower, low), std::min(info_p.upper, high)});
     }
     f.sentence = info.term + ": " + values_in_words(f.parameters) + ".";
     if (!f.cannot_be_told_apart_from.empty()) {
@@ -212,16 +216,27 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
       (list == &fit ? flights : unseen).push_back(std::move(*f));
     }
   }
-  const std::vector<const Flight*> used = pointers(flights);
+  // a flight whose rotor speeds lie says nothing about the wrench
+  std::vector<const Flight*> used;
+  for (const Flight& f : flights)
+    if (std::none_of(f.faults.begin(), f.faults.end(),
+                     [](const SensorFault& fault) { return fault.effect == "rotor_speed_sensor_fault"; }))
+      used.push_back(&f);
+  const bool blind = used.empty();
+  if (blind) {
+    used = pointers(flights);
+    flights[0].notes.push_back(
+        "With a stuck rotor speed the wrench cannot be judged; only the sensors were.");
+  }
   const Problem problem(used, vehicle, o);
-  const auto candidates = offered_effects(used, vehicle, o);
+  const auto candidates = blind ? std::vector<const physics::Effect*>{} : offered_effects(used, vehicle, o);
   Naming naming = name_effects(problem, candidates, o);
   if (!naming.model.effects.empty()) naming.model = settle(problem, naming.model, o);
   d.candidates = naming.candidates;
   d.aliases = naming.aliases;
-  d.mismatch = locate_wrench(problem, naming.null_model, naming.model, used, o);
+  if (!blind) d.mismatch = locate_wrench(problem, naming.null_model, naming.model, used, o);
   add_wrench_findings(problem, naming, o, d);
-  d.unexplained = locate_unexplained(problem, naming.model, o);
+  if (!blind) d.unexplained = locate_unexplained(problem, naming.model, o);
   const std::vector<ActiveEffect> wrench = naming.model.effects;
 
   std::vector<std::vector<ActuationFit>> actuation;

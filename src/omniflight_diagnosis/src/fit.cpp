@@ -259,6 +259,38 @@ Fit fit_with(const Problem& problem, const Fit& base, const Effect& effect, cons
   return fit_under(problem, start_with(problem, base, effect), 12);
 }
 
+Fit profile_shapes(const Problem& problem, const Fit& fit, const Options&) {
+  std::vector<Fit> met{fit};
+  for (std::size_t e = 0; e < fit.effects.size(); ++e) {
+    const auto& parameters = fit.effects[e].effect->info().parameters;
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      const Parameter& p = parameters[k];
+      if (p.linear || p.typical != p.neutral) continue;
+      const double step = (p.upper - p.lower) / 150;
+      for (int n = -5; n <= 5; ++n) {
+        std::vector<ActiveEffect> start = fit.effects;
+        start[e].theta[k] += n * step;
+        if (n != 0 && start[e].theta[k] > p.lower && start[e].theta[k] < p.upper)
+          met.push_back(fit_under(problem, start, 6));
+      }
+    }
+  }
+  Fit best = *std::max_element(
+      met.begin(), met.end(), [](const Fit& a, const Fit& b) { return a.log_likelihood < b.log_likelihood; });
+  for (const Fit& f : met) {
+    if (f.log_likelihood < best.log_likelihood - 1.92) continue;
+    std::size_t at = 0;
+    for (const ActiveEffect& e : f.effects)
+      for (double value : e.theta) {
+        if (at == best.plausible.size()) best.plausible.emplace_back(value, value);
+        auto& [low, high] = best.plausible[at++];
+        low = std::min(low, value);
+        high = std::max(high, value);
+      }
+  }
+  return best;
+}
+
 Fit settle(const Problem& problem, const Fit& fit, const Options&) {
   bool pitches = false, lifts = false;
   for (const ActiveEffect& e : fit.effects) {
@@ -275,7 +307,9 @@ Fit settle(const Problem& problem, const Fit& fit, const Options&) {
     sigma.segment(4, 3) *= 0.05;
   }
   if (pitches) sigma.segment(1, 3) *= 0.05;
-  return fit_under(problem, fit.effects, 12, &sigma);
+  Fit out = fit_under(problem, fit.effects, 12, &sigma);
+  out.plausible = fit.plausible;
+  return out;
 }
 
 Fit quick_with(const Problem& problem, const Fit& base, const Effect& effect, const Options&) {

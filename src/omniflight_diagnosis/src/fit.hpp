@@ -11,7 +11,9 @@ struct Fit {
   Eigen::VectorXd offsets;    ///< in units of Problem::offset_names
   Eigen::VectorXd residual;   ///< rows, what remains
   double log_likelihood = 0;  ///< with the prior of the offsets
-  int parameters = 0;         ///< free parameters of the effects
+  std::vector<std::pair<double, double>>
+      plausible;       ///< a parameter: values met within 1.92 of the best likelihood
+  int parameters = 0;  ///< free parameters of the effects
 };
 
 /// Starts from the given parameter values (linear parameters need no good start).
@@ -29,6 +31,10 @@ Fit settle(const Problem& problem, const Fit& fit, const Options& options);
 /// candidates.
 Fit quick_with(const Problem& problem, const Fit& base, const physics::Effect& effect,
                const Options& options);
+
+/// Restarts every shape parameter from values around its own: a bend in a law makes local minima. Fills
+/// plausible.
+Fit profile_shapes(const Problem& problem, const Fit& fit, const Options& options);
 
 /// Standard errors of all effect parameters, in order: the larger of GLS and a block-robust estimate.
 Eigen::VectorXd standard_errors(const Problem& problem, const Fit& fit, const Options& options);

@@ -241,6 +241,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
       break;
     }
   }
+  current = profile_shapes(problem, current, o);
   out.model = current;
 
   // what could stand in each member's place
