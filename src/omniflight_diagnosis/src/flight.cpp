@@ -260,8 +260,10 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   exclude(ground, grid, 1.0, "rotors too slow to fly", use, f.excluded);
   for (const SensorFault& fault : f.faults) {
     if (fault.effect != "rotor_speed_sensor_fault" || f.speed_from_command) continue;
-    const std::vector<char> bad = frozen_samples(*rotor, fault.channel, grid.t);
-    exclude(bad, grid, o.margin_s, fault.channel + " is stuck", use, f.excluded);
+    // listed only: the wrench of such a flight is not judged at all
+    std::vector<char> untouched = use;
+    exclude(frozen_samples(*rotor, fault.channel, grid.t), grid, o.margin_s, fault.channel + " is stuck",
+            untouched, f.excluded);
   }
   // saturation: a regression would see the limit, not the physics
   std::vector<char> saturated(grid.t.size(), 0);
