@@ -7,7 +7,7 @@ set -euo pipefail
 
 packages=(
   # build
-  g++ cmake ninja-build python3 colcon python3-colcon-metadata python3-colcon-defaults python3-colcon-output
+  g++ cmake ninja-build python3 python3-distutils colcon python3-colcon-metadata python3-colcon-defaults python3-colcon-output
   python3-colcon-notification python3-colcon-package-information python3-colcon-package-selection
   python3-colcon-parallel-executor python3-colcon-test-result python3-colcon-cmake python3-colcon-ros
   python3-colcon-recursive-crawl python3-colcon-library-path
