@@ -5,10 +5,14 @@
 #include <ceres/jet.h>
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "omniflight_core/random.hpp"
 #include "omniflight_core/result.hpp"
+#include "omniflight_physics/actuation.hpp"
+#include "omniflight_physics/sensing.hpp"
 #include "omniflight_physics/situation.hpp"
 
 namespace omniflight::physics {
@@ -36,27 +40,26 @@ struct EffectInfo {
   std::string source;  ///< paper, code or text the equation comes from
   std::vector<Parameter> parameters;
   std::vector<std::string> signals;   ///< canonical signals it needs in a recording
-  std::vector<std::string> channels;  ///< "Fx" ... "Mz", "rotor_speed", "acc", ...
-  Stage stage = Stage::wrench;
-  std::vector<std::string> aliases;  ///< ids it cannot be told from on some flights
-  std::string separated_by;          ///< the manoeuvre that separates it from its aliases
+  std::vector<std::string> channels;  ///< what it can move, out of known_channels()
+  Stage stage = Stage::wrench;        ///< where it acts
+  std::vector<std::string> aliases;   ///< ids it cannot be told from on some flights
+  std::string separated_by;           ///< the manoeuvre that separates it from its aliases
+  std::vector<Stage> also = {};       ///< further stages at which it shows
 };
 
-/// What stands between a rotor speed command and the speed; effects change it before a flight.
-struct Actuation {
-  std::vector<double> time_constant;  ///< s, a rotor
-  std::vector<double> delay;          ///< s, a rotor
-};
+/// Fx Fy Fz [N] Mx My Mz [Nm] (wrench of the effects, body axes), rotor_speed, alpha, acc, gyro, position,
+/// attitude, stamp (of a pose), voltage, current.
+const std::vector<std::string>& known_channels();
 
-/// How the sensors differ from ideal ones; effects change it before a flight.
-struct Sensing {
-  Vec3 accelerometer_bias = Vec3::Zero();   ///< m/s^2
-  Vec3 accelerometer_scale = Vec3::Zero();  ///< 1
-  Vec3 gyro_bias = Vec3::Zero();            ///< rad/s
-  Vec3 mocap_tilt = Vec3::Zero();           ///< rad, rotation vector measured <- true world
-};
+inline constexpr int kMaxParameters = 24;  ///< three numbers for each of eight rotors
+inline constexpr int kJetParameters = 8;   ///< of an effect whose derivative comes from dual numbers
 
-inline constexpr int kMaxParameters = 8;
+/// How many numbers an effect remembers: first the continuous states, which the integrator advances with the
+/// body by state_rate(), then discrete ones, which advance() changes once a step and which rest in between.
+struct MemorySize {
+  int continuous = 0, discrete = 0;
+  int total() const { return continuous + discrete; }
+};
 
 class Effect {
  public:
@@ -70,6 +73,29 @@ class Effect {
   /// Total wrench with known accelerations (6) and its exact derivative (6 x parameters, column-major).
   virtual void wrench_with_jacobian(const Situation&, const double* /*theta*/, double* /*wrench*/,
                                     double* /*jacobian*/) const {}
+
+  /// Of an effect with memory, `memory` points to memory_size().total() numbers that the caller owns; nothing
+  /// below allocates. The situation of state_rate and advance has the accelerations.
+  virtual MemorySize memory_size() const { return {}; }
+  virtual void start_memory(const Situation&, const double* /*theta*/, double* /*memory*/) const {}
+  virtual void add_memory_wrench(const Situation&, const double* /*theta*/, const double* /*memory*/,
+                                 Wrench&) const {}
+  virtual void state_rate(const Situation&, const double* /*theta*/, const double* /*memory*/,
+                          double* /*rate*/) const {}
+  /// After a step of `step` seconds that ended in this situation: noise, contact, constraints.
+  virtual void advance(const Situation&, const double* /*theta*/, double /*step*/, Random&,
+                       double* /*memory*/) const {}
+  /// True when replay() gives the wrench that a recorded motion implies.
+  virtual bool can_replay() const { return acts_on_wrench(); }
+  /// Wrench over a recorded motion of uniform period [s] (6 x samples, column-major) and, unless null, its
+  /// derivative (6 x samples x parameters); the memory starts as start_memory says.
+  virtual void replay(std::span<const Situation> motion, double period, const double* theta, double* wrench,
+                      double* jacobian) const;
+
+  /// Power [W] it takes from the motion of the body (positive: the body loses energy to it).
+  double power_taken(const Situation& s, const double* theta, const double* memory = nullptr) const;
+  /// Power [W] that the rotors draw because of it, beyond the nominal law.
+  virtual double shaft_power(const Situation&, const double* /*theta*/) const { return 0.0; }
 
   virtual void alter_actuation(const vehicle::Vehicle&, const double* /*theta*/, Actuation&) const {}
   virtual void alter_sensing(const double* /*theta*/, Sensing&) const {}
@@ -88,9 +114,9 @@ class WrenchEffect : public Effect {
   }
   void wrench_with_jacobian(const Situation& s, const double* theta, double* value,
                             double* jacobian) const final {
-    using Jet = ceres::Jet<double, kMaxParameters>;
+    using Jet = ceres::Jet<double, kJetParameters>;
     const int n = parameter_count();
-    Jet x[kMaxParameters];
+    Jet x[kJetParameters];
     for (int k = 0; k < n; ++k) x[k] = Jet(theta[k], k);
     WrenchT<Jet> out;
     static_cast<const Derived*>(this)->wrench(s, x, out);
@@ -100,6 +126,56 @@ class WrenchEffect : public Effect {
       for (int k = 0; k < n; ++k) jacobian[k * 6 + row] = w[row].v[k];
     }
   }
+};
+
+/// Derive a wrench effect with continuous states from this. Write `template <class T> void start(const
+/// Situation&, const T* theta, T* x) const`, `... wrench(const Situation&, const T* theta, const T* x,
+/// WrenchT<T>& out) const` and `... rate(const Situation&, const T* theta, const T* x, T* dx) const` once;
+/// value, replay and exact derivative follow.
+template <class Derived, int States>
+class MemoryEffect : public Effect {
+ public:
+  MemorySize memory_size() const final { return {States, 0}; }
+  bool can_replay() const final { return true; }
+  void start_memory(const Situation& s, const double* theta, double* x) const final {
+    self().start(s, theta, x);
+  }
+  void add_memory_wrench(const Situation& s, const double* theta, const double* x, Wrench& out) const final {
+    self().wrench(s, theta, x, out);
+  }
+  void state_rate(const Situation& s, const double* theta, const double* x, double* dx) const final {
+    self().rate(s, theta, x, dx);
+  }
+  void replay(std::span<const Situation> motion, double period, const double* theta, double* value,
+              double* jacobian) const final {
+    using Jet = ceres::Jet<double, kJetParameters>;
+    const int n = parameter_count();
+    Jet parameters[kJetParameters];
+    for (int k = 0; k < n; ++k) parameters[k] = Jet(theta[k], k);
+    Jet x[States], trial[States], first[States], second[States];
+    if (!motion.empty()) self().start(motion[0], parameters, x);
+    for (std::size_t i = 0; i < motion.size(); ++i) {
+      if (i > 0) {  // Heun: the trapezoid between two samples
+        const Jet h(period);
+        self().rate(motion[i - 1], parameters, x, first);
+        for (int j = 0; j < States; ++j) trial[j] = x[j] + h * first[j];
+        self().rate(motion[i], parameters, trial, second);
+        for (int j = 0; j < States; ++j) x[j] += Jet(0.5) * h * (first[j] + second[j]);
+      }
+      WrenchT<Jet> out;
+      self().wrench(motion[i], parameters, x, out);
+      const Eigen::Matrix<Jet, 6, 1> w = out.at(motion[i]);
+      for (std::size_t row = 0; row < 6; ++row) {
+        value[6 * i + row] = w[static_cast<int>(row)].a;
+        if (!jacobian) continue;
+        for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k)
+          jacobian[6 * motion.size() * k + 6 * i + row] = w[static_cast<int>(row)].v[static_cast<int>(k)];
+      }
+    }
+  }
+
+ private:
+  const Derived& self() const { return static_cast<const Derived&>(*this); }
 };
 
 /// The whole library, in the order of the catalogue. Adding an effect is one file and one line in table.cpp.
