@@ -29,6 +29,12 @@ struct RotorSituation {
   int board = 0;
 };
 
+/// Another multirotor nearby, at one instant of its track.
+struct Neighbour {
+  Vec3 p_WN = Vec3::Zero();  ///< m, its body origin in the world
+};
+inline constexpr int kMaxNeighbours = 4;
+
 /// The vehicle at one instant. In a simulation the accelerations are unknown (zero) and effects that need
 /// them answer with an added inertia; in a diagnosis they are measured.
 struct Situation {
@@ -46,8 +52,15 @@ struct Situation {
   int rotor_count = 0;
   std::array<RotorSituation, vehicle::kMaxRotors> rotors;
 
+  /// Who else flies here; set_neighbours() fills it from tracks, prepare() leaves it alone.
+  int neighbour_count = 0;
+  std::array<Neighbour, kMaxNeighbours> neighbours;
+
   std::span<const RotorSituation> all_rotors() const {
     return {rotors.data(), static_cast<std::size_t>(rotor_count)};
+  }
+  std::span<const Neighbour> all_neighbours() const {
+    return {neighbours.data(), static_cast<std::size_t>(neighbour_count)};
   }
 };
 
