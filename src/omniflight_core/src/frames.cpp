@@ -37,6 +37,12 @@ Mat3 right_jacobian_inverse(const Vec3& phi) {
   return Mat3::Identity() + 0.5 * s + k * s * s;
 }
 
+Vec3 jacobian_rate_times(const Vec3& phi, const Vec3& dphi) {
+  // the analytic form is long; this one needs no second series near zero
+  constexpr double e = 1e-5;
+  return (right_jacobian(phi + e * dphi) * dphi - right_jacobian(phi - e * dphi) * dphi) / (2.0 * e);
+}
+
 Vec3 roll_pitch_yaw(const Quat& q) {
   const double sin_pitch = std::clamp(2.0 * (q.w() * q.y() - q.z() * q.x()), -1.0, 1.0);
   return {std::atan2(2.0 * (q.w() * q.x() + q.y() * q.z()), 1.0 - 2.0 * (q.x() * q.x() + q.y() * q.y())),

@@ -40,7 +40,8 @@ Progress::~Progress() { finish(); }
 void Progress::update(double done) {
   done_ = done;
   const auto now = std::chrono::steady_clock::now();
-  if (now - last_print_ < (terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(5000))) return;
+  if (now - last_print_ < (terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(5000)))
+    return;
   last_print_ = now;
   print(false);
 }
@@ -60,13 +61,14 @@ void Progress::print(bool last) {
     const int filled = static_cast<int>(std::clamp(done_ / total_, 0.0, 1.0) * width);
     std::string bar(static_cast<std::size_t>(filled), '#');
     bar.resize(width, '.');
-    std::fprintf(stderr, "\r%s [%s] %.4g/%.4g %s, %.3g %s/s, %.0f s left   ", title_.c_str(), bar.c_str(), done_,
-                 total_, unit_.c_str(), rate, unit_.c_str(),
+    std::fprintf(stderr, "\r%s [%s] %.4g/%.4g %s, %.3g %s/s, %.0f s left   ", title_.c_str(), bar.c_str(),
+                 done_, total_, unit_.c_str(), rate, unit_.c_str(),
                  rate > 0.0 ? std::max(0.0, (total_ - done_) / rate) : 0.0);
   } else {
     std::fprintf(stderr, "%s%s: %.4g%s%s %s, %.3g %s/s, %.1f s", terminal_ ? "\r" : "", title_.c_str(), done_,
-                 total_ > 0.0 ? " of " : "", total_ > 0.0 ? std::to_string(static_cast<long>(total_)).c_str() : "",
-                 unit_.c_str(), rate, unit_.c_str(), elapsed);
+                 total_ > 0.0 ? " of " : "",
+                 total_ > 0.0 ? std::to_string(static_cast<long>(total_)).c_str() : "", unit_.c_str(), rate,
+                 unit_.c_str(), elapsed);
   }
   if (last || !terminal_) std::fputc('\n', stderr);
 }

@@ -40,13 +40,6 @@ Jet3 evaluate(const Quintic& c, double s) {
   return out;
 }
 
-/// d/dt of right_jacobian(phi) * dphi, by a symmetric difference along phi(t): the analytic form is long
-/// and this one is exact to about 1e-10.
-Vec3 jacobian_rate_times(const Vec3& phi, const Vec3& dphi) {
-  constexpr double e = 1e-5;
-  return (right_jacobian(phi + e * dphi) * dphi - right_jacobian(phi - e * dphi) * dphi) / (2.0 * e);
-}
-
 bool finite(const Reference& r) {
   return r.p_WB.allFinite() && r.q_WB.coeffs().allFinite() && r.v_WB_W.allFinite() && r.w_WB_B.allFinite() &&
          r.a_WB_W.allFinite() && r.dw_WB_B.allFinite() && std::isfinite(r.alpha) &&
@@ -62,7 +55,8 @@ Result<Trajectory> Trajectory::create(std::vector<TrajectoryKnot> knots) {
   Trajectory out;
   for (std::size_t k = 0; k < knots.size(); ++k) {
     if (!std::isfinite(knots[k].t) || !finite(knots[k].reference))
-      return bad_input("a value is not finite or the quaternion is not a unit one", "knot " + std::to_string(k));
+      return bad_input("a value is not finite or the quaternion is not a unit one",
+                       "knot " + std::to_string(k));
     knots[k].reference.q_WB.normalize();
     if (k == 0) continue;
     const double h = knots[k].t - knots[k - 1].t;
@@ -72,7 +66,8 @@ Result<Trajectory> Trajectory::create(std::vector<TrajectoryKnot> knots) {
     interval.position = quintic_hermite(r0.p_WB, r0.v_WB_W, r0.a_WB_W, r1.p_WB, r1.v_WB_W, r1.a_WB_W, h);
     // attitude: R(t) = R0 exp(phi(t)), phi quintic with end derivatives from the body rates
     const Vec3 phi1 = log_rotation(r0.q_WB.conjugate() * r1.q_WB);
-    if (phi1.norm() > 3.1) return bad_input("more than half a turn between knots", "knot " + std::to_string(k));
+    if (phi1.norm() > 3.1)
+      return bad_input("more than half a turn between knots", "knot " + std::to_string(k));
     const Mat3 Ji = right_jacobian_inverse(phi1);
     const Vec3 dphi1 = Ji * r1.w_WB_B;
     const Vec3 ddphi1 = Ji * (r1.dw_WB_B - jacobian_rate_times(phi1, dphi1));

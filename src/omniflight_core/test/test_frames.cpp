@@ -6,7 +6,9 @@
 namespace omniflight {
 namespace {
 
-Vec3 random_vector(Random& rng, double scale) { return scale * Vec3(rng.normal(), rng.normal(), rng.normal()); }
+Vec3 random_vector(Random& rng, double scale) {
+  return scale * Vec3(rng.normal(), rng.normal(), rng.normal());
+}
 
 TEST(Frames, SkewIsTheCrossProduct) {
   Random rng(1);
@@ -24,12 +26,29 @@ TEST(Frames, LogInvertsExp) {
   }
 }
 
+TEST(Frames, JacobianRateIsTheRestOfTheAngularAcceleration) {
+  // phi(t) = phi + d t + 1/2 a t^2; the body rate by differences of the rotation itself, its rate likewise
+  Random rng(5);
+  for (int i = 0; i < 50; ++i) {
+    const Vec3 phi = random_vector(rng, 0.8), d = random_vector(rng, 1.0), a = random_vector(rng, 1.0);
+    const auto rotation = [&](double t) { return exp_rotation(phi + d * t + 0.5 * a * t * t); };
+    const double e = 1e-3;
+    const auto rate = [&](double t) {
+      return Vec3(log_rotation(rotation(t - 0.5 * e).conjugate() * rotation(t + 0.5 * e)) / e);
+    };
+    const Vec3 numeric = (rate(e) - rate(-e)) / (2 * e);
+    EXPECT_LT((right_jacobian(phi) * a + jacobian_rate_times(phi, d) - numeric).norm(),
+              2e-5 * (1 + numeric.norm()));
+  }
+}
+
 TEST(Frames, RightJacobianIsTheDerivativeOfExp) {
   Random rng(3);
   for (int i = 0; i < 50; ++i) {
     const Vec3 phi = random_vector(rng, 0.8), d = random_vector(rng, 1.0);
     const double e = 1e-6;
-    const Vec3 numeric = log_rotation(exp_rotation(phi - e * d).conjugate() * exp_rotation(phi + e * d)) / (2 * e);
+    const Vec3 numeric =
+        log_rotation(exp_rotation(phi - e * d).conjugate() * exp_rotation(phi + e * d)) / (2 * e);
     EXPECT_LT((right_jacobian(phi) * d - numeric).norm(), 1e-8);
     EXPECT_LT((right_jacobian_inverse(phi) * right_jacobian(phi) - Mat3::Identity()).norm(), 1e-12);
   }

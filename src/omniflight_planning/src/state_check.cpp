@@ -102,11 +102,8 @@ double speed_bound(const TrajectoryKnot& k0, const TrajectoryKnot& k1, double ra
   const Vec3 phi = log_rotation(r0.q_WB.conjugate() * r1.q_WB);
   const Mat3 to_phi = right_jacobian_inverse(phi);
   const Vec3 dphi = to_phi * r1.w_WB_B;
-  constexpr double e = 1e-5;
-  const Vec3 turning =
-      (right_jacobian(phi + e * dphi) * dphi - right_jacobian(phi - e * dphi) * dphi) / (2.0 * e);
-  const double rotation =
-      bound(Vec3::Zero(), r0.w_WB_B, r0.dw_WB_B, phi, dphi, to_phi * (r1.dw_WB_B - turning));
+  const double rotation = bound(Vec3::Zero(), r0.w_WB_B, r0.dw_WB_B, phi, dphi,
+                                to_phi * (r1.dw_WB_B - jacobian_rate_times(phi, dphi)));
   return translation + radius * rotation;
 }
 

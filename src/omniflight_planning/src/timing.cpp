@@ -11,15 +11,6 @@ constexpr double kRotationLength = 0.3;  // m a radian
 constexpr int kShapeSamples = 400;
 constexpr double kLongest = 600.0;  // s, for one ride
 
-/// Body rate and its derivative of R exp(phi(t)).
-void body_rates(const Vec3& phi, const Vec3& dphi, const Vec3& ddphi, Vec3& w, Vec3& dw) {
-  constexpr double e = 1e-5;
-  const Mat3 J = right_jacobian(phi);
-  w = J * dphi;
-  dw =
-      J * ddphi + (right_jacobian(phi + e * dphi) * dphi - right_jacobian(phi - e * dphi) * dphi) / (2.0 * e);
-}
-
 /// The rotation vector of q that lies nearest to `near`: it must not jump by a turn along a curve.
 Vec3 log_near(const Quat& q, const Vec3& near) {
   const Vec3 phi = log_rotation(q);
@@ -88,7 +79,9 @@ Reference PoseCurve::at(double u, double du, double ddu) const {
   r.v_WB_W = rate.head<3>();
   r.a_WB_W = second.head<3>();
   r.q_WB = (q_WF_ * exp_rotation(x.tail<3>())).normalized();
-  body_rates(x.tail<3>(), rate.tail<3>(), second.tail<3>(), r.w_WB_B, r.dw_WB_B);
+  const Mat3 J = right_jacobian(x.tail<3>());
+  r.w_WB_B = J * rate.tail<3>();
+  r.dw_WB_B = J * second.tail<3>() + jacobian_rate_times(x.tail<3>(), rate.tail<3>());
   return r;
 }
 

@@ -18,6 +18,7 @@ using Quat = Eigen::Quaterniond;
 inline constexpr double kGravity = 9.81;  ///< m/s^2; the value with which the thesis's figures reproduce
 inline constexpr double kPi = 3.14159265358979323846;
 
+/// Degrees are for people: files, messages and tests.
 constexpr double to_radians(double degrees) { return degrees * kPi / 180.0; }
 constexpr double to_degrees(double radians) { return radians * 180.0 / kPi; }
 
@@ -28,9 +29,7 @@ inline Mat3 skew(const Vec3& a) {
   return m;
 }
 /// Inverse of skew for the antisymmetric part of m.
-inline Vec3 vee(const Mat3& m) {
-  return 0.5 * Vec3(m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1));
-}
+inline Vec3 vee(const Mat3& m) { return 0.5 * Vec3(m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1)); }
 
 /// Rotation by the vector phi [rad] (axis times angle), as a unit quaternion.
 Quat exp_rotation(const Vec3& phi);
@@ -41,17 +40,21 @@ Vec3 log_rotation(const Quat& q);
 Mat3 right_jacobian(const Vec3& phi);
 /// Inverse of right_jacobian, valid for |phi| < 2 pi.
 Mat3 right_jacobian_inverse(const Vec3& phi);
+/// d/dt of right_jacobian(phi) times dphi [rad/s], so that the body's angular acceleration [rad/s^2] is
+/// right_jacobian(phi) * d2(phi)/dt2 plus this. A symmetric difference along phi(t), exact to about 1e-10.
+Vec3 jacobian_rate_times(const Vec3& phi, const Vec3& dphi);
 
 /// Fixed-axis roll, pitch, yaw [rad] about world x, y, z (REP-103), R = Rz(yaw) Ry(pitch) Rx(roll).
 Vec3 roll_pitch_yaw(const Quat& q_WB);
+/// Inverse of roll_pitch_yaw; rpy [rad].
 Quat from_roll_pitch_yaw(const Vec3& rpy);
 
 /// Pose and velocity of a rigid body.
 struct RigidState {
-  Vec3 p_WB = Vec3::Zero();        ///< m, position of the body origin in the world
-  Quat q_WB = Quat::Identity();    ///< attitude, world <- body
-  Vec3 v_WB_W = Vec3::Zero();      ///< m/s, velocity, in world axes
-  Vec3 w_WB_B = Vec3::Zero();      ///< rad/s, angular velocity, in body axes
+  Vec3 p_WB = Vec3::Zero();      ///< m, position of the body origin in the world
+  Quat q_WB = Quat::Identity();  ///< attitude, world <- body
+  Vec3 v_WB_W = Vec3::Zero();    ///< m/s, velocity, in world axes
+  Vec3 w_WB_B = Vec3::Zero();    ///< rad/s, angular velocity, in body axes
 };
 
 /// True when every number of the state is finite and the quaternion is not zero.
@@ -59,13 +62,13 @@ bool is_finite(const RigidState& state);
 
 /// What a controller is asked to follow at one instant.
 struct Reference {
-  Vec3 p_WB = Vec3::Zero();        ///< m
-  Quat q_WB = Quat::Identity();
-  Vec3 v_WB_W = Vec3::Zero();      ///< m/s
-  Vec3 w_WB_B = Vec3::Zero();      ///< rad/s, in the axes of the reference body frame
-  Vec3 a_WB_W = Vec3::Zero();      ///< m/s^2
-  Vec3 dw_WB_B = Vec3::Zero();     ///< rad/s^2, in the axes of the reference body frame
-  double alpha = 0.0;              ///< rad, tilt the plan assumed
+  Vec3 p_WB = Vec3::Zero();      ///< m, position of the body origin in the world
+  Quat q_WB = Quat::Identity();  ///< attitude, world <- body
+  Vec3 v_WB_W = Vec3::Zero();    ///< m/s, world axes
+  Vec3 w_WB_B = Vec3::Zero();    ///< rad/s, in the axes of the reference body frame
+  Vec3 a_WB_W = Vec3::Zero();    ///< m/s^2, world axes
+  Vec3 dw_WB_B = Vec3::Zero();   ///< rad/s^2, in the axes of the reference body frame
+  double alpha = 0.0;            ///< rad, tilt the plan assumed
 };
 
 }  // namespace omniflight

@@ -1,4 +1,5 @@
-// Progress of long work: a bar with rate and remaining time on a terminal, plain lines otherwise. Ctrl-C as a flag.
+// Progress of long work: a bar with rate and remaining time on a terminal, plain lines otherwise. Ctrl-C as a
+// flag.
 #pragma once
 
 #include <chrono>
@@ -12,14 +13,17 @@ void install_interrupt_handler();
 /// True once SIGINT or SIGTERM arrived. Safe from any thread.
 bool interrupted();
 
+/// One piece of work with a known or unknown end, printed at most a few times a second.
 class Progress {
  public:
-  /// total <= 0: unknown length. quiet: prints nothing. Prints to stderr.
+  /// title and unit are printed as they are ("flights", "s"); total is in that unit. total <= 0: unknown
+  /// length. quiet: prints nothing. Prints to stderr.
   Progress(std::string title, double total, std::string unit, bool quiet = false);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
+  /// done: amount finished so far, in the unit of total.
   void update(double done);
   /// Ends the line; called by the destructor as well.
   void finish();

@@ -13,8 +13,9 @@ class Random {
   /// Streams with the same seed and different names are independent.
   explicit Random(std::uint64_t seed, std::string_view stream = {});
 
+  /// 64 random bits.
   std::uint64_t next();
-  /// Uniform in [0, 1).
+  /// Uniform in [0, 1), and in [low, high).
   double uniform() { return static_cast<double>(next() >> 11) * 0x1.0p-53; }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
   /// Standard normal (polar method).

@@ -11,8 +11,8 @@
 namespace omniflight {
 
 struct TrajectoryKnot {
-  double t = 0.0;  ///< s since the start of the trajectory
-  Reference reference;
+  double t = 0.0;       ///< s since the start of the trajectory
+  Reference reference;  ///< what is asked at t
 };
 
 /// Immutable after construction; sampling allocates nothing and is safe from several threads.
@@ -20,7 +20,8 @@ class Trajectory {
  public:
   Trajectory() = default;
 
-  /// Knots must be finite, strictly increasing in time, start at t = 0 and be less than pi apart in attitude.
+  /// Knots must be finite, strictly increasing in time, start at t = 0 and be less than pi apart in attitude;
+  /// ErrorCode::bad_input names the knot.
   static Result<Trajectory> create(std::vector<TrajectoryKnot> knots);
 
   /// Reference at t [s]; before the start and after the end it holds the end pose at rest.

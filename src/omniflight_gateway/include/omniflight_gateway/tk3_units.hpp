@@ -1,23 +1,12 @@
 // Numbers on the telekyb3 wire and their SI meaning.
-// The boards carry rotor speed as a signed half-period in whole microseconds: 120 Hz becomes 120.019 Hz, and
-// the step grows with the square of the speed (0.029 Hz at 120 Hz, 0.18 Hz at 300 Hz). One Hz is 2 pi rad/s.
+// Rotor speed travels as a signed half-period, see omniflight_core/half_period.hpp.
 #pragma once
 
 #include <cstdint>
 #include <omniflight_core/frames.hpp>
+#include <omniflight_core/half_period.hpp>
 
 namespace omniflight::gateway {
-
-/// Half-period that means "idle, no commanded speed"; both signs.
-inline constexpr std::int16_t kStopHalfPeriod = 32767;
-/// Slowest speed the wire can carry: 1e6 / 2 / 32767 = 15.259 Hz, in rad/s. Slower commands mean stop.
-inline constexpr double kSlowestSpeed = 2 * kPi * 1e6 / 2 / kStopHalfPeriod;
-
-/// Half-period [us] of a rotor speed [rad/s, signed], truncated towards zero as the boards' host software
-/// does. |speed| below 15.259 Hz gives +-32767 (stop); NaN gives +32767; faster than 500 kHz gives +-1.
-std::int16_t half_period_from_speed(double speed_radps);
-/// Rotor speed [rad/s, signed] of a half-period [us]; 0 and +-32767 (and -32768) give 0.
-double speed_from_half_period(std::int16_t half_period_us);
 
 /// int16 nearest to value / lsb, saturated at the ends; NaN gives 0.
 std::int16_t to_lsb(double value, double lsb);
