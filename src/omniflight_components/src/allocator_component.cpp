@@ -28,9 +28,9 @@ class AllocatorComponent final : public bus::Component {
     const std::string mode = p.text("tilt_mode", "fixed");
     const double alpha_deg = p.number("alpha_deg", 30.0, -180, 180);
     auto config =
-        weights == "case_b" ? allocation::AllocatorConfig::case_b() : allocation::AllocatorConfig::case_a();
-    if (weights != "case_a" && weights != "case_b")
-      return bad_input("'" + weights + "' is neither case_a nor case_b", "allocator.weights");
+        weights == "case_a" ? allocation::AllocatorConfig::case_a() : allocation::AllocatorConfig::case_b();
+    if (weights != "case_a" && weights != "case_b" && weights != "dynamic")
+      return bad_input("'" + weights + "' is neither case_a nor case_b nor dynamic", "allocator.weights");
     if (mode != "fixed" && mode != "search")
       return bad_input("'" + mode + "' is neither fixed nor search", "allocator.tilt_mode");
     config.w_input = p.number("w_input", config.w_input, 0, 1e6);
@@ -39,9 +39,13 @@ class AllocatorComponent final : public bus::Component {
     config.w_angular = p.number("w_angular", config.w_angular, 1e-12, 1e12);
     config.tilt_step = to_radians(p.number("tilt_step_deg", to_degrees(config.tilt_step), 0, 10));
     config.mass = p.number("mass_kg", 0.0, 0, 1000);
-    config.dynamic_weights.enabled = p.flag("dynamic_weights", false);
-    config.dynamic_weights.threshold =
-        p.number("dynamic_threshold_m", config.dynamic_weights.threshold, 1e-6, 10);
+    auto& dynamic = config.dynamic_weights;  // eq. 5.3, on top of case_b under the name `dynamic`
+    dynamic.enabled = p.flag("dynamic_weights", weights == "dynamic");
+    dynamic.threshold = p.number("dynamic_threshold_m", dynamic.threshold, 1e-6, 10);
+    dynamic.growth = p.number("dynamic_growth", dynamic.growth, 1, 10);
+    dynamic.shrink = p.number("dynamic_shrink", dynamic.shrink, 1e-3, 1);
+    dynamic.floor = p.number("dynamic_floor", dynamic.floor, 1e-15, 1e6);
+    dynamic.ceiling = p.number("dynamic_ceiling", dynamic.ceiling, 1e-15, 1e6);
     config.tilt_mode = mode == "search" ? allocation::TiltMode::search : allocation::TiltMode::fixed;
     config.initial_tilt = to_radians(alpha_deg);
     if (auto ok = p.finish(); !ok) return ok;
@@ -81,12 +85,7 @@ class AllocatorComponent final : public bus::Component {
   }
 
   void answer(const ControllerState& m) {
-    if (m.tick == state_message_->tick && m.tick > 0) {  // asked again: the answer was not heard
-      if (auto ok = command_->publish(*command_message_, bus::nanoseconds(command_message_->header.stamp));
-          !ok)
-        finish(ok);
-      return;
-    }
+    if (m.tick == state_message_->tick && m.tick > 0) return send();  // asked again: it was not heard
     allocation::AllocationInput input;
     input.qdd_ref = get(m.desired_acceleration);
     input.q_WB = get(m.est_attitude);
@@ -94,9 +93,6 @@ class AllocatorComponent final : public bus::Component {
     input.position_error = (get(m.ref_position) - get(m.est_position)).norm();
     const auto result = allocator_->allocate(input);
     if (!result) return finish(Failure(result.error()));
-    const std::int64_t ns = bus::nanoseconds(m.header.stamp);
-
-    // The state goes first: publishing the command lets the plant go on in lockstep.
     auto& s = *state_message_;
     s.header.stamp = m.header.stamp;
     s.tick = m.tick;
@@ -107,13 +103,20 @@ class AllocatorComponent final : public bus::Component {
     s.kkt_residual = result->kkt_residual;
     s.active_bounds = static_cast<std::uint32_t>(result->active_bounds);
     s.w1 = result->w_input;
-    if (auto ok = state_->publish(s, ns); !ok) return finish(ok);
     auto& c = *command_message_;
     c.header.stamp = m.header.stamp;
     bus::assign(c.velocity, {result->speed.data(), static_cast<std::size_t>(result->speed.size())});
     const double alpha[1] = {result->alpha};
     bus::assign(c.position, alpha);
-    if (auto ok = command_->publish(c, ns); !ok) finish(ok);
+    send();
+  }
+
+  /// The state goes first: publishing the command lets the plant go on in lockstep, and the controller asks
+  /// for the state of the tick before.
+  void send() {
+    const std::int64_t ns = bus::nanoseconds(state_message_->header.stamp);
+    if (auto ok = state_->publish(*state_message_, ns); !ok) return finish(ok);
+    if (auto ok = command_->publish(*command_message_, ns); !ok) finish(ok);
   }
 
   std::optional<allocation::Allocator> allocator_;

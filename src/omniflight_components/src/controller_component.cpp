@@ -1,4 +1,7 @@
-// Estimator and controller on the bus: answers every tick with the acceleration it wants.
+// Estimator and controller on the bus: answers every tick with the acceleration it wants. For anti-windup it
+// asks what the allocator achieved of its last demand, so the order is defined: the answer to a tick comes
+// after the allocator's state of the tick answered before, whichever process they run in.
+#include <atomic>
 #include <mutex>
 
 #include "conversions.hpp"
@@ -14,6 +17,7 @@
 namespace omniflight::components {
 namespace {
 
+using msgs::omniflight_msgs::AllocatorState;
 using msgs::omniflight_msgs::ControllerState;
 using msgs::omniflight_msgs::Tick;
 
@@ -43,6 +47,10 @@ class ControllerComponent final : public bus::Component {
     c.max_integral_angular_acceleration =
         p.number("max_integral_angular_acceleration_radps2", c.max_integral_angular_acceleration, 0, 10000);
     c.feed_forward = p.flag("feed_forward", c.feed_forward);
+    anti_windup_ = p.flag("anti_windup", true);
+    c.unachieved_tolerance = p.number("unachieved_tolerance_mps2", c.unachieved_tolerance, 0, 1000);
+    c.unachieved_angular_tolerance =
+        p.number("unachieved_angular_tolerance_radps2", c.unachieved_angular_tolerance, 0, 10000);
     control::EstimatorConfig e;
     e.position_bandwidth = p.number("estimator_position_bandwidth_radps", e.position_bandwidth, 0.1, 500);
     e.attitude_bandwidth = p.number("estimator_attitude_bandwidth_radps", e.attitude_bandwidth, 0.1, 500);
@@ -56,52 +64,67 @@ class ControllerComponent final : public bus::Component {
     auto out = advertise<ControllerState>(topics::controller, bus::Qos::bulk(512));
     if (!out) return Failure(out.error());
     publisher_.emplace(std::move(*out));
+    return subscribe();
+  }
+
+  Status subscribe() {
     using namespace msgs;
-    auto trajectory = bus::Subscription<trajectory_msgs::MultiDOFJointTrajectory>::create(
-        participant(), topics::trajectory, bus::Qos::latched_last(),
-        [this](const trajectory_msgs::MultiDOFJointTrajectory& m, std::int64_t) {
+    // The tick comes last: once it is there, nothing that belongs to it is missed.
+    Status ok = listen<trajectory_msgs::MultiDOFJointTrajectory>(
+        trajectory_subscription_, topics::trajectory, bus::Qos::latched_last(), [this](const auto& m) {
           auto received = from_message(m);
-          if (!received) return finish(Failure(received.error()));
-          const std::lock_guard lock(mutex_);
-          trajectory_ = std::move(*received);
-          answer();
+          if (received)
+            trajectory_ = std::move(*received);
+          else
+            finish(Failure(received.error()));
         });
-    if (!trajectory) return Failure(trajectory.error());
-    trajectory_subscription_.emplace(std::move(*trajectory));
-    auto imu = bus::Subscription<sensor_msgs::Imu>::create(
-        participant(), topics::imu, bus::Qos::bulk(64), [this](const sensor_msgs::Imu& m, std::int64_t) {
-          const std::lock_guard lock(mutex_);
-          estimator_->add_imu(to_s(m.header.stamp), get(m.linear_acceleration), get(m.angular_velocity));
-          ++imu_count_;
-          answer();
+    if (ok)
+      ok = listen<sensor_msgs::Imu>(imu_, topics::imu, bus::Qos::bulk(64), [this](const auto& m) {
+        estimator_->add_imu(to_s(m.header.stamp), get(m.linear_acceleration), get(m.angular_velocity));
+        ++imu_count_;
+      });
+    if (ok)
+      ok = listen<geometry_msgs::PoseStamped>(
+          mocap_, topics::mocap, bus::Qos::bulk(64), [this](const auto& m) {
+            estimator_->add_mocap(to_s(m.header.stamp), get(m.pose.position),
+                                  get_quaternion(m.pose.orientation));
+            ++mocap_count_;
+          });
+    if (ok)
+      ok = listen<AllocatorState>(allocator_, topics::allocator, bus::Qos::bulk(64), [this](const auto& m) {
+        achieved_tick_ = m.tick;
+        achieved_ = get(m.achieved_acceleration);
+      });
+    if (ok)
+      ok = listen<Tick>(tick_, topics::tick, bus::Qos::bulk(64), [this](const Tick& m) {
+        repeated_ = pending_ && pending_->index == m.index;
+        overtaken_ = pending_ && pending_->index < m.index;
+        pending_.emplace(m);
+        pending_->header.frame_id = nullptr;
+      });
+    return ok;
+  }
+
+  /// Takes what arrives under the lock, then lets the component answer outside of it.
+  template <class T, class Take>
+  Status listen(std::optional<bus::Subscription<T>>& slot, const char* topic, const bus::Qos& qos,
+                Take take) {
+    auto made =
+        bus::Subscription<T>::create(participant(), topic, qos, [this, take](const T& m, std::int64_t) {
+          {
+            const std::lock_guard lock(mutex_);
+            take(m);
+          }
+          serve();
         });
-    if (!imu) return Failure(imu.error());
-    imu_.emplace(std::move(*imu));
-    auto mocap = bus::Subscription<geometry_msgs::PoseStamped>::create(
-        participant(), topics::mocap, bus::Qos::bulk(64),
-        [this](const geometry_msgs::PoseStamped& m, std::int64_t) {
-          const std::lock_guard lock(mutex_);
-          estimator_->add_mocap(to_s(m.header.stamp), get(m.pose.position),
-                                get_quaternion(m.pose.orientation));
-          ++mocap_count_;
-          answer();
-        });
-    if (!mocap) return Failure(mocap.error());
-    mocap_.emplace(std::move(*mocap));
-    auto tick = bus::Subscription<Tick>::create(participant(), topics::tick, bus::Qos::bulk(64),
-                                                [this](const Tick& m, std::int64_t) {
-                                                  const std::lock_guard lock(mutex_);
-                                                  pending_.emplace(m);
-                                                  pending_->header.frame_id = nullptr;
-                                                  answer();
-                                                });
-    if (!tick) return Failure(tick.error());
-    tick_.emplace(std::move(*tick));
+    if (!made) return Failure(made.error());
+    slot.emplace(std::move(*made));
     return {};
   }
 
   Status on_cleanup() override {
     tick_.reset();
+    allocator_.reset();
     mocap_.reset();
     imu_.reset();
     trajectory_subscription_.reset();
@@ -109,22 +132,48 @@ class ControllerComponent final : public bus::Component {
     return {};
   }
 
-  /// Called with the lock held: answers the pending tick as soon as everything that belongs to it is here, so
-  /// that the answer does not depend on the order in which topics arrive.
-  void answer() {
-    if (!pending_ || imu_count_ < pending_->imu_count || mocap_count_ < pending_->mocap_count) return;
-    if (trajectory_.empty()) return;  // the plant waits; the planner is latched and will come
+  /// Answers what can be answered. Publishing inside one process calls the others, and through them this
+  /// again: whoever is inside already looks once more, so that nothing recurses and the message has one
+  /// writer.
+  void serve() {
+    if (wanted_.fetch_add(1) > 0) return;
+    int seen = 0;
+    do {
+      seen = wanted_.load();
+      if (answer()) send();
+    } while (!wanted_.compare_exchange_strong(seen, 0));
+  }
+
+  /// Makes the answer to the pending tick as soon as everything that belongs to it is here, so that it does
+  /// not depend on the order in which topics arrive. True when there is a message to send.
+  bool answer() {
+    const std::lock_guard lock(mutex_);
+    if (!pending_ || imu_count_ < pending_->imu_count || mocap_count_ < pending_->mocap_count) return false;
+    if (trajectory_.empty()) return false;  // the plant waits; the planner is latched and will come
+    const bool again = std::exchange(repeated_, false);
+    if (pending_->index == message_->tick && pending_->index > 0) {  // asked again: it was not heard
+      pending_.reset();
+      return true;
+    }
+    const bool known = achieved_tick_ == demanded_tick_;
+    if (anti_windup_ && demanded_tick_ > 0 && !known && !overtaken_)
+      return again;  // the plant waits, so the last demand or the answer to it was not heard: say it again
     const Tick tick = *pending_;
     pending_.reset();
-    if (tick.index == message_->tick && tick.index > 0)
-      return send();  // asked again: the answer was not heard
-    if (tick.phase == static_cast<std::uint8_t>(FlightPhase::ended)) return;
-    if (!estimator_->ready()) return publish_nothing_yet(tick);
+    overtaken_ = false;
+    if (tick.phase == static_cast<std::uint8_t>(FlightPhase::ended)) return false;
+    demanded_tick_ = 0;
     const double t = to_s(tick.header.stamp);
+    if (!estimator_->ready()) {
+      // before the first pose hover thrust along the body z axis is all that can be said
+      write(tick, trajectory_.sample(-1.0), -1.0, Vec6::Zero());
+      return true;
+    }
     if (t - estimator_->last_mocap() > mocap_timeout_) {
-      return finish(fail(ErrorCode::incomplete,
-                         "no motion capture for " + std::to_string(t - estimator_->last_mocap()) + " s",
-                         "controller", "See whether the markers are visible"));
+      finish(fail(ErrorCode::incomplete,
+                  "no motion capture for " + std::to_string(t - estimator_->last_mocap()) + " s",
+                  "controller", "See whether the markers are visible"));
+      return false;
     }
     const bool held = tick.phase == static_cast<std::uint8_t>(FlightPhase::held);
     if (held) {
@@ -133,14 +182,14 @@ class ControllerComponent final : public bus::Component {
     }
     const double along = held ? -settle_ : t - free_since_ - settle_;
     const Reference r = trajectory_.sample(along);
-    const Vec6 demand = controller_->update(r, estimator_->state(), held ? 0.0 : tick.period);
-    publish(tick, r, along, demand);
+    const Vec6 unachieved = anti_windup_ && known ? Vec6(demand_ - achieved_) : Vec6::Zero();
+    demand_ = controller_->update(r, estimator_->state(), held ? 0.0 : tick.period, unachieved);
+    demanded_tick_ = tick.index;
+    write(tick, r, along, demand_);
+    return true;
   }
 
-  /// Before the first pose: hover thrust along the body z axis is all that can be said.
-  void publish_nothing_yet(const Tick& tick) { publish(tick, trajectory_.sample(-1.0), -1.0, Vec6::Zero()); }
-
-  void publish(const Tick& tick, const Reference& r, double along, const Vec6& demand) {
+  void write(const Tick& tick, const Reference& r, double along, const Vec6& demand) {
     auto& m = *message_;
     const RigidState& s = estimator_->state();
     m.header.stamp = tick.header.stamp;
@@ -159,23 +208,29 @@ class ControllerComponent final : public bus::Component {
     put(m.est_angular_velocity, s.w_WB_B);
     put(m.integral, controller_->integral_action());
     put(m.desired_acceleration, demand);
-    send();
   }
   void send() {
     if (auto ok = publisher_->publish(*message_, bus::nanoseconds(message_->header.stamp)); !ok) finish(ok);
   }
 
-  std::mutex mutex_;
+  std::mutex mutex_;  ///< guards everything but message_, which serve() alone touches
+  std::atomic<int> wanted_{0};
   std::optional<control::Controller> controller_;
   std::optional<control::Estimator> estimator_;
   Trajectory trajectory_;
   double settle_ = 1.0, free_since_ = 0.0, mocap_timeout_ = 0.5;
+  bool anti_windup_ = true;
   std::optional<Tick> pending_;
+  bool repeated_ = false;                                 ///< the plant asked the pending tick twice
+  bool overtaken_ = false;                                ///< the plant did not wait for an answer: real time
+  Vec6 demand_ = Vec6::Zero(), achieved_ = Vec6::Zero();  ///< m/s^2 world, rad/s^2 body
+  std::uint64_t demanded_tick_ = 0, achieved_tick_ = 0;   ///< which ticks they belong to
   std::uint64_t imu_count_ = 0, mocap_count_ = 0;
   bus::Message<ControllerState> message_;
   std::optional<bus::Publisher<ControllerState>> publisher_;
   std::optional<bus::Subscription<msgs::trajectory_msgs::MultiDOFJointTrajectory>> trajectory_subscription_;
   std::optional<bus::Subscription<msgs::sensor_msgs::Imu>> imu_;
+  std::optional<bus::Subscription<AllocatorState>> allocator_;
   std::optional<bus::Subscription<msgs::geometry_msgs::PoseStamped>> mocap_;
   std::optional<bus::Subscription<Tick>> tick_;
 };

@@ -57,10 +57,7 @@ class Emulator final : public ThreadedComponent {
     auto read = read_plant_parameters(p);
     if (!read) return Failure(read.error());
     parameters_ = std::move(*read);
-    auto plant = simulation::Plant::create(parameters_.vehicle, parameters_.model, parameters_.plant);
-    if (!plant) return Failure(plant.error());
-    plant_.emplace(std::move(*plant));
-    sensors_.emplace(parameters_.sensors, parameters_.model, parameters_.plant.step, parameters_.seed);
+    if (auto ok = make_plant(parameters_, plant_, sensors_); !ok) return ok;
     behind_.emplace(*plant_);
     std::error_code ec;
     std::filesystem::create_directories(links, ec);

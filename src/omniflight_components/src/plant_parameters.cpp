@@ -51,4 +51,13 @@ Result<PlantParameters> read_plant_parameters(bus::Parameters& p) {
   return out;
 }
 
+Status make_plant(const PlantParameters& p, std::optional<simulation::Plant>& plant,
+                  std::optional<simulation::SensorSuite>& sensors) {
+  auto made = simulation::Plant::create(p.vehicle, p.model, p.plant);
+  if (!made) return Failure(made.error());
+  plant.emplace(std::move(*made));
+  sensors.emplace(p.sensors, p.model, p.plant.step, p.seed);
+  return {};
+}
+
 }  // namespace omniflight::components

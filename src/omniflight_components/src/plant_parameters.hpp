@@ -23,4 +23,8 @@ struct PlantParameters {
 /// Reads and checks them; whatever else the component reads from `p` must be read before p.finish().
 Result<PlantParameters> read_plant_parameters(bus::Parameters& p);
 
+/// Makes the plant and its sensors.
+Status make_plant(const PlantParameters& parameters, std::optional<simulation::Plant>& plant,
+                  std::optional<simulation::SensorSuite>& sensors);
+
 }  // namespace omniflight::components

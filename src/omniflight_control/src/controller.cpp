@@ -19,7 +19,7 @@ Vec6 Controller::integral_action() const {
   return out;
 }
 
-Vec6 Controller::update(const Reference& r, const RigidState& s, double dt, bool demand_met) {
+Vec6 Controller::update(const Reference& r, const RigidState& s, double dt, const Vec6& unachieved) {
   const Mat3 R_BD = (s.q_WB.conjugate() * r.q_WB).toRotationMatrix();
   const Vec3 e_p = r.p_WB - s.p_WB;
   const Vec3 e_R = vee(R_BD);
@@ -35,9 +35,11 @@ Vec6 Controller::update(const Reference& r, const RigidState& s, double dt, bool
     const double gain = k < 3 ? config_.ki[k] : config_.kI[k - 3];
     if (gain <= 0.0) continue;
     const double error = k < 3 ? e_p[k] : e_R[k - 3];
-    const bool saturated = limited[k] != feedback[k] || !demand_met;
+    const double missed = unachieved[k];
+    const double tolerance = k < 3 ? config_.unachieved_tolerance : config_.unachieved_angular_tolerance;
+    if (std::abs(missed) > tolerance && missed * error > 0.0) continue;  // it cannot give more that way
     const bool relieves = integral_[k] * error < 0.0;
-    if (saturated && !relieves) continue;
+    if (limited[k] != feedback[k] && !relieves) continue;
     const double limit =
         (k < 3 ? config_.max_integral_acceleration : config_.max_integral_angular_acceleration) / gain;
     integral_[k] = std::clamp(integral_[k] + error * dt, -limit, limit);

@@ -52,6 +52,55 @@ TEST(Controller, IntegralActionRemovesASteadyLoadAndDoesNotWindUp) {
   EXPECT_EQ(blocked.integral_action().norm(), 0.0) << "the integrator moved while the feedback was saturated";
 }
 
+// A step of 2 m with an actuator that gives 1 m/s^2: what the integrator gathers on the way it must lose
+// again.
+TEST(Controller, WindsUpLessWhenItIsToldWhatWasNotAchieved) {
+  struct Flight {
+    double overshoot = 0, peak_integral = 0, last_error = 0;
+  };
+  const auto fly = [](bool told) {
+    ControllerConfig config;
+    config.ki = Vec3::Constant(12);
+    config.max_acceleration = 100;  // only the actuator saturates
+    Controller controller(config);
+    Reference r;
+    r.p_WB.x() = 2;
+    RigidState s;
+    Vec6 unachieved = Vec6::Zero();
+    Flight out;
+    const double dt = 0.002;
+    for (int k = 0; k < 15000; ++k) {
+      const Vec6 demand = controller.update(r, s, dt, told ? unachieved : Vec6::Zero());
+      const double given = std::clamp(demand[0], -1.0, 1.0);
+      unachieved[0] = demand[0] - given;
+      s.v_WB_W.x() += given * dt;
+      s.p_WB.x() += s.v_WB_W.x() * dt;
+      out.overshoot = std::max(out.overshoot, s.p_WB.x() - 2);
+      out.peak_integral = std::max(out.peak_integral, std::abs(controller.integral_action()[0]));
+      out.last_error = std::abs(s.p_WB.x() - 2);
+    }
+    return out;
+  };
+  const Flight told = fly(true), untold = fly(false);
+  EXPECT_LT(told.overshoot, 0.5 * untold.overshoot);
+  EXPECT_LT(told.peak_integral, 0.5 * untold.peak_integral);
+  EXPECT_LT(told.last_error, 1e-3);
+}
+
+TEST(Controller, KeepsIntegratingOnAxesThatAreNotMissed) {
+  Controller controller({});
+  RigidState s;
+  s.p_WB = Vec3(0, -0.1, -0.1);  // both axes ask for more
+  Vec6 unachieved = Vec6::Zero();
+  unachieved[2] = 1.0;
+  for (int k = 0; k < 100; ++k) controller.update({}, s, 0.002, unachieved);
+  EXPECT_GT(controller.integral_action()[1], 0.0);
+  EXPECT_EQ(controller.integral_action()[2], 0.0);
+  unachieved[2] = -1.0;  // too much was given: asking for more relieves
+  for (int k = 0; k < 100; ++k) controller.update({}, s, 0.002, unachieved);
+  EXPECT_GT(controller.integral_action()[2], 0.0);
+}
+
 TEST(Estimator, FollowsAMovingBodyWithDelayedMotionCapture) {
   // p = (sin t, 0, 1), yaw = 0.5 sin(2t); mocap 20 ms late at 100 Hz, IMU 1 kHz
   Estimator estimator({});

@@ -17,18 +17,22 @@ struct ControllerConfig {
   double max_acceleration = 12.0;                   ///< m/s^2, saturation of the feedback (eq. 4.4)
   double max_angular_acceleration = 60.0;           ///< rad/s^2
   bool feed_forward = true;                         ///< add reference accelerations
+  /// A demand that was missed by more than this stops the integrators that would ask for more of it.
+  double unachieved_tolerance = 0.05;         ///< m/s^2 an axis
+  double unachieved_angular_tolerance = 0.5;  ///< rad/s^2 an axis
 };
 
 /// PD of thesis eq. 4.1 with feed-forward; with integral gains the saturated PID of eq. 4.4. Anti-windup: the
-/// integrators are bounded, and stand still while the feedback saturates or the allocator reports that it
-/// could not achieve the last demand.
+/// integrators are bounded, and one stands still while its axis saturates or the allocator missed the last
+/// demand on it, unless the error takes the demand back.
 class Controller {
  public:
   explicit Controller(const ControllerConfig& config) : config_(config) {}
 
   /// Desired acceleration: m/s^2 in world axes, then rad/s^2 in body axes. dt [s] since the last call.
-  /// demand_met: the last demand was achieved by the allocator.
-  Vec6 update(const Reference& reference, const RigidState& state, double dt, bool demand_met = true);
+  /// unachieved: last demand minus what the allocator achieved of it, same layout.
+  Vec6 update(const Reference& reference, const RigidState& state, double dt,
+              const Vec6& unachieved = Vec6::Zero());
 
   /// Integral action as acceleration: m/s^2 world, rad/s^2 body.
   Vec6 integral_action() const;
