@@ -1,0 +1,60 @@
+#include "chain.hpp"
+
+namespace omniflight::proof {
+
+Result<std::vector<Vec3>> hanging(const Cable& cable, const Vec3& attachment_W, double floor_z) {
+  const double link = cable.length / cable.links;
+  const double lowest = floor_z + 0.55 * cable.diameter;  // of the axis of a lying link
+  double z = attachment_W.z();
+  if (z <= lowest)
+    return bad_input("is " + std::to_string(z - floor_z) + " m above the floor at the start", "cable.attachment_m",
+                     "Start higher, or move the attachment or floor_z_m");
+  std::vector<Vec3> out;
+  const double half = 0.5 * cable.initial_bend;
+  for (int i = 0; i < cable.links; ++i) {
+    const double side = i % 2 == 0 ? half : -half;
+    Vec3 direction(std::sin(side), 0.3 * std::sin(side), -std::cos(side));
+    direction.normalize();
+    if (z + link * direction.z() < lowest) {
+      const double down = std::min(1.0, (z - lowest) / link);  // 0 for a link that lies
+      const double flat = std::sqrt(1 - down * down);
+      direction = Vec3(flat * std::cos(side), flat * std::sin(side), -down);
+    }
+    z += link * direction.z();
+    out.push_back(direction);
+  }
+  return out;
+}
+
+Result<std::vector<Vec3>> bulging(const OverheadRope& rope, const Vec3& attachment_W) {
+  const Vec3 reach = rope.anchor_W - attachment_W;
+  const double distance = reach.norm();
+  if (distance > 0.999 * rope.length)
+    return bad_input("is " + std::to_string(rope.length) + " m, and the anchor is " + std::to_string(distance) +
+                         " m away at the start",
+                     "overhead_rope.length_m", "Give a longer rope");
+  const Vec3 along = distance > 1e-6 ? Vec3(reach / distance) : Vec3::UnitZ();
+  const Vec3 side = (Vec3::UnitY() - along.y() * along).norm() > 0.1
+                        ? Vec3((Vec3::UnitY() - along.y() * along).normalized())
+                        : Vec3::UnitX();
+  const double cosine = distance / rope.length, sine = std::sqrt(1 - cosine * cosine);
+  std::vector<Vec3> out;
+  const int links = even_links(rope);
+  for (int i = 0; i < links; ++i) out.push_back(cosine * along + (i < links / 2 ? sine : -sine) * side);
+  return out;
+}
+
+std::vector<Quat> joint_attitudes(const std::vector<Vec3>& directions, const Quat& q_WB) {
+  std::vector<Quat> out;
+  Quat before = q_WB;
+  Vec3 from = q_WB * -Vec3::UnitZ();
+  for (const Vec3& direction : directions) {
+    const Quat now = (Quat::FromTwoVectors(from, direction) * before).normalized();
+    out.push_back((before.conjugate() * now).normalized());
+    before = now;
+    from = direction;
+  }
+  return out;
+}
+
+}  // namespace omniflight::proof

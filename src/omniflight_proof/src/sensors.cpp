@@ -1,0 +1,216 @@
+#include "omniflight_proof/sensors.hpp"
+
+#include <cmath>
+
+#include "omniflight_core/half_period.hpp"
+#include "omniflight_files/yaml.hpp"
+#include "omniflight_proof/plant.hpp"
+
+namespace omniflight::proof {
+
+Result<SensorConfig> load_sensors(const std::filesystem::path& path) {
+  auto yaml = files::YamlReader::load(path);
+  if (!yaml) return Failure(yaml.error());
+  if (yaml->string("schema") != "omniflight.sensors/1") yaml->error_at("schema", "is not omniflight.sensors/1");
+  SensorConfig c;
+  const auto number = [&](const char* key, double& x, double low, double high, const char* unit) {
+    x = yaml->number(key, files::between(low, high, unit), x);
+  };
+  number("imu_rate_hz", c.imu_rate, 1, 8000, "Hz");
+  number("accelerometer_noise_mps2", c.accelerometer_noise, 0, 10, "m/s2");
+  c.accelerometer_bias =
+      yaml->vec3("accelerometer_bias_mps2", files::between(-5, 5, "m/s2"), c.accelerometer_bias);
+  number("gyro_noise_radps", c.gyro_noise, 0, 5, "rad/s");
+  c.gyro_bias = yaml->vec3("gyro_bias_radps", files::between(-1, 1, "rad/s"), c.gyro_bias);
+  number("mocap_rate_hz", c.mocap_rate, 1, 1000, "Hz");
+  number("mocap_position_noise_m", c.mocap_position_noise, 0, 0.1, "m");
+  number("mocap_attitude_noise_rad", c.mocap_attitude_noise, 0, 0.2, "rad");
+  number("mocap_latency_s", c.mocap_latency, 0, 0.2, "s");
+  number("mocap_dropout", c.mocap_dropout, 0, 0.9, "1");
+  number("rotor_rate_hz", c.rotor_rate, 1, 4000, "Hz");
+  number("rotor_noise_radps", c.rotor_noise, 0, 50, "rad/s");
+  c.half_period_quantisation = yaml->boolean("half_period_quantisation", c.half_period_quantisation);
+  number("battery_rate_hz", c.battery_rate, 0.1, 100, "Hz");
+  number("battery_voltage_V", c.battery_voltage, 1, 100, "V");
+  number("battery_resistance_ohm", c.battery_resistance, 0, 10, "ohm");
+  number("battery_sag_V_per_J", c.battery_sag, 0, 1, "V/J");
+  number("drive_efficiency", c.drive_efficiency, 0.05, 1, "1");
+  if (auto ok = yaml->finish(); !ok) return Failure(ok.error());
+  return c;
+}
+
+SensorSuite::SensorSuite(const SensorConfig& config, const SensorChange& change, double step, std::uint64_t seed)
+    : config_(config),
+      change_(change),
+      step_(step),
+      accelerometer_{Random(seed, "proof accelerometer"), {}},
+      gyro_{Random(seed, "proof gyro"), {}},
+      position_{Random(seed, "proof mocap position"), {}},
+      attitude_{Random(seed, "proof mocap attitude"), {}},
+      speed_{Random(seed, "proof rotor speed"), {}},
+      chance_imu_(seed, "proof imu dropout"),
+      chance_mocap_(seed, "proof mocap dropout"),
+      chance_rotor_(seed, "proof rotor dropout") {
+  const double latency = config.mocap_latency + change.mocap_extra_latency;
+  in_flight_.resize(static_cast<std::size_t>(latency * config.mocap_rate) + 4);
+}
+
+bool SensorSuite::due(double rate) const {
+  const auto period = static_cast<std::uint64_t>(std::max(1.0, std::round(1.0 / (rate * step_))));
+  return count_ % period == 0;
+}
+
+double SensorSuite::draw(Noise& noise, std::size_t channel, double rms, double rate) {
+  const double white = noise.rng.normal();
+  const double time = change_.noise_correlation_time;
+  if (time <= 0) return rms * white;
+  const double keep = std::exp(-1.0 / (rate * time));
+  noise.state[channel] = keep * noise.state[channel] + std::sqrt(1 - keep * keep) * white;
+  return rms * noise.state[channel];
+}
+
+Vec3 SensorSuite::draw3(Noise& noise, double rms, double rate) {
+  const double x = draw(noise, 0, rms, rate), y = draw(noise, 1, rms, rate);
+  return {x, y, draw(noise, 2, rms, rate)};
+}
+
+const SensorFault* SensorSuite::fault(SensorFault::Sensor sensor, double t, int rotor) const {
+  for (const SensorFault& f : change_.faults)
+    if (f.sensor == sensor && t >= f.from && t < f.until && (f.rotor == 0 || rotor == 0 || f.rotor == rotor))
+      return &f;
+  return nullptr;
+}
+
+double SensorSuite::board_time(double t) const {
+  return (1 + change_.board_clock_skew) * t + change_.board_clock_offset;
+}
+
+void SensorSuite::imu(const MujocoPlant& plant, SensorFrame& frame) {
+  const Vec3 &w = plant.body().w_WB_B, &r = change_.imu_p_B;
+  Vec3 f = plant.specific_force() + plant.angular_acceleration().cross(r) + w.cross(w.cross(r));
+  if (change_.vibration > 0) {
+    for (std::size_t i = 0; i < plant.rotor_speed().size(); ++i) {
+      const double speed = std::abs(plant.rotor_speed()[i]), share = speed / plant.vehicle().rotors[i].max_speed();
+      phase_[i] = std::fmod(phase_[i] + speed * step_, 2 * kPi);
+      f += change_.vibration * share * share * Vec3(std::cos(phase_[i]), std::sin(phase_[i]), 0);
+    }
+  }
+  Vec3 gyro = w;
+  if (change_.imu_low_pass > 0) {
+    const double pass = 1 - std::exp(-2 * kPi * change_.imu_low_pass * step_);
+    if (!filtering_) filter_[0] = filter_[1] = f, filter_[2] = filter_[3] = gyro;
+    filtering_ = true;
+    filter_[0] += pass * (f - filter_[0]);
+    filter_[1] += pass * (filter_[0] - filter_[1]);
+    filter_[2] += pass * (gyro - filter_[2]);
+    filter_[3] += pass * (filter_[2] - filter_[3]);
+    f = filter_[1];
+    gyro = filter_[3];
+  }
+  if (!due(config_.imu_rate)) return;
+  const bool lost = chance_imu_.uniform() < change_.imu_dropout;
+  ImuSample s;
+  s.t = board_time(plant.time());
+  s.specific_force_B = f + change_.accelerometer_scale.cwiseProduct(f) + change_.accelerometer_bias +
+                       config_.accelerometer_bias +
+                       draw3(accelerometer_, config_.accelerometer_noise, config_.imu_rate);
+  s.gyro_B = gyro + change_.gyro_scale.cwiseProduct(gyro) + change_.gyro_bias + config_.gyro_bias +
+             draw3(gyro_, config_.gyro_noise, config_.imu_rate);
+  if (const SensorFault* bad = fault(SensorFault::Sensor::imu, plant.time())) {
+    if (bad->silent) return;
+    if (bad->frozen) {
+      s.specific_force_B = last_.imu_sample.specific_force_B;
+      s.gyro_B = last_.imu_sample.gyro_B;
+    }
+  }
+  last_.imu_sample = s;
+  frame.imu = !lost;
+  frame.imu_sample = s;
+}
+
+void SensorSuite::mocap(const MujocoPlant& plant, SensorFrame& frame) {
+  const RigidState& b = plant.body();
+  if (due(config_.mocap_rate)) {
+    const Quat turn = exp_rotation(change_.mocap_rotation_W);
+    Delayed d;
+    const double latency = config_.mocap_latency + change_.mocap_extra_latency;
+    d.arrival = count_ + static_cast<std::uint64_t>(std::llround(latency / step_));
+    d.sample.t = plant.time() + change_.mocap_extra_latency;
+    d.sample.p_WB = turn * (b.p_WB + b.q_WB * change_.mocap_offset_B) +
+                    draw3(position_, config_.mocap_position_noise, config_.mocap_rate);
+    d.sample.q_WB = turn * b.q_WB *
+                    exp_rotation(draw3(attitude_, config_.mocap_attitude_noise, config_.mocap_rate));
+    bool sent = chance_mocap_.uniform() >= config_.mocap_dropout;
+    if (const SensorFault* bad = fault(SensorFault::Sensor::mocap, plant.time())) {
+      sent = sent && !bad->silent;
+      if (bad->frozen) {
+        d.sample.p_WB = last_.mocap_sample.p_WB;
+        d.sample.q_WB = last_.mocap_sample.q_WB;
+      }
+    }
+    last_.mocap_sample = d.sample;
+    if (sent) in_flight_[head_++ % in_flight_.size()] = d;
+  }
+  if (tail_ < head_ && in_flight_[tail_ % in_flight_.size()].arrival <= count_) {
+    frame.mocap = true;
+    frame.mocap_sample = in_flight_[tail_++ % in_flight_.size()].sample;
+  }
+}
+
+void SensorSuite::rotor(const MujocoPlant& plant, SensorFrame& frame) {
+  if (!due(config_.rotor_rate)) return;
+  const bool lost = chance_rotor_.uniform() < change_.rotor_dropout;
+  RotorSample s;
+  s.t = board_time(plant.time());
+  s.alpha = plant.alpha();
+  bool silent = false;
+  for (std::size_t i = 0; i < plant.rotor_speed().size(); ++i) {
+    double speed = plant.rotor_speed()[i] + draw(speed_, i, config_.rotor_noise, config_.rotor_rate);
+    if (const SensorFault* bad = fault(SensorFault::Sensor::rotor_speed, plant.time(), static_cast<int>(i) + 1)) {
+      speed *= bad->scale;
+      if (bad->frozen) speed = last_.rotor_sample.speed[i];
+      silent = silent || (bad->silent && bad->rotor == 0);
+    }
+    if (config_.half_period_quantisation) speed = speed_from_half_period(half_period_from_speed(speed));
+    s.speed[i] = speed;
+  }
+  last_.rotor_sample = s;
+  frame.rotor = !lost && !silent;
+  frame.rotor_sample = s;
+}
+
+void SensorSuite::battery(const MujocoPlant& plant, SensorFrame& frame) {
+  const double power = plant.mechanical_power() / config_.drive_efficiency;
+  if (count_ > 0) energy_ += power * step_;
+  if (!due(config_.battery_rate)) return;
+  BatterySample s;
+  s.t = board_time(plant.time());
+  if (plant.world().battery) {
+    std::tie(s.voltage, s.current) = plant.battery();
+  } else {
+    const double open = config_.battery_voltage - config_.battery_sag * energy_;
+    s.current = power / std::max(1.0, open);
+    s.voltage = open - config_.battery_resistance * s.current;
+  }
+  if (const SensorFault* bad = fault(SensorFault::Sensor::battery, plant.time())) {
+    if (bad->silent) return;
+    if (bad->frozen) {
+      s.voltage = last_.battery_sample.voltage;
+      s.current = last_.battery_sample.current;
+    }
+  }
+  last_.battery_sample = s;
+  frame.battery = true;
+  frame.battery_sample = s;
+}
+
+void SensorSuite::sample(const MujocoPlant& plant, SensorFrame& frame) {
+  frame.imu = frame.mocap = frame.rotor = frame.battery = false;
+  imu(plant, frame);
+  mocap(plant, frame);
+  rotor(plant, frame);
+  battery(plant, frame);
+  ++count_;
+}
+
+}  // namespace omniflight::proof
