@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "omniflight_core/half_period.hpp"
+
 namespace omniflight::simulation {
 
 SensorConfig read_sensor_config(files::YamlReader yaml) {
@@ -30,12 +32,6 @@ SensorConfig read_sensor_config(files::YamlReader yaml) {
   c.battery_sag = yaml.number("battery_sag_V_per_J", non_negative("V/J"), c.battery_sag);
   c.drive_efficiency = yaml.number("drive_efficiency", between(0.05, 1, "1"), c.drive_efficiency);
   return c;
-}
-
-double half_period_quantised(double speed) {
-  const double hz = speed / (2.0 * kPi);
-  if (std::abs(hz) < 15.259) return 0.0;
-  return 2.0 * kPi * 0.5e6 / std::trunc(0.5e6 / hz);
 }
 
 SensorSuite::SensorSuite(const SensorConfig& config, const physics::Model& model, double step,
@@ -93,7 +89,8 @@ void SensorSuite::sample(const Plant& plant, SensorFrame& frame) {
     const auto speeds = plant.rotor_speed();
     for (std::size_t i = 0; i < speeds.size(); ++i) {
       const double s = speeds[i] + config_.rotor_noise * rotor_rng_.normal();
-      frame.rotor_sample.speed[i] = config_.half_period_quantisation ? half_period_quantised(s) : s;
+      frame.rotor_sample.speed[i] =
+          config_.half_period_quantisation ? speed_from_half_period(half_period_from_speed(s)) : s;
     }
   }
   if (due(config_.battery_rate)) {

@@ -158,8 +158,25 @@ TEST(Sensors, AreTheSameForASeedAndHonourRateAndLatency) {
   }
   EXPECT_EQ(imu, 1000);
   EXPECT_NEAR(mocap, 248, 1);
-  EXPECT_NEAR(half_period_quantised(2 * kPi * 120) / (2 * kPi), 120.019, 1e-3);
-  EXPECT_EQ(half_period_quantised(2 * kPi * 15), 0.0);
+}
+
+TEST(Sensors, RotorSpeedsComeInWholeMicrosecondsOfHalfAPeriodWhenAsked) {
+  const auto v = omnimorph();
+  Plant plant = make(v, {}, {});
+  ASSERT_TRUE(plant.set_command(std::vector<double>(8, 2 * kPi * 120), 0));
+  for (int k = 0; k < 500; ++k) ASSERT_TRUE(plant.step(true));
+  SensorConfig c;
+  c.half_period_quantisation = true;
+  SensorSuite suite(c, {}, 0.001, 7);
+  SensorFrame frame;
+  suite.sample(plant, frame);
+  ASSERT_TRUE(frame.rotor);
+  for (std::size_t i = 0; i < 8; ++i) {
+    const double half_period_us = kPi * 1e6 / frame.rotor_sample.speed[i];
+    EXPECT_NEAR(half_period_us, std::round(half_period_us), 1e-6);
+    EXPECT_NEAR(frame.rotor_sample.speed[i], plant.rotor_speed()[i], 0.2);
+    EXPECT_NE(frame.rotor_sample.speed[i], plant.rotor_speed()[i]);
+  }
 }
 
 }  // namespace

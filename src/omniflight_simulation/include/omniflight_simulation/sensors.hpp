@@ -91,8 +91,4 @@ class SensorSuite {
   std::size_t head_ = 0, tail_ = 0;
 };
 
-/// Speed [rad/s] as a board reports it: half an electrical-free period in whole microseconds, signed; zero
-/// below 15.26 Hz.
-double half_period_quantised(double speed);
-
 }  // namespace omniflight::simulation
