@@ -4,6 +4,28 @@
 #include <cmath>
 
 namespace omniflight::simulation {
+namespace {
+
+Status check_model(const physics::Model& model, const vehicle::Vehicle& vehicle) {
+  double mass = vehicle.mass;
+  for (const auto& e : model.effects) {
+    if (!e.effect || static_cast<int>(e.theta.size()) != e.effect->parameter_count())
+      return bad_input("an effect has the wrong number of parameters", "model");
+    for (std::size_t k = 0; k < e.theta.size(); ++k)
+      if (!std::isfinite(e.theta[k])) {
+        const physics::Parameter& p = e.effect->info().parameters[k];
+        return bad_input("is not finite (" + p.unit + ")", "effects." + e.effect->info().id + "." + p.name);
+      }
+    if (e.effect->info().id == "payload_mass") mass += e.theta[0];
+  }
+  if (mass <= 0.0)
+    return bad_input("leaves a mass of " + std::to_string(mass) + " kg", "effects.payload_mass.mass",
+                     "The sum must be positive");
+  return {};
+}
+
+}  // namespace
+
 Result<Plant> Plant::create(const vehicle::Vehicle& vehicle, const physics::Model& model,
                             const PlantConfig& config) {
   if (auto ok = vehicle::validate(vehicle); !ok) return Failure(ok.error());
@@ -11,52 +33,46 @@ Result<Plant> Plant::create(const vehicle::Vehicle& vehicle, const physics::Mode
     return bad_input("step of " + std::to_string(config.step) + " s is outside (0, 0.02] s",
                      "simulator.step_s");
   if (!is_finite(config.initial)) return bad_input("is not finite", "simulator.initial");
-  for (const auto& e : model.effects) {
-    if (!e.effect || static_cast<int>(e.theta.size()) != e.effect->parameter_count())
-      return bad_input("an effect has the wrong number of parameters", "model");
-    for (std::size_t k = 0; k < e.theta.size(); ++k)
-      if (!std::isfinite(e.theta[k]))
-        return bad_input("is not finite (" + e.effect->info().parameters[k].unit + ")",
-                         "effects." + e.effect->info().id + "." + e.effect->info().parameters[k].name);
+  if (auto ok = check_model(model, vehicle); !ok) return Failure(ok.error());
+  physics::Actuation actuation;
+  for (const auto& rotor : vehicle.rotors) {
+    actuation.time_constant.push_back(rotor.time_constant);
+    actuation.delay.push_back(0.0);
   }
-  Plant plant(vehicle, model, config);
-  for (std::size_t i = 0; i < plant.count(); ++i) {
-    const double tau = plant.actuation_.time_constant[i];
-    if (tau > 0 && config.step > 1.5 * tau)
-      return bad_input("step of " + std::to_string(config.step) +
-                           " s does not resolve the time constant of rotor " + std::to_string(i + 1) + ", " +
-                           std::to_string(tau) + " s",
-                       "simulator.step_s", "Take a step of at most the time constant");
-    if (!(plant.actuation_.delay[i] >= 0 && plant.actuation_.delay[i] <= 1.0))
-      return bad_input("is outside [0, 1] s", "transport_delay");
-  }
-  double mass = vehicle.mass;
-  for (const auto& e : model.effects)
-    if (e.effect->info().id == "payload_mass") mass += e.theta[0];
-  if (mass <= 0.0)
-    return bad_input("leaves a mass of " + std::to_string(mass) + " kg", "effects.payload_mass.mass",
-                     "The sum must be positive");
-  return plant;
+  for (const auto& e : model.effects) e.effect->alter_actuation(vehicle, e.theta.data(), actuation);
+  auto actuators = physics::Actuators::create(vehicle, actuation, config.step, config.initial_alpha);
+  if (!actuators) return Failure(actuators.error());
+  return Plant(vehicle, model, config, std::move(*actuators));
 }
 
-Plant::Plant(const vehicle::Vehicle& vehicle, const physics::Model& model, const PlantConfig& config)
-    : vehicle_(vehicle), effects_(model.effects), config_(config), body_(config.initial) {
+Plant::Plant(const vehicle::Vehicle& vehicle, const physics::Model& model, const PlantConfig& config,
+             physics::Actuators actuators)
+    : vehicle_(vehicle),
+      config_(config),
+      actuators_(std::move(actuators)),
+      inverse_inertia_(vehicle.inertia.inverse()),
+      body_(config.initial) {
   body_.q_WB.normalize();
-  alpha_ = alpha_command_ = config.initial_alpha;
-  for (const auto& rotor : vehicle_.rotors) {
-    actuation_.time_constant.push_back(rotor.time_constant);
-    actuation_.delay.push_back(0.0);
+  alpha_command_ = config.initial_alpha;
+  std::size_t numbers = 0;
+  for (const physics::ActiveEffect& e : model.effects) {
+    const physics::MemorySize size = e.effect->memory_size();
+    if (!e.effect->acts_on_wrench() && size.total() == 0) continue;
+    effects_.push_back({e.effect, e.theta, numbers, size});
+    random_.emplace_back(config.seed, e.effect->info().id);
+    numbers += static_cast<std::size_t>(size.total());
   }
-  for (const auto& e : effects_) e.effect->alter_actuation(vehicle_, e.theta.data(), actuation_);
-  // wrench effects only from here on
-  std::erase_if(effects_, [](const physics::ActiveEffect& e) { return !e.effect->acts_on_wrench(); });
-  std::size_t longest = 0;
-  for (const double delay : actuation_.delay) {
-    delay_steps_.push_back(static_cast<std::size_t>(std::llround(std::max(0.0, delay) / config_.step)));
-    longest = std::max(longest, delay_steps_.back());
-  }
-  history_.assign(longest + 1, {});
+  for (std::vector<double>* numbers_of : {&memory_, &stage_memory_, &memory_sum_, &memory_rate_})
+    numbers_of->assign(numbers, 0.0);
   refresh(true);
+  for (const Acting& e : effects_)
+    if (e.size.total() > 0) e.effect->start_memory(situation_, e.theta.data(), memory_.data() + e.at);
+}
+
+std::span<const double> Plant::memory(const std::string& id) const {
+  for (const Acting& e : effects_)
+    if (e.effect->info().id == id) return {memory_.data() + e.at, static_cast<std::size_t>(e.size.total())};
+  return {};
 }
 
 bool Plant::set_command(std::span<const double> rotor_speed, double alpha) {
@@ -65,46 +81,24 @@ bool Plant::set_command(std::span<const double> rotor_speed, double alpha) {
     if (!std::isfinite(s)) return false;
   for (std::size_t i = 0; i < count(); ++i) {
     const double limit = vehicle_.rotors[i].max_speed();
-    target_[i] = std::clamp(rotor_speed[i], vehicle_.rotors[i].bidirectional ? -limit : 0.0, limit);
+    command_[i] = std::clamp(rotor_speed[i], vehicle_.rotors[i].bidirectional ? -limit : 0.0, limit);
   }
   alpha_command_ = std::clamp(alpha, vehicle_.tilt.min, vehicle_.tilt.max);
   if (vehicle_.tilt.kind == vehicle::TiltKind::none) alpha_command_ = 0.0;
   return true;
 }
 
-void Plant::evaluate(const RigidState& body, const double* speed, Derivative& out, bool held) {
-  const std::array<double, vehicle::kMaxRotors>& command = history_[steps_ % history_.size()];
-  for (std::size_t i = 0; i < count(); ++i) {
-    const double tau = actuation_.time_constant[i];
-    out.speed[i] = tau > 0 ? (command[i] - speed[i]) / tau : 0.0;
-  }
-  RigidState unit = body;
-  unit.q_WB.normalize();
-  physics::prepare(vehicle_, unit, alpha_, {speed, count()}, {out.speed.data(), count()}, config_.environment,
-                   situation_);
-  out.v_W = body.v_WB_W;
-  out.w_B = body.w_WB_B;
-  if (held) {
-    out.a_W.setZero();
-    out.dw_B.setZero();
-    specific_force_ = -situation_.g_B;
-    effect_wrench_.setZero();
-    return;
-  }
+void Plant::solve_motion(const physics::Wrench& sum, Derivative& out) {
   const Vec6 rotors = physics::rotor_wrench(situation_);
-  physics::Wrench sum;
-  for (const auto& e : effects_) e.effect->add_wrench(situation_, e.theta.data(), sum);
-
-  const Vec3& w = body.w_WB_B;
+  const Vec3& w = situation_.body.w_WB_B;
   const Vec3& c = vehicle_.center_of_mass;
   const double m = vehicle_.mass;
   Vec3 force = rotors.head<3>() + sum.force_B + m * situation_.g_B;
   Vec3 torque = rotors.tail<3>() + sum.torque_B - w.cross(vehicle_.inertia * w);
-  const bool offset = !c.isZero();
   Vec3 a_B;
-  if (!offset && !sum.has_inertia) {
+  if (c.isZero() && !sum.has_inertia) {
     a_B = force / m;
-    out.dw_B = vehicle_.inertia.llt().solve(torque);
+    out.dw_B = inverse_inertia_ * torque;
   } else {
     // equations about the body origin; inertia is about the centre of mass, so add m (|c|^2 I - c c^T)
     const Mat3 C = skew(c);
@@ -122,101 +116,149 @@ void Plant::evaluate(const RigidState& body, const double* speed, Derivative& ou
     a_B = nu.head<3>();
     out.dw_B = nu.tail<3>();
   }
-  out.a_W = situation_.R_WB * a_B;
-  specific_force_ = a_B - situation_.g_B;
   situation_.a_WB_B = a_B;
   situation_.dw_WB_B = out.dw_B;
+  out.a_W = situation_.R_WB * a_B;
+  specific_force_ = a_B - situation_.g_B;
   effect_wrench_ = sum.at(situation_);
+}
+
+void Plant::evaluate(const RigidState& body, const double* speed, const double* memory, double t, bool held,
+                     Derivative& out, double* memory_rate) {
+  for (std::size_t i = 0; i < count(); ++i) out.speed[i] = actuators_.rate(i, speed[i]);
+  RigidState unit = body;
+  unit.q_WB.normalize();
+  physics::prepare(vehicle_, unit, actuators_.alpha(), {speed, count()}, {out.speed.data(), count()},
+                   config_.environment, situation_);
+  situation_.t = t;
   situation_.a_WB_B.setZero();
   situation_.dw_WB_B.setZero();
+  out.v_W = body.v_WB_W;
+  out.w_B = body.w_WB_B;
+  const Vec3 half = 0.5 * body.w_WB_B;
+  out.q_WB = (body.q_WB * Quat(0, half.x(), half.y(), half.z())).coeffs();
+  if (held) {
+    out.a_W.setZero();
+    out.dw_B.setZero();
+    specific_force_ = -situation_.g_B;
+    effect_wrench_.setZero();
+  } else {
+    physics::Wrench sum;
+    for (const Acting& e : effects_) {
+      if (e.effect->acts_on_wrench()) e.effect->add_wrench(situation_, e.theta.data(), sum);
+      if (e.size.total() > 0) e.effect->add_memory_wrench(situation_, e.theta.data(), memory + e.at, sum);
+    }
+    solve_motion(sum, out);
+  }
+  if (!memory_rate) return;
+  for (const Acting& e : effects_)
+    if (e.size.continuous > 0)
+      e.effect->state_rate(situation_, e.theta.data(), memory + e.at, memory_rate + e.at);
 }
 
 void Plant::refresh(bool held) {
   Derivative d;
-  evaluate(body_, speed_.data(), d, held);
+  evaluate(body_, speed_.data(), memory_.data(), time_, held, d, nullptr);
   angular_acceleration_ = d.dw_B;
 }
 
-Status Plant::step(bool held) {
+void Plant::euler_step(bool held) {
   const double h = config_.step;
-  // the command reaches each rotor after its own delay, exact to the step
-  auto& now = history_[steps_ % history_.size()];
-  std::array<double, vehicle::kMaxRotors> delayed{};
-  now = target_;
-  for (std::size_t i = 0; i < count(); ++i)
-    delayed[i] = steps_ >= delay_steps_[i] ? history_[(steps_ - delay_steps_[i]) % history_.size()][i] : 0.0;
-  const auto kept = now;
-  now = delayed;
-  if (vehicle_.tilt.rate > 0)
-    alpha_ += std::clamp(alpha_command_ - alpha_, -vehicle_.tilt.rate * h, vehicle_.tilt.rate * h);
-  else
-    alpha_ = alpha_command_;
-  for (std::size_t i = 0; i < count(); ++i)
-    if (actuation_.time_constant[i] <= 0) speed_[i] = delayed[i];
+  Derivative k;
+  evaluate(body_, speed_.data(), memory_.data(), time_, held, k, memory_rate_.data());
+  for (std::size_t i = 0; i < count(); ++i) speed_[i] += h * k.speed[i];
+  for (std::size_t j = 0; j < memory_.size(); ++j) memory_[j] += h * memory_rate_[j];
+  if (held) return;
+  body_.v_WB_W += h * k.a_W;
+  body_.w_WB_B += h * k.dw_B;
+  body_.p_WB += h * body_.v_WB_W;
+  body_.q_WB = (body_.q_WB * exp_rotation(h * body_.w_WB_B)).normalized();
+}
 
-  Derivative k1;
-  evaluate(body_, speed_.data(), k1, held);
-  if (config_.integrator == Integrator::semi_implicit_euler) {
-    for (std::size_t i = 0; i < count(); ++i) speed_[i] += h * k1.speed[i];
-    const Vec3 v = body_.v_WB_W + h * k1.a_W, w = body_.w_WB_B + h * k1.dw_B;
-    if (!held) {
-      body_.p_WB += h * v;
-      body_.q_WB = (body_.q_WB * exp_rotation(h * w)).normalized();
-      body_.v_WB_W = v;
-      body_.w_WB_B = w;
+void Plant::runge_kutta_step(bool held) {
+  const double h = config_.step;
+  constexpr double kNode[] = {0.0, 0.5, 0.5, 1.0}, kWeight[] = {1.0, 2.0, 2.0, 1.0};
+  Derivative k{}, sum{};
+  RigidState body = body_;
+  Speeds speed = speed_;
+  stage_memory_ = memory_;  // same size: no allocation
+  std::fill(memory_sum_.begin(), memory_sum_.end(), 0.0);
+  sum.v_W = sum.a_W = sum.dw_B = Vec3::Zero();
+  sum.q_WB.setZero();
+  for (int stage = 0; stage < 4; ++stage) {
+    if (stage > 0) {
+      const double f = kNode[stage] * h;
+      for (std::size_t i = 0; i < count(); ++i) speed[i] = speed_[i] + f * k.speed[i];
+      for (std::size_t j = 0; j < memory_.size(); ++j) stage_memory_[j] = memory_[j] + f * memory_rate_[j];
+      if (!held) {
+        body.p_WB = body_.p_WB + f * k.v_W;
+        body.v_WB_W = body_.v_WB_W + f * k.a_W;
+        body.w_WB_B = body_.w_WB_B + f * k.dw_B;
+        body.q_WB.coeffs() = body_.q_WB.coeffs() + f * k.q_WB;
+      }
     }
-  } else {
-    Derivative k2, k3, k4;
-    std::array<double, vehicle::kMaxRotors> speed;
-    // attitude: RK4 on the quaternion needs the product at each stage
-    const auto rate = [](const Quat& q, const Vec3& w) {
-      return Eigen::Vector4d((q * Quat(0, 0.5 * w.x(), 0.5 * w.y(), 0.5 * w.z())).coeffs());
-    };
-    const Eigen::Vector4d r1 = rate(body_.q_WB, k1.w_B);
-    const auto at = [&](const Derivative& k, const Eigen::Vector4d& r, double f) {
-      RigidState b = body_;
-      if (held) return b;
-      b.p_WB += f * h * k.v_W;
-      b.v_WB_W += f * h * k.a_W;
-      b.w_WB_B += f * h * k.dw_B;
-      b.q_WB.coeffs() += f * h * r;
-      return b;
-    };
-    const auto speeds_at = [&](const Derivative& k, double f) {
-      for (std::size_t i = 0; i < count(); ++i) speed[i] = speed_[i] + f * h * k.speed[i];
-    };
-    const RigidState b2 = at(k1, r1, 0.5);
-    speeds_at(k1, 0.5);
-    evaluate(b2, speed.data(), k2, held);
-    const Eigen::Vector4d r2 = rate(b2.q_WB, b2.w_WB_B);
-    const RigidState b3 = at(k2, r2, 0.5);
-    speeds_at(k2, 0.5);
-    evaluate(b3, speed.data(), k3, held);
-    const Eigen::Vector4d r3 = rate(b3.q_WB, b3.w_WB_B);
-    const RigidState b4 = at(k3, r3, 1.0);
-    speeds_at(k3, 1.0);
-    evaluate(b4, speed.data(), k4, held);
-    const Eigen::Vector4d r4 = rate(b4.q_WB, b4.w_WB_B);
-    const double s = h / 6.0;
-    for (std::size_t i = 0; i < count(); ++i)
-      speed_[i] += s * (k1.speed[i] + 2 * k2.speed[i] + 2 * k3.speed[i] + k4.speed[i]);
-    if (!held) {
-      body_.p_WB += s * (k1.v_W + 2 * k2.v_W + 2 * k3.v_W + k4.v_W);
-      body_.v_WB_W += s * (k1.a_W + 2 * k2.a_W + 2 * k3.a_W + k4.a_W);
-      body_.w_WB_B += s * (k1.dw_B + 2 * k2.dw_B + 2 * k3.dw_B + k4.dw_B);
-      body_.q_WB.coeffs() += s * (r1 + 2 * r2 + 2 * r3 + r4);
-      body_.q_WB.normalize();
-    }
+    evaluate(body, speed.data(), stage_memory_.data(), time_ + kNode[stage] * h, held, k,
+             memory_rate_.data());
+    const double weight = kWeight[stage];
+    sum.v_W += weight * k.v_W;
+    sum.a_W += weight * k.a_W;
+    sum.dw_B += weight * k.dw_B;
+    sum.q_WB += weight * k.q_WB;
+    for (std::size_t i = 0; i < count(); ++i) sum.speed[i] += weight * k.speed[i];
+    for (std::size_t j = 0; j < memory_.size(); ++j) memory_sum_[j] += weight * memory_rate_[j];
   }
-  refresh(held);
-  now = kept;
+  const double s = h / 6.0;
+  for (std::size_t i = 0; i < count(); ++i) speed_[i] += s * sum.speed[i];
+  for (std::size_t j = 0; j < memory_.size(); ++j) memory_[j] += s * memory_sum_[j];
+  if (held) return;
+  body_.p_WB += s * sum.v_W;
+  body_.v_WB_W += s * sum.a_W;
+  body_.w_WB_B += s * sum.dw_B;
+  body_.q_WB.coeffs() += s * sum.q_WB;
+  body_.q_WB.normalize();
+}
+
+Status Plant::step(bool held) {
+  actuators_.begin_step({command_.data(), count()}, alpha_command_, mechanical_power());
+  for (std::size_t i = 0; i < count(); ++i) speed_[i] = actuators_.follows(i, speed_[i]);
+  if (config_.integrator == Integrator::semi_implicit_euler)
+    euler_step(held);
+  else
+    runge_kutta_step(held);
   ++steps_;
-  time_ = static_cast<double>(steps_) * h;
-  if (!is_finite(body_) || body_.p_WB.norm() > 1e3 || body_.w_WB_B.norm() > 1e3)
+  time_ = static_cast<double>(steps_) * config_.step;
+  refresh(held);
+  for (std::size_t k = 0; k < effects_.size(); ++k)
+    if (const Acting& e = effects_[k]; e.size.total() > 0)
+      e.effect->advance(situation_, e.theta.data(), config_.step, random_[k], memory_.data() + e.at);
+  return check();
+}
+
+Status Plant::check() const {
+  const auto beyond = [this](const std::string& state, double value, const char* range) {
     return fail(ErrorCode::incomplete,
-                "the integration left every reasonable range (|p| <= 1000 m, |w| <= 1000 rad/s) at t = " +
-                    std::to_string(time_) + " s",
+                "the integration left every reasonable range: " + state + " is " + std::to_string(value) +
+                    " (reasonable: " + range + ") at t = " + std::to_string(time_) + " s",
                 "simulator", "Check gains, effects and step");
+  };
+  static const char* const axis[] = {"x", "y", "z"};
+  for (int k = 0; k < 3; ++k) {  // written so that a NaN is beyond, too
+    if (!(std::abs(body_.p_WB[k]) <= 1e3))
+      return beyond(std::string("position ") + axis[k], body_.p_WB[k], "+-1000 m");
+    if (!(std::abs(body_.v_WB_W[k]) <= 1e3))
+      return beyond(std::string("velocity ") + axis[k], body_.v_WB_W[k], "+-1000 m/s");
+    if (!(std::abs(body_.w_WB_B[k]) <= 1e3))
+      return beyond(std::string("angular velocity ") + axis[k], body_.w_WB_B[k], "+-1000 rad/s");
+  }
+  if (!is_finite(body_)) return beyond("attitude", body_.q_WB.w(), "finite");
+  for (std::size_t i = 0; i < count(); ++i)
+    if (!(std::abs(speed_[i]) <= 1e5))
+      return beyond("speed of rotor " + std::to_string(i + 1), speed_[i], "+-1e5 rad/s");
+  for (const Acting& e : effects_)
+    for (std::size_t j = 0; j < static_cast<std::size_t>(e.size.total()); ++j)
+      if (!(std::abs(memory_[e.at + j]) <= 1e9))
+        return beyond("state " + std::to_string(j + 1) + " of effect " + e.effect->info().id,
+                      memory_[e.at + j], "+-1e9");
   return {};
 }
 
@@ -226,6 +268,7 @@ double Plant::mechanical_power() const {
     const auto& r = vehicle_.rotors[i];
     power += std::abs(r.drag_ratio * r.thrust_coefficient * speed_[i] * speed_[i] * speed_[i]);
   }
+  for (const Acting& e : effects_) power += e.effect->shaft_power(situation_, e.theta.data());
   return power;
 }
 

@@ -1,0 +1,67 @@
+// Rotors and tilt servo between command and motion, with every alteration of an Actuation carried out.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "omniflight_core/result.hpp"
+#include "omniflight_physics/actuation.hpp"
+#include "omniflight_vehicle/vehicle.hpp"
+
+namespace omniflight::physics {
+
+/// One drive train, stepped at a fixed period. Allocates in the constructor only; deterministic.
+class Actuators {
+ public:
+  /// Refuses delays and lags that are negative, not finite, or not resolved by the step [s].
+  static Result<Actuators> create(const vehicle::Vehicle& vehicle, Actuation actuation, double step,
+                                  double initial_alpha);
+
+  /// Start of a step: rotor speed commands [rad/s, signed], tilt command [rad], mechanical power of the
+  /// rotors over the last step [W]. Sets target() and alpha() for the step.
+  void begin_step(std::span<const double> command, double alpha_command, double mechanical_power);
+
+  /// Speed [rad/s] a rotor strives for during this step.
+  double target(std::size_t rotor) const { return target_[rotor]; }
+  /// dOmega/dt [rad/s^2] at a speed [rad/s]; zero for a rotor without lag, whose speed follows() at once.
+  double rate(std::size_t rotor, double speed) const {
+    const double tau = actuation_.time_constant[rotor];
+    if (tau <= 0) return 0.0;
+    return std::clamp((target_[rotor] - speed) / tau, -actuation_.slew_limit, actuation_.slew_limit);
+  }
+  /// Speed [rad/s] during the step of a rotor without lag that had `speed` before it; others keep theirs.
+  double follows(std::size_t rotor, double speed) const {
+    if (actuation_.time_constant[rotor] > 0) return speed;
+    const double most = actuation_.slew_limit * step_;
+    return speed + most > target_[rotor] && speed - most < target_[rotor]
+               ? target_[rotor]
+               : speed + std::clamp(target_[rotor] - speed, -most, most);
+  }
+  double alpha() const { return alpha_; }      ///< rad
+  double voltage() const { return voltage_; }  ///< V, at the battery's terminals
+  double energy() const { return energy_; }    ///< J drawn from the battery
+  const Actuation& actuation() const { return actuation_; }
+
+ private:
+  Actuators(const vehicle::Vehicle& vehicle, Actuation actuation, double step, double initial_alpha);
+  using Speeds = std::array<double, vehicle::kMaxRotors>;
+  std::size_t count() const { return vehicle_.rotors.size(); }
+  void change_wrench(Speeds& command) const;
+  double battery_factor(double mechanical_power);
+  void move_tilt(double command);
+
+  vehicle::Vehicle vehicle_;
+  Actuation actuation_;
+  double step_;
+  bool gains_ = false, battery_ = false;
+  std::uint64_t steps_ = 0, period_steps_ = 1, dwell_steps_ = 0;
+  std::vector<Speeds> history_;  ///< commands of past steps, a ring
+  std::vector<std::size_t> delay_steps_;
+  Speeds taken_{}, target_{}, direction_{};
+  std::array<std::uint64_t, vehicle::kMaxRotors> rests_until_{};
+  double servo_ = 0, alpha_ = 0, voltage_ = 0, energy_ = 0;
+};
+
+}  // namespace omniflight::physics

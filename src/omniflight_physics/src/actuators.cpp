@@ -1,0 +1,125 @@
+#include "omniflight_physics/actuators.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace omniflight::physics {
+namespace {
+
+std::string in_seconds(double value) { return std::to_string(value) + " s"; }
+
+std::uint64_t whole_steps(double duration, double step) {
+  return static_cast<std::uint64_t>(std::llround(std::max(0.0, duration) / step));
+}
+
+}  // namespace
+
+Result<Actuators> Actuators::create(const vehicle::Vehicle& vehicle, Actuation a, double step,
+                                    double initial_alpha) {
+  for (std::size_t i = 0; i < vehicle.rotors.size(); ++i) {
+    const double tau = a.time_constant.at(i), delay = a.delay.at(i);
+    const std::string rotor = "rotor " + std::to_string(i + 1);
+    if (!(tau >= 0 && tau <= 10))
+      return bad_input("time constant of " + rotor + " is " + in_seconds(tau) + ", outside [0, 10] s",
+                       "motor_lag");
+    if (tau > 0 && step > 1.5 * tau)
+      return bad_input("step of " + in_seconds(step) + " does not resolve the time constant of " + rotor +
+                           ", " + in_seconds(tau),
+                       "simulator.step_s", "Take a step of at most the time constant");
+    if (!(delay >= 0 && delay <= 1.0))
+      return bad_input("delay of " + rotor + " is " + in_seconds(delay) + ", outside [0, 1] s",
+                       "transport_delay");
+  }
+  if (!(a.battery_voltage > 0))
+    return bad_input("open-circuit voltage of " + std::to_string(a.battery_voltage) + " V is not positive",
+                     "battery_sag.voltage");
+  if (!(a.speed_limit_scale > 0 && a.slew_limit > 0))
+    return bad_input("leaves no speed or no acceleration to the rotors", "actuator_saturation");
+  return Actuators(vehicle, std::move(a), step, initial_alpha);
+}
+
+Actuators::Actuators(const vehicle::Vehicle& vehicle, Actuation actuation, double step, double initial_alpha)
+    : vehicle_(vehicle),
+      actuation_(std::move(actuation)),
+      step_(step),
+      gains_(actuation_.wrench_gain != Vec6::Ones()),
+      battery_(actuation_.battery_resistance != 0 || actuation_.battery_drop != 0),
+      period_steps_(std::max<std::uint64_t>(1, whole_steps(actuation_.command_period, step))),
+      dwell_steps_(whole_steps(actuation_.reversal_dwell, step)),
+      servo_(initial_alpha),
+      alpha_(initial_alpha),
+      voltage_(actuation_.battery_voltage) {
+  std::size_t longest = 0;
+  for (const double delay : actuation_.delay) {
+    delay_steps_.push_back(whole_steps(delay, step));
+    longest = std::max(longest, delay_steps_.back());
+  }
+  history_.assign(longest + 1, {});
+}
+
+void Actuators::change_wrench(Speeds& command) const {
+  const vehicle::AllocationMatrix A = vehicle_.allocation_matrix(alpha_);
+  vehicle::RotorVector thrust(static_cast<Eigen::Index>(count()));
+  for (std::size_t i = 0; i < count(); ++i)
+    thrust[static_cast<Eigen::Index>(i)] = vehicle_.rotors[i].thrust(command[i]);
+  const Vec6 wrench = A.lazyProduct(thrust);
+  const Vec6 change = (actuation_.wrench_gain - Vec6::Ones()).cwiseProduct(wrench);
+  Mat6 gram = A.lazyProduct(A.transpose());
+  gram.diagonal().array() += 1e-9 * gram.trace();  // a vehicle that cannot push sideways has rank four
+  const Vec6 dual = gram.ldlt().solve(change);
+  for (std::size_t i = 0; i < count(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    const vehicle::Rotor& r = vehicle_.rotors[i];
+    const double T = thrust[k] + A.col(k).dot(dual);
+    command[i] = r.speed(std::clamp(T, r.bidirectional ? -r.max_thrust : 0.0, r.max_thrust));
+  }
+}
+
+double Actuators::battery_factor(double mechanical_power) {
+  if (!battery_) return 1.0;
+  const double open = std::max(1.0, actuation_.battery_voltage - actuation_.battery_drop * energy_);
+  const double electrical = mechanical_power / actuation_.drive_efficiency;
+  voltage_ =
+      std::max(0.1 * actuation_.battery_voltage, open - actuation_.battery_resistance * electrical / open);
+  energy_ += electrical * step_;
+  return voltage_ / actuation_.battery_voltage;
+}
+
+void Actuators::move_tilt(double command) {
+  const double tau = actuation_.tilt_time_constant;
+  double move = command - servo_;
+  if (tau > 0) move *= -std::expm1(-step_ / tau);
+  const double rate = vehicle_.tilt.rate;
+  const bool at_once = tau <= 0 && !(rate > 0);
+  servo_ = at_once ? command : servo_ + (rate > 0 ? std::clamp(move, -rate * step_, rate * step_) : move);
+  const double play = 0.5 * actuation_.tilt_backlash;
+  alpha_ = std::clamp(alpha_, servo_ - play, servo_ + play);
+}
+
+void Actuators::begin_step(std::span<const double> command, double alpha_command, double mechanical_power) {
+  move_tilt(alpha_command);
+  if (steps_ % period_steps_ == 0) {
+    std::copy_n(command.begin(), count(), taken_.begin());
+    if (gains_) change_wrench(taken_);
+    if (const double q = actuation_.command_step; q > 0)
+      for (std::size_t i = 0; i < count(); ++i) taken_[i] = q * std::round(taken_[i] / q);
+  }
+  history_[steps_ % history_.size()] = taken_;
+  const double factor = battery_factor(mechanical_power);
+  for (std::size_t i = 0; i < count(); ++i) {
+    const std::size_t back = std::min<std::size_t>(delay_steps_[i], static_cast<std::size_t>(steps_));
+    double wanted = delay_steps_[i] > steps_ ? 0.0 : history_[(steps_ - back) % history_.size()][i];
+    if (std::abs(wanted) < actuation_.dead_speed) wanted = 0.0;
+    if (dwell_steps_ > 0) {
+      if (wanted * direction_[i] < 0) rests_until_[i] = steps_ + dwell_steps_;
+      if (wanted != 0) direction_[i] = wanted > 0 ? 1.0 : -1.0;
+      if (steps_ < rests_until_[i]) wanted = 0.0;
+    }
+    wanted *= 1.0 - actuation_.open_loop * (1.0 - factor);
+    const double limit = vehicle_.rotors[i].max_speed() * actuation_.speed_limit_scale * factor;
+    target_[i] = std::clamp(wanted, -limit, limit);
+  }
+  ++steps_;
+}
+
+}  // namespace omniflight::physics
