@@ -1,6 +1,6 @@
 // Writes every topic of a flight into one MCAP file. Messages are copied into a bounded queue on the bus's
 // thread and written by a thread of its own, so that a slow disk never blocks a publisher; what does not fit
-// is counted.
+// is counted, and so is what publishers say they sent and never arrived.
 #include <atomic>
 #include <condition_variable>
 #include <deque>
@@ -10,6 +10,7 @@
 
 #include "conversions.hpp"
 #include "factories.hpp"
+#include "omniflight_bus/delivery_ledger.hpp"
 #include "omniflight_bus/parameters.hpp"
 #include "omniflight_bus/subscription.hpp"
 #include "omniflight_components/topics.hpp"
@@ -29,24 +30,6 @@ std::uint64_t monotonic_ns() {
                                         std::chrono::steady_clock::now().time_since_epoch())
                                         .count());
 }
-
-struct RecordedTopic {
-  const char* topic;
-  const char* type;
-};
-constexpr RecordedTopic recorded_topics[] = {
-    {topics::tick, "omniflight_msgs/msg/Tick"},
-    {topics::imu, "sensor_msgs/msg/Imu"},
-    {topics::mocap, "geometry_msgs/msg/PoseStamped"},
-    {topics::rotors, "omniflight_msgs/msg/RotorTelemetry"},
-    {topics::battery, "sensor_msgs/msg/BatteryState"},
-    {topics::controller, "omniflight_msgs/msg/ControllerState"},
-    {topics::allocator, "omniflight_msgs/msg/AllocatorState"},
-    {topics::command, "actuator_msgs/msg/Actuators"},
-    {topics::truth, "omniflight_msgs/msg/TruthState"},
-    {topics::trajectory, "trajectory_msgs/msg/MultiDOFJointTrajectory"},
-    {"/component_state", "omniflight_msgs/msg/ComponentState"},
-};
 
 class Recorder final : public bus::Component {
  public:
@@ -85,28 +68,32 @@ class Recorder final : public bus::Component {
       const std::string name = path.substr(path.find_last_of('/') + 1);
       if (auto ok = writer_->write_attachment(name, "text/plain", 0, *content); !ok) return ok;
     }
-    for (const RecordedTopic& t : recorded_topics) {
+    for (const topics::Entry& t : topics::recorded) {
       if (!record_truth_ && t.topic == std::string_view(topics::truth)) continue;
       const msgs::MessageType* type = msgs::find_message_type(t.type);
       if (!type)
         return fail(ErrorCode::internal, std::string("type ") + t.type + " is not in the table", "recorder");
-      const bool latched =
-          t.topic == std::string_view(topics::trajectory) || t.topic == std::string_view("/component_state");
       auto channel = writer_->add_topic(
           {t.topic, std::string(type->ros_name), std::string(type->schema),
            std::string("- history: keep_last\n  depth: 512\n  reliability: reliable\n  durability: ") +
-               (latched ? "transient_local" : "volatile") + "\n",
+               (t.latched ? "transient_local" : "volatile") + "\n",
            std::string(type->type_hash)});
       if (!channel) return Failure(channel.error());
       const std::size_t index = channels_.size();
       channels_.push_back(*channel);
+      topics_.emplace_back(t.topic);
       sequences_.push_back(0);
       auto subscription = bus::RawSubscription::create(
-          participant(), *type, t.topic, latched ? bus::Qos::latched_last(16) : bus::Qos::bulk(),
+          participant(), *type, t.topic, t.latched ? bus::Qos::latched_last(16) : bus::Qos::bulk(),
           [this, index](std::span<const std::byte> cdr, std::int64_t ns) { enqueue(index, cdr, ns); });
       if (!subscription) return Failure(subscription.error());
       subscriptions_.push_back(std::move(*subscription));
     }
+    auto counts = bus::Subscription<ComponentState>::create(
+        participant(), topics::state, bus::Qos::latched_last(16),
+        [this](const ComponentState& m, std::int64_t) { ledger_.note(m); });
+    if (!counts) return Failure(counts.error());
+    counts_.emplace(std::move(*counts));
     auto state = advertise<RecorderState>(topics::recorder, bus::Qos::control());
     if (!state) return Failure(state.error());
     state_.emplace(std::move(*state));
@@ -120,7 +107,12 @@ class Recorder final : public bus::Component {
       const std::lock_guard lock(subscriptions_mutex_);
       subscriptions_.clear();
     }
+    counts_.reset();
     stop();
+    if (writer_)
+      for (std::size_t k = 0; k < channels_.size(); ++k)
+        if (const std::uint64_t lost = ledger_.lost(topics_[k], sequences_[k]); lost > 0)
+          writer_->count_dropped(channels_[k], lost);
     state_.reset();
     Status status = error_;
     if (writer_) {
@@ -192,16 +184,17 @@ class Recorder final : public bus::Component {
       if (ticks != reported || last) {
         reported = ticks;
         state_message_->stored = writer_->statistics().messages;
-        state_message_->lost = lost_ + bus_losses();
+        state_message_->lost = losses();
         state_message_->ticks_seen = ticks;
         (void)state_->publish(*state_message_);
       }
     }
   }
-  std::uint64_t bus_losses() {
-    const std::lock_guard lock(subscriptions_mutex_);
-    std::uint64_t lost = 0;
-    for (const auto& s : subscriptions_) lost += s.lost();
+  /// Dropped here, and sent but never received. In flight the counts of the senders are up to a second old.
+  std::uint64_t losses() {
+    const std::lock_guard lock(mutex_);
+    std::uint64_t lost = lost_;
+    for (std::size_t k = 0; k < channels_.size(); ++k) lost += ledger_.lost(topics_[k], sequences_[k]);
     return lost;
   }
 
@@ -209,6 +202,9 @@ class Recorder final : public bus::Component {
   bool record_truth_ = true;
   std::unique_ptr<recording::McapWriter> writer_;
   std::vector<std::uint16_t> channels_;
+  std::vector<std::string> topics_;
+  bus::DeliveryLedger ledger_;
+  std::optional<bus::Subscription<ComponentState>> counts_;
   std::mutex subscriptions_mutex_;  ///< never held together with mutex_
   std::vector<bus::RawSubscription> subscriptions_;
   std::optional<bus::Publisher<RecorderState>> state_;

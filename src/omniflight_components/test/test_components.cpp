@@ -8,8 +8,11 @@
 #include <map>
 
 #include "omniflight_bus/domain.hpp"
+#include "omniflight_bus/publisher.hpp"
 #include "omniflight_bus/run_components.hpp"
 #include "omniflight_components/components.hpp"
+#include "omniflight_components/topics.hpp"
+#include "omniflight_recording/formats.hpp"
 
 namespace {
 
@@ -31,8 +34,8 @@ class Components : public ::testing::Test {
     std::string text;  ///< stderr
     double seconds;
   };
-  Outcome run(const std::vector<std::string>& names, const std::vector<std::string>& parameters) {
-    std::vector<std::unique_ptr<bus::Component>> parts;
+  Outcome run(const std::vector<std::string>& names, const std::vector<std::string>& parameters,
+              std::vector<std::unique_ptr<bus::Component>> parts = {}) {
     for (const std::string& name : names) parts.push_back(components::make_component(name));
     bus::RunOptions options;
     options.domain = (*claim_)->domain();
@@ -119,6 +122,63 @@ TEST_F(Components, AGatewayWithoutBoardsNamesTheDevice) {
   EXPECT_NE(outcome.code, 0);
   expect_words(outcome, {"[gateway] not", "/dev/no_such_board"});
   EXPECT_LT(outcome.seconds, 10.0);
+}
+
+/// Publishes poses: some while it is configured, some while it is active; then it is done.
+class Talker final : public bus::Component {
+ public:
+  Talker(int early, int late) : Component("talker"), early_(early), late_(late) {}
+
+ private:
+  Status talk(int count) {
+    for (int k = 0; k < count; ++k) {
+      message_->header.stamp = bus::stamp(++stamp_ * 1'000'000);
+      message_->pose.orientation.w = 1.0;
+      if (auto ok = publisher_->publish(*message_, stamp_ * 1'000'000); !ok) return ok;
+    }
+    return {};
+  }
+  Status on_configure(const YAML::Node&) override {
+    auto made = advertise<msgs::geometry_msgs::PoseStamped>(components::topics::mocap, bus::Qos::bulk(512));
+    if (!made) return Failure(made.error());
+    publisher_.emplace(std::move(*made));
+    return talk(early_);
+  }
+  Status on_activate() override {
+    const Status ok = talk(late_);
+    finish(ok);
+    return ok;
+  }
+  Status on_cleanup() override {
+    publisher_.reset();
+    return {};
+  }
+  int early_, late_;
+  std::int64_t stamp_ = 0;
+  bus::Message<msgs::geometry_msgs::PoseStamped> message_;
+  std::optional<bus::Publisher<msgs::geometry_msgs::PoseStamped>> publisher_;
+};
+
+// What is sent before the recorder listens is lost, and only the sender knows.
+TEST_F(Components, ARecorderCountsWhatItNeverReceived) {
+  for (const int lost : {0, 7}) {
+    const fs::path file = folder_ / ("lost" + std::to_string(lost) + ".mcap");
+    std::vector<std::unique_ptr<bus::Component>> parts;
+    parts.push_back(std::make_unique<Talker>(lost, 20));
+    const Outcome outcome = run({"recorder"}, {"recorder:file:=" + file.string()}, std::move(parts));
+    EXPECT_EQ(outcome.code, 0) << outcome.text;
+    const auto recording = recording::load(file);
+    ASSERT_TRUE(recording) << recording.error().text();
+    ASSERT_NE(recording->find("position"), nullptr);
+    EXPECT_EQ(recording->find("position")->size(), 20);
+    EXPECT_EQ(recording->lost_anything(), lost > 0);
+    std::uint64_t told = 0;
+    for (const auto& note : recording->notes)
+      if (note.kind == recording::Note::Kind::loss &&
+          note.text.find("/omniflight/mocap") != std::string::npos)
+        told += note.messages;
+    EXPECT_EQ(told, static_cast<std::uint64_t>(lost));
+  }
 }
 
 TEST_F(Components, ARecorderNeverOverwritesUnasked) {

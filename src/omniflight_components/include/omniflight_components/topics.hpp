@@ -15,4 +15,27 @@ inline constexpr const char* command = "/omniflight/command";        ///< actuat
 inline constexpr const char* recorder = "/omniflight/recorder";      ///< omniflight_msgs/RecorderState
 inline constexpr const char* trajectory = "/command_trajectory";  ///< trajectory_msgs/MultiDOFJointTrajectory
 
+inline constexpr const char* state = "/component_state";  ///< omniflight_msgs/ComponentState, latched
+
+/// A topic with its ROS type.
+struct Entry {
+  const char* topic;
+  const char* type;
+  bool latched;  ///< a late subscriber receives the last message of each publisher
+};
+/// Every topic of a flight that is worth recording; the tick is the first.
+inline constexpr Entry recorded[] = {
+    {tick, "omniflight_msgs/msg/Tick", false},
+    {imu, "sensor_msgs/msg/Imu", false},
+    {mocap, "geometry_msgs/msg/PoseStamped", false},
+    {rotors, "omniflight_msgs/msg/RotorTelemetry", false},
+    {battery, "sensor_msgs/msg/BatteryState", false},
+    {controller, "omniflight_msgs/msg/ControllerState", false},
+    {allocator, "omniflight_msgs/msg/AllocatorState", false},
+    {command, "actuator_msgs/msg/Actuators", false},
+    {truth, "omniflight_msgs/msg/TruthState", false},
+    {trajectory, "trajectory_msgs/msg/MultiDOFJointTrajectory", true},
+    {state, "omniflight_msgs/msg/ComponentState", true},
+};
+
 }  // namespace omniflight::components::topics
