@@ -17,8 +17,8 @@ struct NeighbourTrack {
 /// Refuses a track that is empty, not ascending, not finite or of two lengths.
 Status validate(const NeighbourTrack& track);
 
-/// Fills the neighbours of the situation at time t [s], linear between samples; one whose track does not cover
-/// t is absent. At most kMaxNeighbours are used, the first ones. Allocates nothing.
+/// Fills the neighbours of the situation at time t [s], linear between samples; one whose track does not
+/// cover t is absent. At most kMaxNeighbours are used, the first ones. Allocates nothing.
 void set_neighbours(std::span<const NeighbourTrack> tracks, double t, Situation& situation);
 
 }  // namespace omniflight::physics
