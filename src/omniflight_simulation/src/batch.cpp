@@ -1,0 +1,267 @@
+#include "omniflight_simulation/batch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "lanes.hpp"
+
+namespace omniflight::simulation {
+
+struct Batch::Impl {
+  struct Place {
+    std::size_t block = 0;  ///< or the number of the Plant
+    int lane = 0;
+    bool plant = false;
+  };
+  vehicle::Vehicle vehicle;
+  PlantConfig config;
+  std::vector<Place> places;
+  lanes::Common common;
+  std::vector<lanes::Block> blocks;
+  std::vector<lanes::Trains> trains;
+  std::vector<Plant> plants;
+  std::vector<char> plant_lost;
+  std::uint64_t steps = 0;
+  bool held = true;
+  // as it was in the beginning
+  std::vector<lanes::Block> first_blocks;
+  std::vector<std::unique_ptr<physics::Actuators>> first_trains;  ///< kLanes a block
+  std::vector<Plant> first_plants;
+  std::vector<double> speed_limit;  ///< rad/s, a rotor
+
+  void remember() {
+    first_blocks = blocks;
+    first_plants = plants;
+    for (const lanes::Trains& t : trains)
+      for (const auto& train : t.of)
+        first_trains.push_back(train ? std::make_unique<physics::Actuators>(*train) : nullptr);
+  }
+
+  /// The block of a vehicle in lanes, with accelerations at the present state.
+  const lanes::Block& answered(const Place& place) {
+    lanes::Block& block = blocks[place.block];
+    if (!block.answered) lanes::run(common, block, trains[place.block], 0, false);
+    return block;
+  }
+};
+
+namespace {
+
+/// Empty when the model can fly in lanes, else why not.
+std::string why_not(const physics::Model& model, const physics::Actuation& actuation,
+                    const PlantConfig& config) {
+  if (std::isfinite(actuation.slew_limit))
+    return "a limit on the acceleration of rotors is not available in lanes";
+  if (actuation.battery_resistance != 0 || actuation.battery_drop != 0)
+    return "the effect battery_sag is not available in lanes";
+  if (config.integrator != Integrator::rk4) return "lanes integrate by rk4 only";
+  std::set<std::string> seen;
+  for (const auto& e : model.effects) {
+    const std::string& id = e.effect->info().id;
+    if (!flies_in_lanes(*e.effect)) return "the effect " + id + " is not available in lanes";
+    const bool adds_up = id != "wind" && id != "lateral_stiffness" && id != "hung_cable";
+    if (!seen.insert(id).second && !adds_up) return "the effect " + id + " is listed twice";
+  }
+  return {};
+}
+
+physics::Actuation actuation_of(const vehicle::Vehicle& vehicle, const physics::Model& model) {
+  physics::Actuation actuation;
+  for (const auto& rotor : vehicle.rotors) {
+    actuation.time_constant.push_back(rotor.time_constant);
+    actuation.delay.push_back(0.0);
+  }
+  for (const auto& e : model.effects) e.effect->alter_actuation(vehicle, e.theta.data(), actuation);
+  return actuation;
+}
+
+/// Nothing but lags between command and speed.
+bool plain(const physics::Actuation& actuation) {
+  physics::Actuation ideal;
+  ideal.time_constant = actuation.time_constant;
+  ideal.delay.assign(actuation.delay.size(), 0.0);
+  return ideal == actuation;
+}
+
+bool coupled(const vehicle::Vehicle& vehicle, const physics::Model& model) {
+  if (!vehicle.center_of_mass.isZero()) return true;
+  return std::any_of(model.effects.begin(), model.effects.end(),
+                     [](const auto& e) { return e.effect->info().id == "com_offset"; });
+}
+
+}  // namespace
+
+bool flies_in_lanes(const physics::Effect& effect) {
+  static const std::set<std::string> not_in_lanes{"battery_sag", "actuator_saturation"};
+  return lanes::knows(effect) && !not_in_lanes.contains(effect.info().id);
+}
+
+std::vector<std::string> lane_effects() {
+  std::vector<std::string> ids;
+  for (const physics::Effect* e : physics::builtin_effects())
+    if (flies_in_lanes(*e)) ids.push_back(e->info().id);
+  return ids;
+}
+
+std::string lane_instruction_set() { return lanes::instruction_set(); }
+
+Result<Batch> Batch::create(const vehicle::Vehicle& vehicle, std::span<const physics::Model> models,
+                            const BatchConfig& config) {
+  auto impl = std::make_unique<Impl>();
+  impl->vehicle = vehicle;
+  impl->config = config.plant;
+  if (!config.initial.empty() && config.initial.size() != models.size())
+    return bad_input("there are " + std::to_string(config.initial.size()) + " initial states for " +
+                         std::to_string(models.size()) + " vehicles",
+                     "batch.initial", "Give one a vehicle, or none");
+  PlantConfig at = config.plant;
+  // the block that is being filled, for vehicles whose centre of mass is at the origin and for others
+  std::size_t open[2] = {0, 0};
+  bool is_open[2] = {false, false};
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    const physics::Model& model = models[i];
+    if (!config.initial.empty()) at.initial = config.initial[i];
+    auto plant = Plant::create(vehicle, model, at);
+    if (!plant) {
+      Error error = plant.error();
+      error.where = "vehicle " + std::to_string(i) + " of the batch: " + error.where;
+      return Failure(error);
+    }
+    const physics::Actuation actuation = actuation_of(vehicle, model);
+    if (const std::string why = why_not(model, actuation, config.plant); !why.empty()) {
+      if (config.unsupported == BatchConfig::Unsupported::refuse)
+        return bad_input(why, "vehicle " + std::to_string(i) + " of the batch",
+                         "Let it fly as a Plant (unsupported = plant)");
+      impl->places.push_back({impl->plants.size(), 0, true});
+      impl->plants.push_back(std::move(*plant));
+      continue;
+    }
+    const bool kind = coupled(vehicle, model);
+    if (!is_open[kind] || impl->blocks[open[kind]].used == lanes::kLanes) {
+      open[kind] = impl->blocks.size();
+      is_open[kind] = true;
+      impl->blocks.emplace_back();
+      impl->trains.emplace_back();
+      impl->blocks.back().coupled = kind;
+    }
+    lanes::Block& block = impl->blocks[open[kind]];
+    const int lane = block.used++;
+    lanes::put_vehicle(vehicle, model, at, actuation, impl->common, block, lane);
+    if (!plain(actuation)) {
+      auto train = physics::Actuators::create(vehicle, actuation, at.step, at.initial_alpha);
+      if (!train) return Failure(train.error());
+      lanes::Trains& trains = impl->trains[open[kind]];
+      trains.of[lane] = std::make_unique<physics::Actuators>(std::move(*train));
+      trains.any = true;
+    }
+    impl->places.push_back({open[kind], lane, false});
+  }
+  impl->plant_lost.assign(impl->plants.size(), 0);
+  // places that nobody uses hold a copy of the first, so that no lane computes with what is no number
+  for (lanes::Block& block : impl->blocks)
+    for (int lane = block.used; lane < lanes::kLanes; ++lane) lanes::copy_lane(block, 0, lane);
+  for (const auto& rotor : vehicle.rotors) impl->speed_limit.push_back(rotor.max_speed());
+  impl->remember();
+  return Batch(std::move(impl));
+}
+
+Batch::Batch(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Batch::Batch(Batch&&) noexcept = default;
+Batch& Batch::operator=(Batch&&) noexcept = default;
+Batch::~Batch() = default;
+
+std::size_t Batch::size() const { return impl_->places.size(); }
+std::size_t Batch::in_lanes() const { return impl_->places.size() - impl_->plants.size(); }
+double Batch::time() const { return static_cast<double>(impl_->steps) * impl_->config.step; }
+
+bool Batch::set_command(std::size_t i, std::span<const double> rotor_speed, double alpha) {
+  const Impl::Place& place = impl_->places[i];
+  if (place.plant) return impl_->plants[place.block].set_command(rotor_speed, alpha);
+  const vehicle::Vehicle& v = impl_->vehicle;
+  if (rotor_speed.size() != v.rotors.size() || !std::isfinite(alpha)) return false;
+  for (const double s : rotor_speed)
+    if (!std::isfinite(s)) return false;
+  lanes::Block& block = impl_->blocks[place.block];
+  for (std::size_t r = 0; r < v.rotors.size(); ++r) {
+    const double limit = impl_->speed_limit[r];
+    block.target[r][place.lane] = std::clamp(rotor_speed[r], v.rotors[r].bidirectional ? -limit : 0.0, limit);
+  }
+  block.alpha_command[place.lane] =
+      v.tilt.kind == vehicle::TiltKind::none ? 0.0 : std::clamp(alpha, v.tilt.min, v.tilt.max);
+  return true;
+}
+
+std::size_t Batch::step(int steps, bool held) {
+  Impl& m = *impl_;
+  m.held = held;
+  std::size_t lost = 0;
+  if (steps > 0) {
+    for (std::size_t k = 0; k < m.blocks.size(); ++k)
+      lanes::run(m.common, m.blocks[k], m.trains[k], steps, held);
+    for (std::size_t k = 0; k < m.plants.size(); ++k)
+      for (int n = 0; n < steps && !m.plant_lost[k]; ++n)
+        if (!m.plants[k].step(held)) m.plant_lost[k] = 1;
+    m.steps += static_cast<std::uint64_t>(steps);
+  }
+  for (std::size_t i = 0; i < m.places.size(); ++i) lost += this->lost(i);
+  return m.places.size() - lost;
+}
+
+void Batch::reset() {
+  Impl& m = *impl_;
+  m.blocks = m.first_blocks;
+  m.plants = m.first_plants;
+  std::fill(m.plant_lost.begin(), m.plant_lost.end(), 0);
+  for (std::size_t k = 0; k < m.first_trains.size(); ++k)
+    if (m.first_trains[k]) *m.trains[k / lanes::kLanes].of[k % lanes::kLanes] = *m.first_trains[k];
+  m.steps = 0;
+  m.held = true;
+}
+
+bool Batch::lost(std::size_t i) const {
+  const Impl::Place& place = impl_->places[i];
+  if (place.plant) return impl_->plant_lost[place.block] != 0;
+  return impl_->blocks[place.block].lost[place.lane] != 0.0;
+}
+
+RigidState Batch::body(std::size_t i) const {
+  const Impl::Place& place = impl_->places[i];
+  if (place.plant) return impl_->plants[place.block].body();
+  const lanes::Block& b = impl_->blocks[place.block];
+  const int k = place.lane;
+  return {{b.p[0][k], b.p[1][k], b.p[2][k]},
+          Quat(b.q[3][k], b.q[0][k], b.q[1][k], b.q[2][k]),
+          {b.v[0][k], b.v[1][k], b.v[2][k]},
+          {b.w[0][k], b.w[1][k], b.w[2][k]}};
+}
+
+double Batch::rotor_speed(std::size_t i, std::size_t rotor) const {
+  const Impl::Place& place = impl_->places[i];
+  if (place.plant) return impl_->plants[place.block].rotor_speed()[rotor];
+  return impl_->blocks[place.block].speed[rotor][place.lane];
+}
+
+double Batch::alpha(std::size_t i) const {
+  const Impl::Place& place = impl_->places[i];
+  return place.plant ? impl_->plants[place.block].alpha() : impl_->blocks[place.block].alpha[place.lane];
+}
+
+Vec3 Batch::specific_force(std::size_t i) const {
+  const Impl::Place& place = impl_->places[i];
+  if (place.plant) return impl_->plants[place.block].specific_force();
+  if (impl_->held) return body(i).q_WB.conjugate() * Vec3(0, 0, impl_->config.environment.gravity);
+  const lanes::Block& b = impl_->answered(place);
+  return {b.specific_force[0][place.lane], b.specific_force[1][place.lane], b.specific_force[2][place.lane]};
+}
+
+Vec3 Batch::angular_acceleration(std::size_t i) const {
+  const Impl::Place& place = impl_->places[i];
+  if (place.plant) return impl_->plants[place.block].angular_acceleration();
+  if (impl_->held) return Vec3::Zero();
+  const lanes::Block& b = impl_->answered(place);
+  return {b.angular_acceleration[0][place.lane], b.angular_acceleration[1][place.lane],
+          b.angular_acceleration[2][place.lane]};
+}
+
+}  // namespace omniflight::simulation

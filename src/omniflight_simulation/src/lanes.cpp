@@ -1,0 +1,253 @@
+// How a vehicle and its effects become numbers in a lane. The equations are those of omniflight_physics; a
+// test flies every one of them beside a Plant.
+#include "lanes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <set>
+#include <type_traits>
+
+namespace omniflight::simulation::lanes {
+namespace {
+
+using Put = void (*)(const double* theta, Common&, Block&, int lane);
+
+const std::map<std::string, Put>& table() {
+  static const std::map<std::string, Put> t{
+      {"payload_mass", [](const double* x, Common&, Block& b, int k) { b.payload[k] += x[0]; }},
+      {"com_offset",
+       [](const double* x, Common&, Block& b, int k) {
+         for (int i = 0; i < 3; ++i) b.com[i][k] += x[i];
+       }},
+      {"inertia_error",
+       [](const double* x, Common&, Block& b, int k) {
+         for (int i = 0; i < 3; ++i) b.inertia[i][k] += x[i];
+       }},
+      {"tilt_efficiency",
+       [](const double* x, Common&, Block& b, int k) {
+         b.thrust_gain[k] -= x[0];
+         b.thrust_gain_per_alpha[k] += x[1];
+       }},
+      {"rotor_inertia",
+       [](const double* x, Common& c, Block& b, int k) {
+         b.rotor_inertia[k] += x[0];
+         c.rotor_momentum = true;
+       }},
+      {"rotor_drag",
+       [](const double* x, Common& c, Block& b, int k) {
+         b.drag_in_plane[k] += x[0];
+         c.blades = true;
+       }},
+      {"axial_inflow",
+       [](const double* x, Common& c, Block& b, int k) {
+         b.drag_axial[k] += x[0];
+         c.blades = true;
+       }},
+      {"blade_flapping",
+       [](const double* x, Common& c, Block& b, int k) {
+         b.flapping[k] += x[0];
+         c.blades = true;
+       }},
+      {"parasitic_drag",
+       [](const double* x, Common& c, Block& b, int k) {
+         b.area[k] += x[0];
+         c.air = true;
+       }},
+      {"ground_effect",
+       [](const double* x, Common& c, Block& b, int k) {
+         b.ground_strength[k] += x[0];
+         c.ground = true;
+       }},
+      {"constant_pull",
+       [](const double* x, Common& c, Block& b, int k) {
+         for (int i = 0; i < 3; ++i) b.pull[i][k] += x[i];
+         c.world_force = true;
+       }},
+      // the following appear at most once in a model that flies in lanes
+      {"wind",
+       [](const double* x, Common& c, Block& b, int k) {
+         b.wind[0][k] = x[0];
+         b.wind[1][k] = x[1];
+         b.wind_area[k] = x[2];
+         c.air = true;
+       }},
+      {"lateral_stiffness",
+       [](const double* x, Common& c, Block& b, int k) {
+         b.stiffness[k] = x[0];
+         b.anchor[0][k] = x[1];
+         b.anchor[1][k] = x[2];
+         c.world_force = true;
+       }},
+      {"hung_cable",
+       [](const double* x, Common& c, Block& b, int k) {
+         b.cable_density[k] = x[0];
+         b.cable_start[k] = x[1];
+         b.cable_length[k] = x[2];
+         c.cable = true;
+       }},
+  };
+  return t;
+}
+
+/// Effects whose wrench is linear in the thrusts, and else depends on the tilt alone, as a + b cos + c sin.
+/// They go into the wrench map, by asking the effect itself.
+bool linear_in_thrust(const std::string& id) {
+  static const std::set<std::string> ids{"thrust_scale", "drag_torque_scale",    "rotor_thrust_scale",
+                                         "tilt_offset",  "rotor_position_error", "rotor_axis_misalignment"};
+  return ids.contains(id);
+}
+
+/// The wrench of every rotor per squared speed at three tilts, from which the map at any tilt follows.
+void put_map(const vehicle::Vehicle& vehicle, const physics::Model& model, const PlantConfig& config,
+             Block& b, int k) {
+  constexpr double third = 2 * kPi / 3;
+  physics::Situation s;
+  for (std::size_t i = 0; i < vehicle.rotors.size(); ++i) {
+    Vec6 at[3];
+    for (int n = 0; n < 3; ++n) {
+      std::array<double, kRotors> speed{};
+      speed[i] = vehicle.rotors[i].speed(1.0);
+      physics::prepare(vehicle, {}, n * third, {speed.data(), vehicle.rotors.size()}, {}, config.environment,
+                       s);
+      physics::Wrench sum;
+      for (const auto& e : model.effects)
+        if (linear_in_thrust(e.effect->info().id)) e.effect->add_wrench(s, e.theta.data(), sum);
+      at[n] = physics::rotor_wrench(s) + sum.at(s);
+    }
+    for (int row = 0; row < 6; ++row) {
+      const double f0 = at[0][row], f1 = at[1][row], f2 = at[2][row],
+                   c = vehicle.rotors[i].thrust_coefficient;
+      b.map_by_tilt[0][i][row][k] = c * (f0 + f1 + f2) / 3;
+      b.map_by_tilt[1][i][row][k] = c * (2 * f0 - f1 - f2) / 3;
+      b.map_by_tilt[2][i][row][k] = c * (f1 - f2) / std::sqrt(3.0);
+    }
+  }
+}
+
+int packed(int row, int column) {
+  static constexpr int index[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+  return index[row][column];
+}
+
+void put_nominal(const vehicle::Vehicle& vehicle, const PlantConfig& config, Common& common, Block& b,
+                 int k) {
+  common.rotors = vehicle.rotor_count();
+  common.step = config.step;
+  common.gravity = config.environment.gravity;
+  common.air_density = config.environment.air_density;
+  common.floor_z = config.environment.floor_z;
+  common.tilt_rate = vehicle.tilt.rate;
+  for (int i = 0; i < common.rotors; ++i) {
+    const vehicle::Rotor& r = vehicle.rotors[static_cast<std::size_t>(i)];
+    Common::Rotor& out = common.rotor[i];
+    out.p = r.p_BR;
+    out.constant = r.axis_B;
+    out.cosine = out.sine = Vec3::Zero();
+    if (r.tilts) {  // Rodrigues
+      out.constant = r.tilt_axis_B.dot(r.axis_B) * r.tilt_axis_B;
+      out.cosine = r.axis_B - out.constant;
+      out.sine = r.tilt_axis_B.cross(r.axis_B);
+    }
+    out.thrust_coefficient = r.thrust_coefficient;
+    out.spin = r.spin;
+    out.drag_ratio = r.drag_ratio;
+    out.radius = r.radius;
+    out.bidirectional = r.bidirectional;
+  }
+  const RigidState& s = config.initial;
+  const Quat q = s.q_WB.normalized();
+  for (int i = 0; i < 3; ++i) {
+    b.p[i][k] = s.p_WB[i];
+    b.v[i][k] = s.v_WB_W[i];
+    b.w[i][k] = s.w_WB_B[i];
+    b.com[i][k] = vehicle.center_of_mass[i];
+  }
+  for (int i = 0; i < 4; ++i) b.q[i][k] = q.coeffs()[i];
+  b.alpha[k] = b.alpha_command[k] = config.initial_alpha;
+  b.mapped_alpha[k] = std::nan("");
+  b.mass[k] = vehicle.mass;
+  // about the body origin: the centre of mass may lie elsewhere (m (|c|^2 I - c c^T))
+  const Mat3 C = skew(vehicle.center_of_mass);
+  const Mat3 inertia = vehicle.inertia - vehicle.mass * C * C;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column <= row; ++column) b.inertia[packed(row, column)][k] = inertia(row, column);
+  if (!inertia.isDiagonal(0.0)) common.products = true;
+}
+
+void put_motors(const physics::Actuation& actuation, Common& common, Block& b, int k) {
+  const double h = common.step;
+  for (int i = 0; i < common.rotors; ++i) {
+    const auto r = static_cast<std::size_t>(i);
+    const double tau = actuation.time_constant[r];
+    const double x = tau > 0 ? h / tau : 0.0;
+    b.inverse_tau[i][k] = tau > 0 ? 1.0 / tau : 0.0;
+    if (tau > 0) {  // the stages of RK4 on ds = (c - s)/tau
+      b.share[0][i][k] = 0.0;
+      b.share[1][i][k] = 0.5 * x;
+      b.share[2][i][k] = 0.5 * x * (1 - 0.5 * x);
+      b.share[3][i][k] = x * (1 - 0.5 * x * (1 - 0.5 * x));
+      b.share_end[i][k] = x * (1 - x / 2 * (1 - x / 3 * (1 - x / 4)));
+    } else {
+      for (auto& share : b.share) share[i][k] = 1.0;
+      b.share_end[i][k] = 1.0;
+      b.ideal[i][k] = true;
+      common.ideal_motors = true;
+    }
+  }
+}
+
+void put_mass_matrix(const vehicle::Vehicle& vehicle, Block& b, int k) {
+  b.weight_mass[k] = vehicle.mass + b.payload[k];
+  b.inverse_mass[k] = 1.0 / b.weight_mass[k];
+  Mat3 inertia;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) inertia(row, column) = b.inertia[packed(row, column)][k];
+  const Mat3 inverse = inertia.inverse();
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column <= row; ++column)
+      b.inverse_inertia[packed(row, column)][k] = inverse(row, column);
+  const Mat3 C = skew(Vec3(b.com[0][k], b.com[1][k], b.com[2][k]));
+  Mat6 M = Mat6::Zero();
+  M.topLeftCorner<3, 3>() = b.weight_mass[k] * Mat3::Identity();
+  M.topRightCorner<3, 3>() = -vehicle.mass * C;
+  M.bottomLeftCorner<3, 3>() = vehicle.mass * C;
+  M.bottomRightCorner<3, 3>() = inertia;
+  const Mat6 generalised = M.inverse();
+  for (int row = 0; row < 6; ++row)
+    for (int column = 0; column < 6; ++column)
+      b.inverse_generalised[6 * row + column][k] = generalised(row, column);
+}
+
+}  // namespace
+
+void copy_lane(Block& block, int from, int to) {
+  static_assert(std::is_standard_layout_v<Block>);
+  static_assert(offsetof(Block, ideal) % sizeof(Lane) == 0);
+  auto* const first = reinterpret_cast<Lane*>(&block);  // all that stands before `ideal` is lanes
+  for (Lane* lane = first; lane != first + offsetof(Block, ideal) / sizeof(Lane); ++lane)
+    (*lane)[to] = (*lane)[from];
+  for (auto& rotor : block.ideal) rotor[to] = rotor[from];
+}
+
+bool knows(const physics::Effect& effect) {
+  const auto& info = effect.info();
+  if (info.stage == physics::Stage::sensing) return true;
+  // what acts on commands alone is the business of physics::Actuators
+  if (!effect.acts_on_wrench() && effect.memory_size().total() == 0) return true;
+  return table().contains(info.id) || linear_in_thrust(info.id);
+}
+
+void put_vehicle(const vehicle::Vehicle& vehicle, const physics::Model& model, const PlantConfig& config,
+                 const physics::Actuation& actuation, Common& common, Block& b, int k) {
+  put_nominal(vehicle, config, common, b, k);
+  for (const auto& e : model.effects)
+    if (const auto found = table().find(e.effect->info().id); found != table().end())
+      found->second(e.theta.data(), common, b, k);
+  put_map(vehicle, model, config, b, k);
+  put_motors(actuation, common, b, k);
+  put_mass_matrix(vehicle, b, k);
+}
+
+}  // namespace omniflight::simulation::lanes
