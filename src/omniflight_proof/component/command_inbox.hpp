@@ -15,7 +15,7 @@ namespace omniflight::proof {
 class CommandInbox {
  public:
   struct Command {
-    std::int64_t stamp_ns = -1;  ///< of the tick it answers; < 0: none yet
+    std::int64_t stamp_ns = -1;                       ///< of the tick it answers; < 0: none yet
     std::array<double, vehicle::kMaxRotors> speed{};  ///< rad/s
     std::size_t count = 0;
     double alpha = 0;  ///< rad

@@ -57,8 +57,8 @@ class PlantComponent final : public bus::Component {
   }
   Status execute(const CommandInbox::Command& c) {
     if (c.count > 0 && !plant_->set_command({c.speed.data(), c.count}, c.alpha))
-      return fail(ErrorCode::internal, "the allocator commands a speed that is not finite or has the wrong count",
-                  kName);
+      return fail(ErrorCode::internal,
+                  "the allocator commands a speed that is not finite or has the wrong count", kName);
     return {};
   }
 
@@ -72,7 +72,8 @@ class PlantComponent final : public bus::Component {
   std::thread thread_;
   bool lockstep_ = true;
   std::uint64_t window_ = 0;
-  double period_ = 0.002, hold_ = 1, duration_ = 10, peers_timeout_ = 20, command_timeout_ = 2, stale_after_ = 0.1;
+  double period_ = 0.002, hold_ = 1, duration_ = 10, peers_timeout_ = 20, command_timeout_ = 2,
+         stale_after_ = 0.1;
 };
 
 Status PlantComponent::on_configure(const YAML::Node& node) {
@@ -171,8 +172,8 @@ Status PlantComponent::meet_peers() {
   }
 }
 
-/// In lockstep: executes the command for the tick at t, or fails once the deadline has passed. In real time: the
-/// newest command, unless it is stale.
+/// In lockstep: executes the command for the tick at t, or fails once the deadline has passed. In real time:
+/// the newest command, unless it is stale.
 Status PlantComponent::obey(double t) {
   const std::int64_t stamp = to_ns(t);
   if (!lockstep_) {
@@ -180,8 +181,8 @@ Status PlantComponent::obey(double t) {
     if (command.stamp_ns < 0 && t < hold_) return {};
     const double age = 1e-9 * static_cast<double>(stamp - command.stamp_ns);
     if (command.stamp_ns < 0 || age > stale_after_)
-      return give_up(fail(ErrorCode::incomplete, "the newest command is " + std::to_string(age) + " s old", kName,
-                          "See whether controller and allocator are still alive"));
+      return give_up(fail(ErrorCode::incomplete, "the newest command is " + std::to_string(age) + " s old",
+                          kName, "See whether controller and allocator are still alive"));
     return execute(command);
   }
   CommandInbox::Command command;
@@ -228,8 +229,10 @@ Status PlantComponent::run() {
     if (k % steps_a_tick == 0) {
       if (auto ok = publisher_.truth(*plant_); !ok) return ok;
       const bool last = k + steps_a_tick > steps;
-      if (!lockstep_) std::this_thread::sleep_until(start + std::chrono::duration_cast<Watch::duration>(Seconds(t)));
-      if (auto ok = publisher_.tick(t, period_, last ? Phase::ended : (held ? Phase::held : Phase::free)); !ok)
+      if (!lockstep_)
+        std::this_thread::sleep_until(start + std::chrono::duration_cast<Watch::duration>(Seconds(t)));
+      if (auto ok = publisher_.tick(t, period_, last ? Phase::ended : (held ? Phase::held : Phase::free));
+          !ok)
         return ok;
       if (last) break;
       if (auto ok = obey(t); !ok) return ok;

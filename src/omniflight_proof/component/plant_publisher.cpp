@@ -63,7 +63,8 @@ Status PlantPublisher::sensors(const SensorFrame& f, const MujocoPlant& plant) {
     const std::int64_t ns = to_ns(f.battery_sample.t);
     battery_message_->header.stamp = bus::stamp(ns);
     battery_message_->voltage = static_cast<float>(f.battery_sample.voltage);
-    battery_message_->current = static_cast<float>(-f.battery_sample.current);  // ROS: negative while discharging
+    battery_message_->current =
+        static_cast<float>(-f.battery_sample.current);  // ROS: negative while discharging
     battery_message_->present = true;
     if (auto ok = battery_->publish(*battery_message_, ns); !ok) return ok;
   }

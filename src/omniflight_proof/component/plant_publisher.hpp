@@ -24,9 +24,10 @@ class PlantPublisher {
   template <class Advertise>
   Status create(Advertise&& advertise, std::size_t rotors) {
     const bus::Qos deep = bus::Qos::bulk(512);
-    for (Status ok : {advertise(imu_, topics::imu, deep), advertise(mocap_, topics::mocap, deep),
-                      advertise(rotor_, topics::rotors, deep), advertise(battery_, topics::battery, bus::Qos::bulk(64)),
-                      advertise(truth_, topics::truth, deep), advertise(tick_, topics::tick, deep)})
+    for (Status ok :
+         {advertise(imu_, topics::imu, deep), advertise(mocap_, topics::mocap, deep),
+          advertise(rotor_, topics::rotors, deep), advertise(battery_, topics::battery, bus::Qos::bulk(64)),
+          advertise(truth_, topics::truth, deep), advertise(tick_, topics::tick, deep)})
       if (!ok) return ok;
     prepare(rotors);
     return {};

@@ -8,7 +8,8 @@
 int main(int argc, char** argv) {
   using namespace omniflight;
   CLI::App app(
-      "omniflight component 'mujoco_plant': a vehicle in a world that shares no dynamics with the simulator.\n"
+      "omniflight component 'mujoco_plant': a vehicle in a world that shares no dynamics with the "
+      "simulator.\n"
       "Example: omniflight_mujoco_plant --params flight.yaml --domain 7");
   bus::RunOptions options;
   double timeout_s = 0;

@@ -7,8 +7,8 @@ struct Merge {
   const char *flight, *effect, *as;
 };
 constexpr Merge kMerges[] = {
-    {"*", "thrust_scale", "payload_mass"},  {"*", "wind", "mocap_tilt"},
-    {"T1", "hung_cable", "payload_mass"},   {"T1", "constant_pull", "payload_mass"},
+    {"*", "thrust_scale", "payload_mass"},   {"*", "wind", "mocap_tilt"},
+    {"T1", "hung_cable", "payload_mass"},    {"T1", "constant_pull", "payload_mass"},
     {"T1", "overhead_rope", "payload_mass"}, {"T1", "tilt_efficiency", "payload_mass"},
     {"T1", "ground_effect", "payload_mass"}, {"T1", "ceiling_effect", "payload_mass"},
 };
@@ -23,8 +23,7 @@ std::string merged(const std::string& effect, std::string_view flight) {
 
 std::string alias_table() {
   std::string out;
-  for (const Merge& m : kMerges)
-    out += std::string(m.flight) + " " + m.effect + " = " + m.as + "\n";
+  for (const Merge& m : kMerges) out += std::string(m.flight) + " " + m.effect + " = " + m.as + "\n";
   return out;
 }
 

@@ -6,8 +6,8 @@
 
 namespace omniflight::proof {
 
-/// The name under which scoring counts an effect on a flight. From the catalogue's own confounding study of this
-/// vehicle (cosine of whitened columns above 0.995):
+/// The name under which scoring counts an effect on a flight. From the catalogue's own confounding study of
+/// this vehicle (cosine of whitened columns above 0.995):
 ///   every flight: thrust_scale = payload_mass (motion and speeds give their ratio alone), wind = mocap_tilt
 ///   T1 (one height, level, one tilt): payload_mass = thrust_scale = hung_cable = constant_pull =
 ///     overhead_rope = tilt_efficiency = ground_effect = ceiling_effect

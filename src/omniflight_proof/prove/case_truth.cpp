@@ -12,7 +12,7 @@ json write(const TrueEffect& e) {
   json parameters = json::array();
   for (const auto& p : e.parameters)
     parameters.push_back({{"name", p.name}, {"value", p.value}, {"scale", p.scale}});
-  return {{"id", e.id},       {"stage", e.stage},           {"realisation", e.realisation},
+  return {{"id", e.id},       {"stage", e.stage},         {"realisation", e.realisation},
           {"sigma", e.sigma}, {"parameters", parameters}, {"variables", e.variables}};
 }
 
@@ -27,12 +27,18 @@ TrueEffect effect(const json& j) {
 
 std::string to_string(Kind kind) {
   switch (kind) {
-    case Kind::null: return "null";
-    case Kind::decoy: return "decoy";
-    case Kind::single: return "single";
-    case Kind::pair: return "pair";
-    case Kind::triple: return "triple";
-    case Kind::unknown: break;
+    case Kind::null:
+      return "null";
+    case Kind::decoy:
+      return "decoy";
+    case Kind::single:
+      return "single";
+    case Kind::pair:
+      return "pair";
+    case Kind::triple:
+      return "triple";
+    case Kind::unknown:
+      break;
   }
   return "unknown";
 }

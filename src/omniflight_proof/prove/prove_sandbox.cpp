@@ -40,7 +40,8 @@ bool put(const char* file, const std::string& text) {
 
 /// An empty file system over a folder, seen by this process and its children only.
 bool hide(const fs::path& folder) {
-  return mount("hidden", folder.c_str(), "tmpfs", MS_NOSUID | MS_NODEV | MS_NOEXEC | MS_RDONLY, "size=4k,mode=000") == 0;
+  return mount("hidden", folder.c_str(), "tmpfs", MS_NOSUID | MS_NODEV | MS_NOEXEC | MS_RDONLY,
+               "size=4k,mode=000") == 0;
 }
 
 bool hide_in_namespace(const fs::path& seal) {
@@ -83,9 +84,12 @@ bool works(Confinement how, const fs::path& seal) {
 
 std::string to_string(Confinement c) {
   switch (c) {
-    case Confinement::other_user: return "another user (nobody), seal of mode 700, hidden mount where allowed";
-    case Confinement::namespaces: return "user and mount namespaces with an empty file system over the seal";
-    case Confinement::none: break;
+    case Confinement::other_user:
+      return "another user (nobody), seal of mode 700, hidden mount where allowed";
+    case Confinement::namespaces:
+      return "user and mount namespaces with an empty file system over the seal";
+    case Confinement::none:
+      break;
   }
   return "none: the analysis could have read the truth";
 }
@@ -94,8 +98,9 @@ Result<Confinement> choose_confinement(const fs::path& seal, bool allow_unsealed
   const Confinement best = geteuid() == 0 ? Confinement::other_user : Confinement::namespaces;
   if (works(best, seal)) return best;
   if (allow_unsealed) return Confinement::none;
-  return fail(ErrorCode::bad_input, "the analysis cannot be kept from the seal here", seal.string(),
-              "Run as root, or where user namespaces are allowed, or with --allow-unsealed (the result says so)");
+  return fail(
+      ErrorCode::bad_input, "the analysis cannot be kept from the seal here", seal.string(),
+      "Run as root, or where user namespaces are allowed, or with --allow-unsealed (the result says so)");
 }
 
 Result<ConfinedChild> ConfinedChild::start(const Confined& what) {
@@ -115,7 +120,8 @@ Result<ConfinedChild> ConfinedChild::start(const Confined& what) {
     setpgid(0, 0);
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     const int null = open("/dev/null", O_RDONLY);
-    const int log = open(what.log.empty() ? "/dev/null" : what.log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    const int log =
+        open(what.log.empty() ? "/dev/null" : what.log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
     if (null < 0 || log < 0) _exit(125);
     dup2(null, 0);
     dup2(log, 1);
@@ -161,7 +167,8 @@ bool ConfinedChild::poll() {
     }
     return false;
   }
-  code_ = ended == pid_ && WIFEXITED(status) ? WEXITSTATUS(status) : 128 + (ended == pid_ ? WTERMSIG(status) : 0);
+  code_ =
+      ended == pid_ && WIFEXITED(status) ? WEXITSTATUS(status) : 128 + (ended == pid_ ? WTERMSIG(status) : 0);
   kill(-pid_, SIGKILL);  // whatever it left behind
   pid_ = -1;
   return true;
@@ -208,10 +215,12 @@ ProbeResult probe(const fs::path& seal, const fs::path& secret_file, const fs::p
   try_to("trace its parent", traced);
   if (traced) ptrace(PTRACE_DETACH, parent, nullptr, nullptr);
   const bool unshared = unshare(CLONE_NEWUSER | CLONE_NEWNS) == 0;
-  try_to("get out by another namespace", unshared && (umount2(seal.c_str(), MNT_DETACH) == 0 || true) && opens(secret_file));
+  try_to("get out by another namespace",
+         unshared && (umount2(seal.c_str(), MNT_DETACH) == 0 || true) && opens(secret_file));
   if (!opens(readable)) r.hindered.push_back("cannot read " + readable.string());
   const fs::path trial = writable / "probe";
-  if (std::ofstream file(trial); !(file << "x") || !file.flush()) r.hindered.push_back("cannot write into " + writable.string());
+  if (std::ofstream file(trial); !(file << "x") || !file.flush())
+    r.hindered.push_back("cannot write into " + writable.string());
   unlink(trial.c_str());
   return r;
 }

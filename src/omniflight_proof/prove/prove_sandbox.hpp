@@ -11,9 +11,9 @@ namespace omniflight::proof {
 
 /// How a child is kept from the seal.
 enum class Confinement {
-  other_user,   ///< as nobody, in a mount namespace of its own where the seal is empty when that is allowed
-  namespaces,   ///< as the same user, in user and mount namespaces: seal and /proc are empty file systems
-  none          ///< not at all; only when explicitly allowed
+  other_user,  ///< as nobody, in a mount namespace of its own where the seal is empty when that is allowed
+  namespaces,  ///< as the same user, in user and mount namespaces: seal and /proc are empty file systems
+  none         ///< not at all; only when explicitly allowed
 };
 std::string to_string(Confinement confinement);
 
@@ -22,10 +22,10 @@ Result<Confinement> choose_confinement(const std::filesystem::path& seal, bool a
 
 struct Confined {
   Confinement confinement = Confinement::none;
-  std::filesystem::path seal;  ///< folder that must not be readable
+  std::filesystem::path seal;          ///< folder that must not be readable
   std::vector<std::string> arguments;  ///< program with full path, then its arguments
-  std::string log;             ///< file for stdout and stderr
-  double limit_s = 600;        ///< wall time, then it is killed
+  std::string log;                     ///< file for stdout and stderr
+  double limit_s = 600;                ///< wall time, then it is killed
 };
 
 /// One child. Not copyable; kills what still runs when it goes.
@@ -51,7 +51,8 @@ class ConfinedChild {
 /// Runs one to its end.
 Result<int> run_confined(const Confined& what);
 
-/// What a confined process may and may not do; run inside the confinement by `omniflight_proof_campaign --probe`.
+/// What a confined process may and may not do; run inside the confinement by `omniflight_proof_campaign
+/// --probe`.
 struct ProbeResult {
   std::vector<std::string> leaks;     ///< ways in which the seal could be read; empty is good
   std::vector<std::string> refusals;  ///< what was tried in vain

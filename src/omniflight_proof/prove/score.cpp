@@ -100,10 +100,14 @@ Judged judge(const Truth& t, const Answer& given) {
       variable = variable || (!u.variables.empty() && contains(t.effects[0].variables, u.variables.front()));
     j.exact = called && variable && a.unknown.front().stage == t.effects[0].stage;
     j.top1 = called;
-    if (!a.findings.empty()) j.why = "named as a library effect";
-    else if (!j.detected) j.why = "not detected";
-    else if (!called) j.why = "not called unknown";
-    else if (!j.exact) j.why = variable ? "wrong stage" : "wrong variable";
+    if (!a.findings.empty())
+      j.why = "named as a library effect";
+    else if (!j.detected)
+      j.why = "not detected";
+    else if (!called)
+      j.why = "not called unknown";
+    else if (!j.exact)
+      j.why = variable ? "wrong stage" : "wrong variable";
   } else {
     if (!a.findings.empty()) {
       j.top1 = truth.count(merged(a.findings.front().id, t.flight)) > 0;
@@ -120,14 +124,20 @@ Judged judge(const Truth& t, const Answer& given) {
     }
     j.exact = truth == said && a.unknown.empty();
     j.explained = explained_share(t, a);
-    if (j.refused) j.why = "no answer";
-    else if (!j.detected) j.why = "not detected";
-    else if (a.findings.empty()) j.why = "called unknown";
-    else if (!j.top1) j.why = j.covered ? "another of the stated set" : "wrong name";
-    else if (!j.exact) j.why = "further or missing effects";
+    if (j.refused)
+      j.why = "no answer";
+    else if (!j.detected)
+      j.why = "not detected";
+    else if (a.findings.empty())
+      j.why = "called unknown";
+    else if (!j.top1)
+      j.why = j.covered ? "another of the stated set" : "wrong name";
+    else if (!j.exact)
+      j.why = "further or missing effects";
   }
-  j.badness = (j.refused ? 3 : 0) + (t.magnitude >= 0.3 ? 1.0 : 0.3) *
-                                        ((j.detected ? 0 : 2) + (j.top1 ? 0 : 1) + (j.stage ? 0 : 1) + (j.exact ? 0 : 0.5));
+  j.badness = (j.refused ? 3 : 0) +
+              (t.magnitude >= 0.3 ? 1.0 : 0.3) *
+                  ((j.detected ? 0 : 2) + (j.top1 ? 0 : 1) + (j.stage ? 0 : 1) + (j.exact ? 0 : 0.5));
   return j;
 }
 

@@ -14,14 +14,14 @@ namespace omniflight::proof {
 
 /// One line of the table: a rate (k of n) or a number.
 struct Score {
-  std::string name;      ///< "right effect, top-1"
-  std::string over;      ///< which cases, in words
-  int k = 0, n = 0;      ///< of a rate; n == 0: nothing to judge
+  std::string name = {};  ///< "right effect, top-1"
+  std::string over = {};  ///< which cases, in words
+  int k = 0, n = 0;       ///< of a rate; n == 0: nothing to judge
   bool is_rate = true;
-  double value = 0;      ///< rate, or the number
-  Interval interval;     ///< of a rate
-  std::string unit;      ///< of a number
-  std::string must, goal;
+  double value = 0;        ///< rate, or the number
+  Interval interval = {};  ///< of a rate
+  std::string unit = {};   ///< of a number
+  std::string must = {}, goal = {};
   enum class Verdict { goal, must, short_of, not_judged, information } verdict = Verdict::information;
 };
 std::string to_string(Score::Verdict verdict);

@@ -29,8 +29,8 @@ AnsweredEffect finding(const json& j) {
   e.set.erase(std::unique(e.set.begin(), e.set.end()), e.set.end());
   for (const json& p : j.value("parameters", json::array())) {
     AnsweredParameter a{p.at("name").get<std::string>(), number(p, "value"), std::nan(""), std::nan("")};
-    if (const auto i = p.find("interval95"); i != p.end() && i->is_array() && i->size() == 2 &&
-                                             (*i)[0].is_number() && (*i)[1].is_number()) {
+    if (const auto i = p.find("interval95");
+        i != p.end() && i->is_array() && i->size() == 2 && (*i)[0].is_number() && (*i)[1].is_number()) {
       a.low = (*i)[0];
       a.high = (*i)[1];
     }
@@ -62,8 +62,8 @@ Answer read_answer(std::string_view content) {
     for (const json& c : fit.value("held_out", json::array()))
       a.held_out.push_back({text(c, "channel"), number(c, "rms_before"), number(c, "rms_after"), 0});
     for (const json& c : fit.value("closed_loop", json::array()))
-      a.closed_loop.push_back(
-          {text(c, "channel"), number(c, "simulated_before"), number(c, "simulated_after"), number(c, "real")});
+      a.closed_loop.push_back({text(c, "channel"), number(c, "simulated_before"),
+                               number(c, "simulated_after"), number(c, "real")});
     const json power = fit.value("power", json::object());
     a.power_real = number(power, "real_W");
     a.power_after = number(power, "simulated_after_W");
@@ -80,15 +80,20 @@ Answer read_answer(std::string_view content) {
 std::string plain_variable(const std::string& word) {
   static const std::pair<const char*, std::vector<const char*>> words[] = {
       {"height", {"height", "h", "pz", "altitude", "z", "position_z", "pz_m"}},
-      {"position", {"position", "p", "px", "py", "place", "x", "y", "position_x", "position_y", "horizontal position",
-                    "px_m", "py_m", "distance"}},
+      {"position",
+       {"position", "p", "px", "py", "place", "x", "y", "position_x", "position_y", "horizontal position",
+        "px_m", "py_m", "distance"}},
       {"vertical speed", {"vertical speed", "vz", "climb", "climb rate", "velocity_z", "vertical velocity"}},
-      {"speed", {"speed", "v", "vx", "vy", "velocity", "horizontal speed", "horizontal velocity", "velocity_x",
-                 "velocity_y", "forward speed", "sideways speed", "airspeed"}},
-      {"rate", {"rate", "omega", "angular rate", "angular velocity", "wx", "wy", "wz", "w", "yaw rate", "roll rate",
-                "pitch rate", "body rate"}},
+      {"speed",
+       {"speed", "v", "vx", "vy", "velocity", "horizontal speed", "horizontal velocity", "velocity_x",
+        "velocity_y", "forward speed", "sideways speed", "airspeed"}},
+      {"rate",
+       {"rate", "omega", "angular rate", "angular velocity", "wx", "wy", "wz", "w", "yaw rate", "roll rate",
+        "pitch rate", "body rate"}},
       {"attitude", {"attitude", "roll", "pitch", "yaw", "tilt", "heading", "R"}},
-      {"rotor speed", {"rotor speed", "rotor_speed", "thrust", "rotor speeds", "load split", "total thrust", "thrust split"}},
+      {"rotor speed",
+       {"rotor speed", "rotor_speed", "thrust", "rotor speeds", "load split", "total thrust",
+        "thrust split"}},
       {"alpha", {"alpha", "tilt angle", "rotor tilt"}},
       {"time", {"time", "t", "frequency", "phase"}},
       {"acceleration", {"acceleration", "a", "specific force"}}};

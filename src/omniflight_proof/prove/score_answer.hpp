@@ -30,13 +30,13 @@ struct AnsweredChannel {
 };
 
 struct Answer {
-  bool given = false;   ///< there is a readable answer
-  std::string verdict;  ///< of the contract
-  std::string problem;  ///< why there is none
-  std::vector<AnsweredEffect> findings;
-  std::vector<AnsweredUnknown> unknown;
-  std::vector<std::string> mismatch_stages;
-  std::vector<AnsweredChannel> held_out, closed_loop;
+  bool given = false;        ///< there is a readable answer
+  std::string verdict = {};  ///< of the contract
+  std::string problem = {};  ///< why there is none
+  std::vector<AnsweredEffect> findings = {};
+  std::vector<AnsweredUnknown> unknown = {};
+  std::vector<std::string> mismatch_stages = {};
+  std::vector<AnsweredChannel> held_out = {}, closed_loop = {};
   double power_real = 0, power_after = 0;  ///< W, 0 when not flown again
   bool proposes = false;                   ///< a next flight
   double runtime = 0;                      ///< s

@@ -17,7 +17,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-double seconds(const timespec& t) { return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec); }
+double seconds(const timespec& t) {
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
 
 /// Rank instead of value: distances mean the same in every feature.
 void to_ranks(std::vector<std::vector<double>>& columns) {
@@ -66,10 +68,18 @@ double accuracy(const Neighbours& near, const std::vector<int>& labels, int clas
 }  // namespace
 
 const std::vector<std::string>& outside_features() {
-  static const std::vector<std::string> names{"number in the name", "place in the listing", "files",
-                                              "bytes",              "blocks",               "bytes beside",
-                                              "modified",           "changed",              "folder changed",
-                                              "inode",              "owner and mode",       "gzip header"};
+  static const std::vector<std::string> names{"number in the name",
+                                              "place in the listing",
+                                              "files",
+                                              "bytes",
+                                              "blocks",
+                                              "bytes beside",
+                                              "modified",
+                                              "changed",
+                                              "folder changed",
+                                              "inode",
+                                              "owner and mode",
+                                              "gzip header"};
   return names;
 }
 
@@ -84,7 +94,8 @@ Result<std::vector<Outside>> look_from_outside(const fs::path& cases) {
     std::string digits;
     for (const char c : one.id)
       if (c >= '0' && c <= '9') digits += c;
-    double count = 0, bytes = 0, blocks = 0, beside = 0, modified = 0, changed = 0, inode = 0, mode = 0, header = 0;
+    double count = 0, bytes = 0, blocks = 0, beside = 0, modified = 0, changed = 0, inode = 0, mode = 0,
+           header = 0;
     for (const auto& file : fs::directory_iterator(entry.path(), ec)) {
       struct stat s {};
       if (stat(file.path().c_str(), &s) != 0) continue;
@@ -98,15 +109,26 @@ Result<std::vector<Outside>> look_from_outside(const fs::path& cases) {
         inode = static_cast<double>(s.st_ino);
         const auto text = files::read_file(file.path(), std::size_t{64} << 20);
         if (!text) return Failure(text.error());
-        for (std::size_t k = 3; k < 10 && k < text->size(); ++k) header = header * 7 + static_cast<unsigned char>((*text)[k]);
+        for (std::size_t k = 3; k < 10 && k < text->size(); ++k)
+          header = header * 7 + static_cast<unsigned char>((*text)[k]);
       } else {
         beside += static_cast<double>(s.st_size);
       }
     }
     struct stat s {};
     stat(entry.path().c_str(), &s);
-    one.features = {digits.empty() ? 0 : std::stod(digits), place, count, bytes, blocks, beside, modified, changed,
-                    seconds(s.st_ctim), inode, mode, header};
+    one.features = {digits.empty() ? 0 : std::stod(digits),
+                    place,
+                    count,
+                    bytes,
+                    blocks,
+                    beside,
+                    modified,
+                    changed,
+                    seconds(s.st_ctim),
+                    inode,
+                    mode,
+                    header};
     out.push_back(std::move(one));
   }
   if (ec) return bad_input("cannot be listed: " + ec.message(), cases.string());
@@ -120,7 +142,8 @@ LeakResult guess(const std::vector<Outside>& cases, const std::vector<std::strin
   if (n < 8 || labels.size() != n) return result;
   std::map<std::string, int> ids;
   std::vector<int> label(n);
-  for (std::size_t i = 0; i < n; ++i) label[i] = ids.emplace(labels[i], static_cast<int>(ids.size())).first->second;
+  for (std::size_t i = 0; i < n; ++i)
+    label[i] = ids.emplace(labels[i], static_cast<int>(ids.size())).first->second;
   const int classes = static_cast<int>(ids.size());
   std::vector<std::vector<double>> columns(cases[0].features.size(), std::vector<double>(n));
   for (std::size_t i = 0; i < n; ++i)

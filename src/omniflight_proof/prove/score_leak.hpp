@@ -1,5 +1,5 @@
-// Does anything but the data give a case away? A classifier tries to guess the truth from names, sizes, times,
-// order and everything else a file system shows, and from the telling file beside a recording.
+// Does anything but the data give a case away? A classifier tries to guess the truth from names, sizes,
+// times, order and everything else a file system shows, and from the telling file beside a recording.
 #pragma once
 
 #include <filesystem>
@@ -17,8 +17,8 @@ struct Outside {
 };
 /// Names of the features, in order.
 const std::vector<std::string>& outside_features();
-/// Of one case folder: number in the name, place in the listing, files, sizes, times of every kind (relative to
-/// the first case), inode order, owner, mode, gzip header.
+/// Of one case folder: number in the name, place in the listing, files, sizes, times of every kind (relative
+/// to the first case), inode order, owner, mode, gzip header.
 Result<std::vector<Outside>> look_from_outside(const std::filesystem::path& cases);
 
 struct LeakResult {
@@ -29,6 +29,7 @@ struct LeakResult {
 };
 /// Nearest neighbours in one feature at a time, and in all together; the best of them counts, in the shuffles
 /// too. labels[i] belongs to cases[i]. Deterministic.
-LeakResult guess(const std::vector<Outside>& cases, const std::vector<std::string>& labels, int shuffles = 200);
+LeakResult guess(const std::vector<Outside>& cases, const std::vector<std::string>& labels,
+                 int shuffles = 200);
 
 }  // namespace omniflight::proof

@@ -34,16 +34,19 @@ Score rate(const Cases& cases, std::string name, std::string over, const Choice&
   s.must = fmt::format("{} {:g} %", smaller ? "<=" : ">=", 100 * must);
   s.goal = fmt::format("{} {:g} %", smaller ? "<=" : ">=", 100 * goal);
   const auto meets = [&](double bound) { return smaller ? s.value <= bound : s.value >= bound; };
-  s.verdict = s.n == 0       ? Score::Verdict::not_judged
-              : meets(goal)  ? Score::Verdict::goal
-              : meets(must)  ? Score::Verdict::must
-                             : Score::Verdict::short_of;
+  s.verdict = s.n == 0      ? Score::Verdict::not_judged
+              : meets(goal) ? Score::Verdict::goal
+              : meets(must) ? Score::Verdict::must
+                            : Score::Verdict::short_of;
   return s;
 }
 
-Score number(std::string name, std::string over, std::string unit, const std::vector<double>& values, double value,
-             double must, double goal, bool smaller) {
-  Score s{.name = std::move(name), .over = std::move(over), .n = static_cast<int>(values.size()), .is_rate = false};
+Score number(std::string name, std::string over, std::string unit, const std::vector<double>& values,
+             double value, double must, double goal, bool smaller) {
+  Score s{.name = std::move(name),
+          .over = std::move(over),
+          .n = static_cast<int>(values.size()),
+          .is_rate = false};
   s.unit = std::move(unit);
   s.value = values.empty() ? std::nan("") : value;
   s.must = fmt::format("{} {:g} {}", smaller ? "<=" : ">=", must, s.unit);
@@ -67,16 +70,17 @@ Score coverage(Score s) {
   s.must = "88 to 99 %";
   s.goal = "92 to 98 %";
   const auto in = [&](double a, double b) { return s.value >= a && s.value <= b; };
-  s.verdict = s.n == 0           ? Score::Verdict::not_judged
-              : in(0.92, 0.98)   ? Score::Verdict::goal
-              : in(0.88, 0.99)   ? Score::Verdict::must
-                                 : Score::Verdict::short_of;
+  s.verdict = s.n == 0         ? Score::Verdict::not_judged
+              : in(0.92, 0.98) ? Score::Verdict::goal
+              : in(0.88, 0.99) ? Score::Verdict::must
+                               : Score::Verdict::short_of;
   return s;
 }
 
 void parameters(const Cases& cases, std::vector<Score>& table) {
   std::vector<double> errors;
-  Score covered{.name = "95 % interval covers", .over = "parameters of single effects named right, >= 0.3 sigma, designed"};
+  Score covered{.name = "95 % interval covers",
+                .over = "parameters of single effects named right, >= 0.3 sigma, designed"};
   for (const Pair& p : cases) {
     if (!single(p) || !large(p) || !designed(p)) continue;
     const TrueEffect& e = p.truth->effects[0];
@@ -90,7 +94,8 @@ void parameters(const Cases& cases, std::vector<Score>& table) {
               covered.k += said.low <= truth.value && truth.value <= said.high;
             }
   }
-  table.push_back(number("parameter error, median", covered.over, "%", errors, 100 * median(errors), 7, 3, true));
+  table.push_back(
+      number("parameter error, median", covered.over, "%", errors, 100 * median(errors), 7, 3, true));
   covered.value = covered.n > 0 ? static_cast<double>(covered.k) / covered.n : std::nan("");
   covered.interval = wilson(covered.k, covered.n);
   table.push_back(coverage(covered));
@@ -102,8 +107,10 @@ void fits(const Cases& cases, std::vector<Score>& table) {
   for (const Pair& p : cases) {
     if (named(p) && large(p) && designed(p) && p.truth->effects[0].stage == "wrench") {
       // no answer explains nothing
-      if (std::isfinite(p.judged.explained)) shares.push_back(std::clamp(p.judged.explained, 0.0, 1.0));
-      else if (p.judged.refused) shares.push_back(0.0);
+      if (std::isfinite(p.judged.explained))
+        shares.push_back(std::clamp(p.judged.explained, 0.0, 1.0));
+      else if (p.judged.refused)
+        shares.push_back(0.0);
     }
     for (const auto& c : p.answer->closed_loop)
       if (hidden(p) && c.real > 0 && std::isfinite(c.after)) {
@@ -116,10 +123,12 @@ void fits(const Cases& cases, std::vector<Score>& table) {
       power.push_back(std::abs(p.answer->power_after / p.answer->power_real - 1));
   }
   table.push_back(number("held-out residual explained, of oracle, median",
-                         "wrench effects, >= 0.3 sigma, designed; energy of the true effect = 100 %", "%", shares,
-                         100 * median(shares), 80, 90, false));
-  Score loop{.name = "closed-loop RMSE ratio per axis in [0.67, 1.5]", .over = "axes of cases that were flown again",
-             .k = good, .n = axes};
+                         "wrench effects, >= 0.3 sigma, designed; energy of the true effect = 100 %", "%",
+                         shares, 100 * median(shares), 80, 90, false));
+  Score loop{.name = "closed-loop RMSE ratio per axis in [0.67, 1.5]",
+             .over = "axes of cases that were flown again",
+             .k = good,
+             .n = axes};
   loop.value = axes > 0 ? static_cast<double>(good) / axes : std::nan("");
   loop.interval = wilson(good, axes);
   loop.must = "all in [0.67, 1.5]";
@@ -137,11 +146,16 @@ void fits(const Cases& cases, std::vector<Score>& table) {
 
 std::string to_string(Score::Verdict v) {
   switch (v) {
-    case Score::Verdict::goal: return "goal met";
-    case Score::Verdict::must: return "must met";
-    case Score::Verdict::short_of: return "short of must";
-    case Score::Verdict::not_judged: return "not judged";
-    case Score::Verdict::information: break;
+    case Score::Verdict::goal:
+      return "goal met";
+    case Score::Verdict::must:
+      return "must met";
+    case Score::Verdict::short_of:
+      return "short of must";
+    case Score::Verdict::not_judged:
+      return "not judged";
+    case Score::Verdict::information:
+      break;
   }
   return "information";
 }
@@ -159,7 +173,7 @@ Scores score(const std::vector<Truth>& truths, const std::map<std::string, Answe
     if (t.kind == Kind::single || t.effects.empty() || t.kind == Kind::unknown) {
       const Answer clean = without_nuisances(t, a);
       const std::string truth = t.effects.empty() ? "nothing" : t.effects[0].id;
-      const std::string said = j.refused             ? "no answer"
+      const std::string said = j.refused                 ? "no answer"
                                : !clean.findings.empty() ? clean.findings.front().id
                                : !clean.unknown.empty()  ? "unknown"
                                                          : "nothing";
@@ -168,46 +182,58 @@ Scores score(const std::vector<Truth>& truths, const std::map<std::string, Answe
   }
   auto& t = out.table;
   const auto nominal = [](const Pair& p) { return !hidden(p); };
-  t.push_back(rate(cases, "false alarms", "null and decoy flights", nominal,
-                   [](const Pair& p) { return p.judged.alarm; }, 0.03, 0.01, true));
+  t.push_back(rate(
+      cases, "false alarms", "null and decoy flights", nominal, [](const Pair& p) { return p.judged.alarm; },
+      0.03, 0.01, true));
   for (const char* flight : {"designed", "T2", "T1"})
-    t.push_back(rate(cases, std::string("  of them on ") + flight, "null and decoy flights",
-                     [&](const Pair& p) { return !hidden(p) && p.truth->flight == flight; },
-                     [](const Pair& p) { return p.judged.alarm; }, -1, -1));
-  t.push_back(rate(cases, "  of them decoys", "hard but nominal flights",
-                   [](const Pair& p) { return p.truth->kind == Kind::decoy; },
-                   [](const Pair& p) { return p.judged.alarm; }, -1, -1));
-  t.push_back(rate(cases, "refused", "all cases: no answer, or called unusable", [](const Pair&) { return true; },
-                   [](const Pair& p) { return p.judged.refused; }, -1, -1));
+    t.push_back(rate(
+        cases, std::string("  of them on ") + flight, "null and decoy flights",
+        [&](const Pair& p) { return !hidden(p) && p.truth->flight == flight; },
+        [](const Pair& p) { return p.judged.alarm; }, -1, -1));
+  t.push_back(rate(
+      cases, "  of them decoys", "hard but nominal flights",
+      [](const Pair& p) { return p.truth->kind == Kind::decoy; },
+      [](const Pair& p) { return p.judged.alarm; }, -1, -1));
+  t.push_back(rate(
+      cases, "refused", "all cases: no answer, or called unusable", [](const Pair&) { return true; },
+      [](const Pair& p) { return p.judged.refused; }, -1, -1));
   const auto found = [](const Pair& p) { return p.judged.detected; };
-  t.push_back(rate(cases, "detection at >= 0.3 sigma", "cases with effects, designed flight",
-                   [](const Pair& p) { return hidden(p) && large(p) && designed(p); }, found, 0.95, 0.98));
+  t.push_back(rate(
+      cases, "detection at >= 0.3 sigma", "cases with effects, designed flight",
+      [](const Pair& p) { return hidden(p) && large(p) && designed(p); }, found, 0.95, 0.98));
   for (const double m : {0.1, 0.3, 1.0})
-    t.push_back(rate(cases, fmt::format("  at {:g} sigma", m), "cases with effects, any flight",
-                     [m](const Pair& p) { return hidden(p) && std::abs(p.truth->magnitude - m) < 0.05 * m; }, found,
-                     -1, -1));
-  t.push_back(rate(cases, "right stage", "cases with effects, >= 0.3 sigma, designed flight",
-                   [](const Pair& p) { return hidden(p) && large(p) && designed(p); },
-                   [](const Pair& p) { return p.judged.stage; }, 0.95, 0.98));
-  t.push_back(rate(cases, "  of those detected", "the same",
-                   [](const Pair& p) { return hidden(p) && large(p) && designed(p) && p.judged.detected; },
-                   [](const Pair& p) { return p.judged.stage; }, -1, -1));
+    t.push_back(rate(
+        cases, fmt::format("  at {:g} sigma", m), "cases with effects, any flight",
+        [m](const Pair& p) { return hidden(p) && std::abs(p.truth->magnitude - m) < 0.05 * m; }, found, -1,
+        -1));
+  t.push_back(rate(
+      cases, "right stage", "cases with effects, >= 0.3 sigma, designed flight",
+      [](const Pair& p) { return hidden(p) && large(p) && designed(p); },
+      [](const Pair& p) { return p.judged.stage; }, 0.95, 0.98));
+  t.push_back(rate(
+      cases, "  of those detected", "the same",
+      [](const Pair& p) { return hidden(p) && large(p) && designed(p) && p.judged.detected; },
+      [](const Pair& p) { return p.judged.stage; }, -1, -1));
   const auto one = [](const Pair& p) { return single(p) && large(p) && designed(p); };
-  t.push_back(rate(cases, "right effect, top-1", "single effects, >= 0.3 sigma, designed flight", one,
-                   [](const Pair& p) { return p.judged.top1; }, 0.85, 0.95));
+  t.push_back(rate(
+      cases, "right effect, top-1", "single effects, >= 0.3 sigma, designed flight", one,
+      [](const Pair& p) { return p.judged.top1; }, 0.85, 0.95));
   for (const double m : {0.1, 0.3, 1.0})
-    t.push_back(rate(cases, fmt::format("  at {:g} sigma", m), "single effects, designed flight",
-                     [m](const Pair& p) {
-                       return single(p) && designed(p) && std::abs(p.truth->magnitude - m) < 0.05 * m;
-                     },
-                     [](const Pair& p) { return p.judged.top1; }, -1, -1));
+    t.push_back(rate(
+        cases, fmt::format("  at {:g} sigma", m), "single effects, designed flight",
+        [m](const Pair& p) {
+          return single(p) && designed(p) && std::abs(p.truth->magnitude - m) < 0.05 * m;
+        },
+        [](const Pair& p) { return p.judged.top1; }, -1, -1));
   for (const char* flight : {"T2", "T1"})
-    t.push_back(rate(cases, std::string("  on ") + flight, "single effects, >= 0.3 sigma",
-                     [&](const Pair& p) { return single(p) && large(p) && p.truth->flight == flight; },
-                     [](const Pair& p) { return p.judged.top1; }, -1, -1));
+    t.push_back(rate(
+        cases, std::string("  on ") + flight, "single effects, >= 0.3 sigma",
+        [&](const Pair& p) { return single(p) && large(p) && p.truth->flight == flight; },
+        [](const Pair& p) { return p.judged.top1; }, -1, -1));
   const auto stated = [&](const Pair& p) { return one(p) && p.judged.set_size > 0; };
-  t.push_back(rate(cases, "truth inside the stated set", "single effects, >= 0.3 sigma, designed, a set is stated",
-                   stated, [](const Pair& p) { return p.judged.covered; }, 0.97, 0.99));
+  t.push_back(rate(
+      cases, "truth inside the stated set", "single effects, >= 0.3 sigma, designed, a set is stated", stated,
+      [](const Pair& p) { return p.judged.covered; }, 0.97, 0.99));
   std::vector<double> sizes;
   double sum = 0;
   for (const Pair& p : cases)
@@ -218,22 +244,27 @@ Scores score(const std::vector<Truth>& truths, const std::map<std::string, Answe
   t.push_back(number("  mean size of the set", "the same", "effects", sizes,
                      sum / static_cast<double>(std::max<std::size_t>(1, sizes.size())), 2, 1.5, true));
   for (const char* flight : {"T2", "T1"})
-    t.push_back(rate(cases, std::string("  inside it on ") + flight, "single effects, >= 0.3 sigma, a set is stated",
-                     [&](const Pair& p) {
-                       return single(p) && large(p) && p.judged.set_size > 0 && p.truth->flight == flight;
-                     },
-                     [](const Pair& p) { return p.judged.covered; }, -1, -1));
+    t.push_back(rate(
+        cases, std::string("  inside it on ") + flight, "single effects, >= 0.3 sigma, a set is stated",
+        [&](const Pair& p) {
+          return single(p) && large(p) && p.judged.set_size > 0 && p.truth->flight == flight;
+        },
+        [](const Pair& p) { return p.judged.covered; }, -1, -1));
   const auto exact = [](const Pair& p) { return p.judged.exact; };
-  t.push_back(rate(cases, "two effects exact", "pairs, designed flight",
-                   [](const Pair& p) { return p.truth->kind == Kind::pair && designed(p); }, exact, 0.75, 0.90));
-  t.push_back(rate(cases, "three effects exact", "triples, designed flight",
-                   [](const Pair& p) { return p.truth->kind == Kind::triple && designed(p); }, exact, 0.55, 0.75));
-  t.push_back(rate(cases, "out of library: unknown, stage and variable right", "designed flight, >= 0.3 sigma",
-                   [](const Pair& p) { return p.truth->kind == Kind::unknown && designed(p) && large(p); }, exact,
-                   0.80, 0.90));
-  t.push_back(rate(cases, "  called unknown, nothing named", "the same",
-                   [](const Pair& p) { return p.truth->kind == Kind::unknown && designed(p) && large(p); },
-                   [](const Pair& p) { return p.judged.top1; }, -1, -1));
+  t.push_back(rate(
+      cases, "two effects exact", "pairs, designed flight",
+      [](const Pair& p) { return p.truth->kind == Kind::pair && designed(p); }, exact, 0.75, 0.90));
+  t.push_back(rate(
+      cases, "three effects exact", "triples, designed flight",
+      [](const Pair& p) { return p.truth->kind == Kind::triple && designed(p); }, exact, 0.55, 0.75));
+  t.push_back(rate(
+      cases, "out of library: unknown, stage and variable right", "designed flight, >= 0.3 sigma",
+      [](const Pair& p) { return p.truth->kind == Kind::unknown && designed(p) && large(p); }, exact, 0.80,
+      0.90));
+  t.push_back(rate(
+      cases, "  called unknown, nothing named", "the same",
+      [](const Pair& p) { return p.truth->kind == Kind::unknown && designed(p) && large(p); },
+      [](const Pair& p) { return p.judged.top1; }, -1, -1));
   parameters(cases, t);
   fits(cases, t);
   return out;

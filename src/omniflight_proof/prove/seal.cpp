@@ -39,7 +39,8 @@ Status make_private_folder(const fs::path& folder) {
   struct stat s {};
   if (stat(folder.c_str(), &s) != 0 || !S_ISDIR(s.st_mode))
     return bad_input("is no folder", folder.string(), "Choose another --seal");
-  if (s.st_uid != geteuid()) return bad_input("belongs to another user", folder.string(), "Choose another --seal");
+  if (s.st_uid != geteuid())
+    return bad_input("belongs to another user", folder.string(), "Choose another --seal");
   if ((s.st_mode & 077) != 0)
     return bad_input("may be entered by others", folder.string(), "chmod 700 it, or choose another --seal");
   return {};
@@ -52,8 +53,10 @@ Status write_private(const fs::path& file, std::string_view content) {
   bool ok = fchmod(fd, 0600) == 0;
   for (std::size_t done = 0; ok && done < content.size();) {
     const ssize_t n = write(fd, content.data() + done, content.size() - done);
-    if (n <= 0) ok = false;
-    else done += static_cast<std::size_t>(n);
+    if (n <= 0)
+      ok = false;
+    else
+      done += static_cast<std::size_t>(n);
   }
   ok = ok && fsync(fd) == 0;
   const int why = errno;
@@ -83,7 +86,8 @@ Result<std::string> gzip_of_size(std::string_view content, std::size_t size, Ran
   if (content.size() > 0x7fffffffu || body.size() + frame > size)
     return bad_input("takes " + std::to_string(body.size() + frame) + " bytes of " + std::to_string(size),
                      "recording", "Make flights shorter, or the size of all recordings larger");
-  std::string out("\x1f\x8b\x08\x10\0\0\0\0\0\xff", 10);  // flag 16: a comment follows; no time, system unknown
+  std::string out("\x1f\x8b\x08\x10\0\0\0\0\0\xff",
+                  10);  // flag 16: a comment follows; no time, system unknown
   out.reserve(size);
   for (std::size_t k = body.size() + frame; k < size; ++k)
     out += static_cast<char>('a' + static_cast<char>(random.next() % 26));

@@ -22,7 +22,8 @@ void WindField::step(double t, double h) {
 Vec3 WindField::at(const Vec3& p_W) const {
   if (!wind_) return Vec3::Zero();
   const double height = std::max(0.02, p_W.z() - floor_z_);
-  return std::pow(height / wind_->reference_height, wind_->profile_exponent) * wind_->velocity_W + shaped_ + gust_;
+  return std::pow(height / wind_->reference_height, wind_->profile_exponent) * wind_->velocity_W + shaped_ +
+         gust_;
 }
 
 Vec3 Jet::at(const Vec3& point) const {

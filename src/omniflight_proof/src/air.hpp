@@ -37,20 +37,20 @@ struct Jet {
 };
 
 struct RotorLoad {
-  double thrust = 0;                ///< N along the axis, signed
-  double torque = 0;                ///< N m on the body along the axis, signed as the thrust, without spin sign
-  Vec3 in_plane = Vec3::Zero();     ///< N, same axes as the velocity given
-  Vec3 hub_moment = Vec3::Zero();   ///< N m
+  double thrust = 0;             ///< N along the axis, signed
+  double torque = 0;             ///< N m on the body along the axis, signed as the thrust, without spin sign
+  Vec3 in_plane = Vec3::Zero();  ///< N, same axes as the velocity given
+  Vec3 hub_moment = Vec3::Zero();  ///< N m
 };
 
 /// Blade-element momentum theory of one rotor whose static thrust and torque are known.
 class BladeModel {
  public:
   BladeModel(const Blades& blades, double air_density, double radius);
-  /// still: load in still air [thrust along axis]; axis: unit thrust axis; v_air_rel: velocity of the hub against
-  /// the air [m/s]; image: share of induced velocity that a floor or ceiling takes away.
-  RotorLoad load(double speed, double still_thrust, double still_torque, const Vec3& axis, const Vec3& v_air_rel,
-                 double image, double h);
+  /// still: load in still air [thrust along axis]; axis: unit thrust axis; v_air_rel: velocity of the hub
+  /// against the air [m/s]; image: share of induced velocity that a floor or ceiling takes away.
+  RotorLoad load(double speed, double still_thrust, double still_torque, const Vec3& axis,
+                 const Vec3& v_air_rel, double image, double h);
 
  private:
   Blades blades_;

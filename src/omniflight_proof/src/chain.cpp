@@ -7,8 +7,8 @@ Result<std::vector<Vec3>> hanging(const Cable& cable, const Vec3& attachment_W, 
   const double lowest = floor_z + 0.55 * cable.diameter;  // of the axis of a lying link
   double z = attachment_W.z();
   if (z <= lowest)
-    return bad_input("is " + std::to_string(z - floor_z) + " m above the floor at the start", "cable.attachment_m",
-                     "Start higher, or move the attachment or floor_z_m");
+    return bad_input("is " + std::to_string(z - floor_z) + " m above the floor at the start",
+                     "cable.attachment_m", "Start higher, or move the attachment or floor_z_m");
   std::vector<Vec3> out;
   const double half = 0.5 * cable.initial_bend;
   for (int i = 0; i < cable.links; ++i) {
@@ -30,8 +30,8 @@ Result<std::vector<Vec3>> bulging(const OverheadRope& rope, const Vec3& attachme
   const Vec3 reach = rope.anchor_W - attachment_W;
   const double distance = reach.norm();
   if (distance > 0.999 * rope.length)
-    return bad_input("is " + std::to_string(rope.length) + " m, and the anchor is " + std::to_string(distance) +
-                         " m away at the start",
+    return bad_input("is " + std::to_string(rope.length) + " m, and the anchor is " +
+                         std::to_string(distance) + " m away at the start",
                      "overhead_rope.length_m", "Give a longer rope");
   const Vec3 along = distance > 1e-6 ? Vec3(reach / distance) : Vec3::UnitZ();
   const Vec3 side = (Vec3::UnitY() - along.y() * along).norm() > 0.1

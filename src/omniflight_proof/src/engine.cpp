@@ -8,7 +8,8 @@ namespace omniflight::proof {
 Result<Engine> Engine::compile(const std::string& xml) {
   static std::mutex mutex;  // the compiler of MuJoCo keeps its last XML in a global
   const std::lock_guard lock(mutex);
-  // a warning must not leave MUJOCO_LOG.TXT in whatever folder this runs in; the plant looks at the state itself
+  // a warning must not leave MUJOCO_LOG.TXT in whatever folder this runs in; the plant looks at the state
+  // itself
   mju_user_warning = [](const char*) {};
   const auto vfs = std::make_unique<mjVFS>();
   mj_defaultVFS(vfs.get());

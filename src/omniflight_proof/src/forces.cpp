@@ -25,7 +25,8 @@ Forces::Forces(const vehicle::Vehicle& vehicle, const World& world, const Engine
   }
   others_.resize(world.neighbours.size());
   if (world.flexible_arms)
-    for (std::size_t i = 1; i <= vehicle.rotors.size(); ++i) pods_.push_back(engine.body("pod_" + std::to_string(i)));
+    for (std::size_t i = 1; i <= vehicle.rotors.size(); ++i)
+      pods_.push_back(engine.body("pod_" + std::to_string(i)));
   if (world.cable && world.cable->drag_coefficient > 0)
     for (int i = 1; i <= world.cable->links; ++i) cable_.push_back(engine.body("cable_" + std::to_string(i)));
 }
@@ -118,7 +119,8 @@ void Forces::rotors(Engine& engine, const Motors& motors, const Motion& m, doubl
     const double area = kPi * jets_[i].radius * jets_[i].radius;
     jets_[i].p = hubs[i].p_W;
     jets_[i].along = thrust[i] >= 0 ? Vec3(-hubs[i].axis_W) : hubs[i].axis_W;
-    jets_[i].induced = world_.jets->strength * std::sqrt(std::abs(thrust[i]) / (2 * world_.air_density * area));
+    jets_[i].induced =
+        world_.jets->strength * std::sqrt(std::abs(thrust[i]) / (2 * world_.air_density * area));
   }
 }
 
@@ -134,8 +136,8 @@ void Forces::airframe(const Motion& m, BodyWrench& out) const {
   Vec3 air = wind_.at(center_W);
   for (const Jet& jet : others_) air += jet.at(center_W);
   const Vec3 v = m.R_WB.transpose() * (m.v_W - air) + m.w_B.cross(a.center_B);
-  const Vec3 force =
-      -half_density * (a.drag_area_B.cwiseProduct(v.cwiseAbs()).cwiseProduct(v) + a.round_area * v.norm() * v);
+  const Vec3 force = -half_density *
+                     (a.drag_area_B.cwiseProduct(v.cwiseAbs()).cwiseProduct(v) + a.round_area * v.norm() * v);
   out.add_at(force, a.center_B);
   out.torque_B -= a.rotation_damping * m.w_B.norm() * m.w_B;
 }

@@ -1,4 +1,5 @@
-// All forces of a World but gravity, joints and contacts, which are MuJoCo's: applied to its data each time step.
+// All forces of a World but gravity, joints and contacts, which are MuJoCo's: applied to its data each time
+// step.
 #pragma once
 
 #include <vector>

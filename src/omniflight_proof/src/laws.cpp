@@ -22,8 +22,8 @@ void add_law(const Law& law, const Motion& m, BodyWrench& out) {
       break;
     }
     case Law::Kind::corrugation:
-      world_force(law.gain * std::sin(2 * kPi * (m.p_W - law.center_W).dot(law.wave_W.normalized()) / law.scale) *
-                  axis);
+      world_force(law.gain *
+                  std::sin(2 * kPi * (m.p_W - law.center_W).dot(law.wave_W.normalized()) / law.scale) * axis);
       break;
     case Law::Kind::compass:
       out.torque_B += law.gain * Vec3::UnitX().cross(m.R_WB.transpose() * axis);

@@ -42,8 +42,9 @@ Result<Core> core(const vehicle::Vehicle& v, const World& w) {
       take(w.flexible_arms->pod_mass, rotor.p_BR, 0.4 * w.flexible_arms->pod_mass * kPodRadius * kPodRadius);
   if (w.body.sloshing_mass > 0) take(w.body.sloshing_mass, com, 0);
   if (!(out.mass > 0.05 * v.mass))
-    return bad_input("leave " + std::to_string(out.mass) + " kg of " + std::to_string(v.mass) + " kg for the core",
-                     "flexible_arms.pod_mass_kg, body.sloshing_mass_kg", "Take lighter ones");
+    return bad_input(
+        "leave " + std::to_string(out.mass) + " kg of " + std::to_string(v.mass) + " kg for the core",
+        "flexible_arms.pod_mass_kg, body.sloshing_mass_kg", "Take lighter ones");
   out.com /= out.mass;
   out.inertia -= steiner(out.mass, out.com);
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(out.inertia);
@@ -59,12 +60,14 @@ void chain(std::ostream& xml, const std::string& name, int links, double length,
   const double l = length / links, mass = density * l;
   const double across = mass * l * l / 12, along = std::max(1e-9, 0.02 * across);
   for (int i = 1; i <= links; ++i) {
-    xml << "<body name='" << name << '_' << i << "' pos='" << numbers(i == 1 ? attachment : Vec3(0, 0, -l)) << "'>"
+    xml << "<body name='" << name << '_' << i << "' pos='" << numbers(i == 1 ? attachment : Vec3(0, 0, -l))
+        << "'>"
         << "<joint type='ball' damping='" << damping << "' stiffness='" << stiffness / l << "'/>"
         << "<inertial pos='" << numbers(Vec3(0, 0, -l / 2)) << "' mass='" << mass << "' diaginertia='"
         << numbers(Vec3(across, across, along)) << "'/>";
     if (contact_radius > 0)
-      xml << "<geom class='touching' pos='" << numbers(Vec3(0, 0, -l)) << "' size='" << contact_radius << "'/>";
+      xml << "<geom class='touching' pos='" << numbers(Vec3(0, 0, -l)) << "' size='" << contact_radius
+          << "'/>";
   }
   for (int i = 0; i < links; ++i) xml << "</body>";
 }
@@ -79,21 +82,23 @@ Result<std::string> write_mjcf(const vehicle::Vehicle& v, const World& w, const 
   xml << "<mujoco model='vehicle'><compiler angle='radian' inertiafromgeom='false'/>"
       << "<option timestep='" << w.timestep << "' gravity='0 0 " << -kGravity << "' integrator='"
       << (w.integrator == Integrator::implicit ? "implicit" : "Euler")
-      << "' cone='elliptic' solver='Newton' iterations='20' tolerance='1e-9'/>"
+      << "' cone='elliptic' solver='Newton' iterations='20' tolerance='1e-8' jacobian='dense'/>"
       << "<size njmax='1200' nconmax='200'/>"
-      << "<default><default class='touching'><geom type='sphere' contype='0' conaffinity='1' condim='3' friction='"
+      << "<default><default class='touching'><geom type='sphere' contype='0' conaffinity='1' condim='3' "
+         "friction='"
       << (w.cable ? w.cable->floor_friction : 0.5) << " 0.005 0.0001' solref='0.01 1'/></default></default>"
       << "<worldbody><geom type='plane' pos='0 0 " << w.floor_z
       << "' size='0 0 1' contype='1' conaffinity='0' friction='0 0 0'/>";
   const Quat q = start.q_WB.normalized();
   const Mat3& J = hull->inertia;
   xml << "<body name='vehicle' pos='" << numbers(start.p_WB) << "' quat='" << q.w() << ' ' << numbers(q.vec())
-      << "'><freejoint/><inertial pos='" << numbers(hull->com) << "' mass='" << hull->mass << "' fullinertia='"
-      << numbers(J.diagonal()) << ' ' << J(0, 1) << ' ' << J(0, 2) << ' ' << J(1, 2) << "'/>";
+      << "'><freejoint/><inertial pos='" << numbers(hull->com) << "' mass='" << hull->mass
+      << "' fullinertia='" << numbers(J.diagonal()) << ' ' << J(0, 1) << ' ' << J(0, 2) << ' ' << J(1, 2)
+      << "'/>";
   if (const BodyChange& b = w.body; b.payload > 0)
-    xml << "<body name='payload' pos='" << numbers(b.payload_p_B) << "'><inertial pos='0 0 0' mass='" << b.payload
-        << "' diaginertia='" << numbers(Vec3::Constant(0.4 * b.payload * b.payload_radius * b.payload_radius))
-        << "'/></body>";
+    xml << "<body name='payload' pos='" << numbers(b.payload_p_B) << "'><inertial pos='0 0 0' mass='"
+        << b.payload << "' diaginertia='"
+        << numbers(Vec3::Constant(0.4 * b.payload * b.payload_radius * b.payload_radius)) << "'/></body>";
   if (const BodyChange& b = w.body; b.sloshing_mass > 0) {
     const double rate = 2 * kPi * b.sloshing_frequency;
     xml << "<body name='slosh' pos='" << numbers(v.center_of_mass + b.com_shift_B) << "'>";
@@ -109,11 +114,12 @@ Result<std::string> write_mjcf(const vehicle::Vehicle& v, const World& w, const 
       const double own = 0.4 * a.pod_mass * kPodRadius * kPodRadius;
       const double moment = a.pod_mass * arm.squaredNorm() + own, rate = 2 * kPi * a.frequency;
       if (arm.norm() < 1e-3)
-        return bad_input("puts the hinge of rotor " + std::to_string(i + 1) + " on its hub", "flexible_arms.root");
+        return bad_input("puts the hinge of rotor " + std::to_string(i + 1) + " on its hub",
+                         "flexible_arms.root");
       xml << "<body name='pod_" << i + 1 << "' pos='" << numbers(hinge) << "'><joint type='ball' stiffness='"
-          << moment * rate * rate << "' damping='" << 2 * a.damping_ratio * rate * moment << "'/><inertial pos='"
-          << numbers(arm) << "' mass='" << a.pod_mass << "' diaginertia='" << numbers(Vec3::Constant(own))
-          << "'/></body>";
+          << moment * rate * rate << "' damping='" << 2 * a.damping_ratio * rate * moment
+          << "'/><inertial pos='" << numbers(arm) << "' mass='" << a.pod_mass << "' diaginertia='"
+          << numbers(Vec3::Constant(own)) << "'/></body>";
     }
   }
   if (w.cable)
@@ -124,10 +130,10 @@ Result<std::string> write_mjcf(const vehicle::Vehicle& v, const World& w, const 
           w.overhead_rope->attachment_B, w.overhead_rope->damping, 0, 0);
   if (w.slung_ball) {
     const SlungBall& b = *w.slung_ball;
-    xml << "<body name='ball' pos='" << numbers(b.attachment_B) << "'><joint type='ball' damping='" << b.damping
-        << "'/><inertial pos='0 0 " << -b.length << "' mass='" << b.mass << "' diaginertia='"
-        << numbers(Vec3::Constant(0.4 * b.mass * b.radius * b.radius)) << "'/><geom class='touching' pos='0 0 "
-        << -b.length << "' size='" << b.radius << "'/></body>";
+    xml << "<body name='ball' pos='" << numbers(b.attachment_B) << "'><joint type='ball' damping='"
+        << b.damping << "'/><inertial pos='0 0 " << -b.length << "' mass='" << b.mass << "' diaginertia='"
+        << numbers(Vec3::Constant(0.4 * b.mass * b.radius * b.radius))
+        << "'/><geom class='touching' pos='0 0 " << -b.length << "' size='" << b.radius << "'/></body>";
   }
   xml << "</body></worldbody>";
   if (w.overhead_rope)

@@ -9,8 +9,9 @@
 
 namespace omniflight::proof {
 
-/// Body "vehicle" on a free joint (always the first); "cable_i", "rope_i", "ball", "pod_i", "slosh", "payload"
-/// where the world has them, i from 1. Refuses what leaves the body without positive mass or inertia.
+/// Body "vehicle" on a free joint (always the first); "cable_i", "rope_i", "ball", "pod_i", "slosh",
+/// "payload" where the world has them, i from 1. Refuses what leaves the body without positive mass or
+/// inertia.
 Result<std::string> write_mjcf(const vehicle::Vehicle& vehicle, const World& world, const RigidState& start);
 
 /// Centre of the hinge of pod i (0-based) in the body frame [m].

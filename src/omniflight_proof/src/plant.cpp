@@ -151,7 +151,8 @@ Result<MujocoPlant> MujocoPlant::create(const vehicle::Vehicle& vehicle, const W
   if (!is_finite(options.initial) || options.initial.p_WB.norm() > 900)
     return bad_input("is not finite, or further than 900 m away", "initial");
   const double ratio = options.step / world.timestep;
-  if (!(options.step > 0 && options.step <= 0.02) || std::abs(ratio - std::round(ratio)) > 1e-6 || ratio < 0.999)
+  if (!(options.step > 0 && options.step <= 0.02) || std::abs(ratio - std::round(ratio)) > 1e-6 ||
+      ratio < 0.999)
     return bad_input("of " + std::to_string(world.timestep) + " s does not divide the step of " +
                          std::to_string(options.step) + " s",
                      "timestep_s", "Take a divisor");
@@ -164,13 +165,13 @@ Result<MujocoPlant> MujocoPlant::create(const vehicle::Vehicle& vehicle, const W
   if (!xml) return Failure(xml.error());
   auto engine = Engine::compile(*xml);
   if (!engine) return Failure(engine.error());
-  auto impl = std::unique_ptr<Impl>(new Impl{
-      .vehicle = vehicle,
-      .world = world,
-      .options = options,
-      .xml = std::move(*xml),
-      .engine = std::move(*engine),
-      .motors = Motors(vehicle, world, world.timestep, options.initial_alpha)});
+  auto impl = std::unique_ptr<Impl>(
+      new Impl{.vehicle = vehicle,
+               .world = world,
+               .options = options,
+               .xml = std::move(*xml),
+               .engine = std::move(*engine),
+               .motors = Motors(vehicle, world, world.timestep, options.initial_alpha)});
   impl->options.initial.q_WB.normalize();
   impl->alone = !world.articulated();
   impl->substeps = static_cast<int>(std::lround(ratio));

@@ -11,7 +11,8 @@ namespace omniflight::proof {
 Result<SensorConfig> load_sensors(const std::filesystem::path& path) {
   auto yaml = files::YamlReader::load(path);
   if (!yaml) return Failure(yaml.error());
-  if (yaml->string("schema") != "omniflight.sensors/1") yaml->error_at("schema", "is not omniflight.sensors/1");
+  if (yaml->string("schema") != "omniflight.sensors/1")
+    yaml->error_at("schema", "is not omniflight.sensors/1");
   SensorConfig c;
   const auto number = [&](const char* key, double& x, double low, double high, const char* unit) {
     x = yaml->number(key, files::between(low, high, unit), x);
@@ -39,7 +40,8 @@ Result<SensorConfig> load_sensors(const std::filesystem::path& path) {
   return c;
 }
 
-SensorSuite::SensorSuite(const SensorConfig& config, const SensorChange& change, double step, std::uint64_t seed)
+SensorSuite::SensorSuite(const SensorConfig& config, const SensorChange& change, double step,
+                         std::uint64_t seed)
     : config_(config),
       change_(change),
       step_(step),
@@ -90,7 +92,8 @@ void SensorSuite::imu(const MujocoPlant& plant, SensorFrame& frame) {
   Vec3 f = plant.specific_force() + plant.angular_acceleration().cross(r) + w.cross(w.cross(r));
   if (change_.vibration > 0) {
     for (std::size_t i = 0; i < plant.rotor_speed().size(); ++i) {
-      const double speed = std::abs(plant.rotor_speed()[i]), share = speed / plant.vehicle().rotors[i].max_speed();
+      const double speed = std::abs(plant.rotor_speed()[i]),
+                   share = speed / plant.vehicle().rotors[i].max_speed();
       phase_[i] = std::fmod(phase_[i] + speed * step_, 2 * kPi);
       f += change_.vibration * share * share * Vec3(std::cos(phase_[i]), std::sin(phase_[i]), 0);
     }
@@ -138,8 +141,8 @@ void SensorSuite::mocap(const MujocoPlant& plant, SensorFrame& frame) {
     d.sample.t = plant.time() + change_.mocap_extra_latency;
     d.sample.p_WB = turn * (b.p_WB + b.q_WB * change_.mocap_offset_B) +
                     draw3(position_, config_.mocap_position_noise, config_.mocap_rate);
-    d.sample.q_WB = turn * b.q_WB *
-                    exp_rotation(draw3(attitude_, config_.mocap_attitude_noise, config_.mocap_rate));
+    d.sample.q_WB =
+        turn * b.q_WB * exp_rotation(draw3(attitude_, config_.mocap_attitude_noise, config_.mocap_rate));
     bool sent = chance_mocap_.uniform() >= config_.mocap_dropout;
     if (const SensorFault* bad = fault(SensorFault::Sensor::mocap, plant.time())) {
       sent = sent && !bad->silent;
@@ -166,7 +169,8 @@ void SensorSuite::rotor(const MujocoPlant& plant, SensorFrame& frame) {
   bool silent = false;
   for (std::size_t i = 0; i < plant.rotor_speed().size(); ++i) {
     double speed = plant.rotor_speed()[i] + draw(speed_, i, config_.rotor_noise, config_.rotor_rate);
-    if (const SensorFault* bad = fault(SensorFault::Sensor::rotor_speed, plant.time(), static_cast<int>(i) + 1)) {
+    if (const SensorFault* bad =
+            fault(SensorFault::Sensor::rotor_speed, plant.time(), static_cast<int>(i) + 1)) {
       speed *= bad->scale;
       if (bad->frozen) speed = last_.rotor_sample.speed[i];
       silent = silent || (bad->silent && bad->rotor == 0);

@@ -54,7 +54,7 @@ struct RotorSample {
   double alpha = 0;                                 ///< rad, as the servo reports it
 };
 struct BatterySample {
-  double t = 0;                    ///< s, on the board's clock
+  double t = 0;                     ///< s, on the board's clock
   double voltage = 0, current = 0;  ///< V, A drawn
 };
 /// What arrived at one instant.

@@ -1,0 +1,34 @@
+// Which cases there are: kinds, flights, mechanisms and magnitudes, all drawn from the salt and shuffled, so
+// that neither number nor order tells anything.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "case_mechanism.hpp"
+
+namespace omniflight::proof {
+
+struct DrawOptions {
+  std::string salt;
+  bool sealed = true;  ///< false: the tuning box, with other magnitudes and shapes
+  int cases = 240;     ///< with effects
+  int nulls = 300;     ///< without: nulls, nulls with nuisances, decoys
+  std::string level;   ///< "L1" ... "L6"; empty: the mixture of the protocol
+};
+
+struct CasePlan {
+  std::string id;
+  std::string level, flight, decoy;
+  Kind kind = Kind::null;
+  double magnitude = 0;            ///< sigma
+  std::vector<std::size_t> parts;  ///< indices into the mechanisms
+  bool nuisances = false;
+};
+
+/// Deterministic for its options. Of 240 cases about 90 are plain single effects, 30 with nuisances, 30
+/// structurally different, 50 pairs and triples, 20 from no library, 20 on the thesis's flights with
+/// nuisances.
+std::vector<CasePlan> draw_cases(const DrawOptions& options, const std::vector<Mechanism>& mechanisms);
+
+}  // namespace omniflight::proof

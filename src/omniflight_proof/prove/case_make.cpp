@@ -1,0 +1,236 @@
+#include "case_make.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "omniflight_recording/formats.hpp"
+#include "seal.hpp"
+
+namespace omniflight::proof {
+namespace {
+
+SensorConfig laboratory() {
+  SensorConfig c;
+  c.imu_rate = 250;
+  c.accelerometer_noise = 0.08;
+  c.accelerometer_bias = Vec3(0.01, -0.015, 0.01);
+  c.gyro_noise = 0.004;
+  c.gyro_bias = Vec3(0.002, -0.001, 0.0015);
+  c.mocap_rate = 125;
+  c.mocap_position_noise = 0.0002;
+  c.mocap_attitude_noise = 0.0008;
+  c.mocap_latency = 0.008;
+  c.mocap_dropout = 0.002;
+  c.rotor_rate = 125;
+  c.half_period_quantisation = true;
+  c.battery_rate = 10;
+  return c;
+}
+
+/// What an operator may know; true as far as it goes. Every number has the same width.
+std::string told_yaml(const FlightSetup& s) {
+  const auto number = [](double x) { return fmt::format("{:+.6f}", x); };
+  const auto gain = [&](const Vec3& v) {
+    return fmt::format("[{:+012.6f}, {:+012.6f}, {:+012.6f}]", v.x(), v.y(), v.z());
+  };
+  const Turbulence& t = *s.world.turbulence;
+  const SensorConfig& c = s.sensors;
+  return "rates_hz: {imu: 250, mocap: 125, rotor_speed: 125}\nsensors:\n  accelerometer: {noise_rms_mps2: " +
+         number(c.accelerometer_noise) + ", bias_mps2: " + number(0.02) +
+         "}\n  gyro: {noise_rms_radps: " + number(c.gyro_noise) + ", bias_radps: " + number(0.002) +
+         "}\n  mocap: {position_noise_m: " + number(c.mocap_position_noise) +
+         ", attitude_noise_rad: " + number(c.mocap_attitude_noise) +
+         "}\n  rotor_speed: {method: half_period, tick_us: 1}\nambient: {turbulence_force_rms_N: " +
+         number(t.force_rms) + ", turbulence_torque_rms_Nm: " + number(t.torque_rms) +
+         ", correlation_time_s: " + number(t.correlation_time) + "}\ncontroller:\n  kp: " + gain(s.told.kp) +
+         "\n  kv: " + gain(s.told.kv) + "\n  ki: " + gain(s.told.ki) + "\n  kR: " + gain(s.told.kR) +
+         "\n  kw: " + gain(s.told.kw) + "\n  kI: " + gain(s.told.kI) +
+         "\nenvironment: {floor_z_m: 0, air_density_kgpm3: 1.2}\n";
+}
+
+/// Gains differ from case to case, so that a retuned controller is nothing special.
+void vary_gains(FlightSetup& s, Random& random) {
+  s.flown = usual_gains();
+  const double position = random.uniform(0.85, 1.2), attitude = random.uniform(0.85, 1.2);
+  s.flown.kp *= position;
+  s.flown.kv *= std::sqrt(position);
+  s.flown.ki *= random.uniform(0.7, 1.3);
+  s.flown.kR *= attitude;
+  s.flown.kw *= std::sqrt(attitude);
+  s.told = s.flown;
+}
+
+std::vector<std::string> add_nuisances(FlightSetup& s, Random& random) {
+  auto& c = s.world.sensors;
+  c.noise_correlation_time = random.uniform(0.004, 0.03);
+  c.mocap_extra_latency = 0.002 * std::round(random.uniform(1, 6));
+  c.board_clock_skew = random.uniform(-60e-6, 60e-6);
+  c.board_clock_offset = random.uniform(-0.004, 0.004);
+  c.rotor_dropout = random.uniform(0, 0.01);
+  c.imu_dropout = random.uniform(0, 0.01);
+  const double at = random.uniform(15, 45);
+  c.faults.push_back({.sensor = SensorFault::Sensor::mocap,
+                      .from = at,
+                      .until = at + random.uniform(0.15, 0.4),
+                      .silent = true});
+  s.world.turbulence->correlation_time = random.uniform(0.2, 0.8);
+  return {"clock_offset", "stale_samples", "sensor_filter", "gust"};
+}
+
+void add_decoy(FlightSetup& s, const std::string& decoy) {
+  if (decoy == "retuned controller") {
+    s.flown.kp *= 0.6;
+    s.flown.kv *= 0.8;
+    s.flown.ki *= 0.5;
+    s.flown.kR *= 0.6;
+    s.told = s.flown;
+  } else if (decoy == "noisy sensors") {
+    s.sensors.accelerometer_noise *= 3;
+    s.sensors.gyro_noise *= 3;
+    s.sensors.mocap_position_noise *= 3;
+    s.sensors.mocap_attitude_noise *= 2;
+  } else if (decoy == "slow turbulence") {
+    s.world.turbulence->correlation_time = 2;
+  } else if (decoy == "strong turbulence") {
+    s.world.turbulence->force_rms *= 2;
+    s.world.turbulence->torque_rms *= 2;
+  }
+}
+
+double measured(const Mechanism& m, const Flown& f) {
+  switch (m.measure) {
+    case Mechanism::Measure::wrench:
+      return in_sigma(f.wrench);
+    case Mechanism::Measure::command:
+      return in_sigma(f.command);
+    case Mechanism::Measure::control:
+      return in_sigma(f.control);
+    case Mechanism::Measure::formula:
+      break;
+  }
+  return 0;
+}
+
+struct Tuned {
+  double amplitude = 0, sigma = 0;
+};
+
+/// Turns the amplitude until the effect alone, without turbulence, has the wanted size.
+Result<Tuned> tune(const vehicle::Vehicle& vehicle, const Mechanism& m, const Shape& shape,
+                   const FlightSetup& plain, double target) {
+  FlightSetup quiet = plain;
+  quiet.record = false;
+  quiet.world.turbulence.reset();
+  if (m.articulated) quiet.path.duration = 21;
+  double a = m.typical;
+  if (m.measure == Mechanism::Measure::formula) {
+    auto nominal = fly(vehicle, quiet);
+    if (!nominal) return Failure(nominal.error());
+    for (int k = 0; k < 20; ++k)
+      a = std::clamp(a * target / std::max(1e-12, m.size(a, shape, *nominal)), m.smallest, m.largest);
+    return Tuned{a, m.size(a, shape, *nominal)};
+  }
+  Tuned best;
+  double miss = 1e300;
+  for (int round = 0; round < 5; ++round) {
+    FlightSetup trial = quiet;
+    m.apply(trial, a, shape);
+    auto flown = fly(vehicle, trial);
+    if (!flown) {
+      a *= 0.4;
+      continue;
+    }
+    const double sigma = measured(m, *flown), off = std::abs(std::log(std::max(1e-9, sigma / target)));
+    if (off < miss) {
+      miss = off;
+      best = {a, sigma};
+    }
+    if (off < 0.07) break;
+    const double next =
+        std::clamp(a * std::clamp(target / std::max(1e-9, sigma), 0.02, 30.0), m.smallest, m.largest);
+    if (next == a) break;
+    a = next;
+  }
+  if (best.amplitude == 0) return fail(ErrorCode::incomplete, "no size of it can be flown", m.realisation);
+  return best;
+}
+
+std::string rms_text(double x) { return fmt::format("{:.2g}", x); }
+
+}  // namespace
+
+Result<MadeCase> make_case(const vehicle::Vehicle& vehicle, const std::vector<Mechanism>& mechanisms,
+                           const CasePlan& plan, const std::string& salt, bool sealed) {
+  Random random = draw(salt, plan.id);
+  FlightSetup s;
+  s.sensors = laboratory();
+  s.world.turbulence = Turbulence{kForceNoise, kTorqueNoise, kNoiseTime};
+  s.seed = random.next() >> 12;
+  Random phases = draw(salt, plan.id + " path");
+  s.path = plan.flight == "T1"   ? path_t1()
+           : plan.flight == "T2" ? path_t2()
+                                 : path_designed(phases, plan.decoy == "quick flight" ? 1.4 : 1.0);
+  vary_gains(s, random);
+  MadeCase out;
+  Truth& t = out.truth;
+  t.id = plan.id;
+  t.level = plan.level;
+  t.kind = plan.kind;
+  t.flight = plan.flight;
+  t.decoy = plan.decoy;
+  t.seed = s.seed;
+  t.magnitude = plan.magnitude;
+  if (plan.nuisances) t.present = add_nuisances(s, random);
+  add_decoy(s, plan.decoy);
+  const FlightSetup plain = s;
+  double smallest = 1e300;
+  for (const std::size_t k : plan.parts) {
+    const Mechanism& m = mechanisms[k];
+    Random own = draw(salt, plan.id + " shape " + std::to_string(k));
+    const Shape shape = draw_shape(own, sealed);
+    FlightSetup nominal = plain;
+    nominal.world.sensors = {};
+    auto tuned = tune(vehicle, m, shape, nominal, plan.magnitude);
+    if (!tuned) return Failure(tuned.error());
+    m.apply(s, tuned->amplitude, shape);
+    smallest = std::min(smallest, tuned->sigma);
+    t.effects.push_back({m.id, m.stage, m.realisation + ", amplitude " + rms_text(tuned->amplitude),
+                         tuned->sigma, m.parameters(tuned->amplitude, shape), m.variables});
+  }
+  // an effect that cannot be made so large counts as what it is
+  if (!plan.parts.empty() && smallest < 0.8 * plan.magnitude) t.magnitude = smallest;
+  auto flown = fly(vehicle, s);
+  if (!flown) return Failure(flown.error());
+  const Turbulence& noise = *s.world.turbulence;
+  for (std::size_t c = 0; c < 6; ++c) t.noise[c] = c < 3 ? noise.force_rms : noise.torque_rms;
+  if (!plan.parts.empty()) {
+    FlightSetup quiet = s;
+    quiet.record = false;
+    quiet.world.turbulence.reset();
+    if (quiet.world.articulated()) {  // slow to fly: take the noise off by its energy instead
+      const auto without = [&](double rms, std::size_t c) {
+        return std::sqrt(std::max(0.0, rms * rms - t.noise[c] * t.noise[c]));
+      };
+      for (std::size_t c = 0; c < 6; ++c) {
+        t.wrench[c] = without(flown->wrench[c], c);
+        t.wrench_late[c] = without(flown->wrench_late[c], c);
+        t.wrench_variance[c] = std::max(0.0, flown->variance_late[c] - t.noise[c] * t.noise[c]);
+      }
+    } else {
+      auto alone = fly(vehicle, quiet);
+      if (!alone) return Failure(alone.error());
+      t.wrench = alone->wrench;
+      t.wrench_late = alone->wrench_late;
+      t.wrench_variance = alone->variance_late;
+    }
+  }
+  Random padding = draw(salt, plan.id + " padding");
+  auto gz = gzip_of_size(recording::to_csv(flown->recording), kRecordingBytes, padding);
+  if (!gz) return Failure(gz.error());
+  out.recording = std::move(*gz);
+  out.told = told_yaml(s);
+  return out;
+}
+
+}  // namespace omniflight::proof
