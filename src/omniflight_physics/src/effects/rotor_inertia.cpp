@@ -10,8 +10,8 @@ class RotorInertia final : public WrenchEffect<RotorInertia> {
     static const EffectInfo info{
         .id = "rotor_inertia",
         .term = "rotor gyroscopic and spin-up torque",
-        .equation = "dM = -sum J_r s_i (dOmega_i n_i + w x Omega_i n_i)",
-        .latex = R"(\Delta\tau = -\sum_i J_r s_i\,(\dot\Omega_i n_i + \omega \times \Omega_i n_i))",
+        .equation = "dM = sum J_r s_i (dOmega_i n_i + w x Omega_i n_i)",
+        .latex = R"(\Delta\tau = \sum_i J_r s_i\,(\dot\Omega_i n_i + \omega \times \Omega_i n_i))",
         .source = "angular momentum balance; sign: a rotor with spin +1 turns against the torque it exerts",
         .parameters = {{"inertia", "J_r", "kg m2", -1e-07, 0.001, 2e-05, 0, true}},
         .signals = {"rotor_speed", "gyro"},

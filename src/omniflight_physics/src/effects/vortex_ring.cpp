@@ -6,7 +6,7 @@ namespace omniflight::physics {
 namespace {
 
 /// Measured minus theoretical induced velocity, both per hover value, at climb speed x per hover value. Zero
-/// in hover, in climb, and beyond the descent at which the two meet (x = -1.55).
+/// in hover, in climb, and beyond the descent at which the two meet (x = -1.57).
 double excess_inflow(double x) {
   if (!(x < 0.0 && x > -2.0)) return 0.0;
   const double measured = 1.0 + x * (-1.125 + x * (-1.372 + x * (-1.718 - 0.655 * x)));
