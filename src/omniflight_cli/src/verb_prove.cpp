@@ -1,0 +1,88 @@
+// `prove`: the concealed-effect proof. The work is done by programs of omniflight_proof, which this one does
+// not link: the proof's plant and the project's dynamics never meet in one process.
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+
+#include "verbs.hpp"
+
+namespace omniflight::cli {
+namespace {
+
+struct Options {
+  std::string seal, reveal, vehicle, level, salt;
+  int cases = 240, nulls = 300, jobs = 0;
+  double limit_s = 600;
+  bool tuning = false, allow_unsealed = false, no_baselines = false;
+};
+
+/// Runs a program with this terminal; Ctrl-C reaches it, and it keeps what is complete.
+Result<int> run(std::vector<std::string> arguments) {
+  std::vector<char*> argv;
+  for (auto& a : arguments) argv.push_back(a.data());
+  argv.push_back(nullptr);
+  const pid_t pid = fork();
+  if (pid < 0) return fail(ErrorCode::internal, "no process could be started", arguments[0]);
+  if (pid == 0) {
+    execv(argv[0], argv.data());
+    _exit(127);
+  }
+  int status = 0;
+  while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (WIFEXITED(status)) return WEXITSTATUS(status);
+  return fail(ErrorCode::internal, "was ended by signal " + std::to_string(WTERMSIG(status)), arguments[0],
+              "The same command resumes");
+}
+
+}  // namespace
+
+Action add_prove(CLI::App& verb, Common& common) {
+  auto o = std::make_shared<Options>();
+  verb.add_option("--cases", o->cases, "Cases with hidden effects")->check(CLI::Range(0, 100000));
+  verb.add_option("--nulls", o->nulls, "Cases without: nulls and decoys")->check(CLI::Range(0, 100000));
+  verb.add_option("--level", o->level, "Only this level of concealment")
+      ->check(CLI::IsMember({"L1", "L2", "L3", "L4", "L5", "L6"}));
+  verb.add_option("--seal", o->seal,
+                  "Folder for the truth; given alone, it stays closed. Default: beside --out");
+  verb.add_option("--reveal", o->reveal, "Open this seal and score the frozen answers in --out");
+  verb.add_option("--vehicle", o->vehicle, "Nominal vehicle; default omnimorph");
+  verb.add_option("--jobs", o->jobs, "At once; default: processors")->check(CLI::Range(1, 64));
+  verb.add_option("--limit-s", o->limit_s, "Time of one diagnosis [s]")->check(not_negative(false));
+  verb.add_option("--salt", o->salt, "For tests only; a proof draws its own");
+  verb.add_flag("--tuning", o->tuning, "Other parameter boxes and magnitudes, for developing");
+  verb.add_flag("--no-baselines", o->no_baselines, "Leave the textbook methods out");
+  verb.add_flag("--allow-unsealed", o->allow_unsealed, "Go on where the analysis cannot be confined");
+  return [o, &common]() -> Result<int> {
+    auto program = find_program("omniflight_proof_campaign");
+    if (!program) return Failure(program.error());
+    std::vector<std::string> a{*program,
+                               "--cases",
+                               std::to_string(o->cases),
+                               "--nulls",
+                               std::to_string(o->nulls),
+                               "--limit-s",
+                               std::to_string(o->limit_s)};
+    const auto add = [&](const char* option, const std::string& value) {
+      if (!value.empty()) a.insert(a.end(), {option, value});
+    };
+    add("--out", common.out);
+    add("--level", o->level);
+    add("--seal", o->seal);
+    add("--reveal", o->reveal);
+    add("--vehicle", o->vehicle);
+    add("--salt", o->salt);
+    if (o->jobs > 0) add("--jobs", std::to_string(o->jobs));
+    if (o->tuning) a.emplace_back("--tuning");
+    if (o->no_baselines) a.emplace_back("--no-baselines");
+    if (o->allow_unsealed) a.emplace_back("--allow-unsealed");
+    if (common.quiet) a.emplace_back("--quiet");
+    if (common.json) a.emplace_back("--json");
+    return run(a);
+  };
+}
+
+}  // namespace omniflight::cli
