@@ -67,6 +67,10 @@ Result<Allocator> Allocator::create(const vehicle::Vehicle& vehicle, const Alloc
   a.lower_ = vehicle.lower_thrusts();
   a.upper_ = vehicle.upper_thrusts();
   a.rotors_ = vehicle.rotors;
+  a.gap_ = vehicle::RotorVector::Zero(a.n_);
+  for (int i = 0; i < a.n_ && config.keep_min_thrust; ++i)
+    if (const vehicle::Rotor& rotor = a.rotors_[static_cast<std::size_t>(i)]; rotor.bidirectional)
+      a.gap_[i] = rotor.min_thrust;
   a.unit_weight_ = vehicle::RotorVector::Ones(a.n_);
   if (config.input_unit == InputUnit::hz2) {
     for (int i = 0; i < a.n_; ++i) {
@@ -144,7 +148,7 @@ Result<Allocation> Allocator::allocate(const AllocationInput& in) {
   std::array<double, 3> offsets{0.0, -config_.tilt_step, config_.tilt_step};
   const std::size_t count = config_.tilt_mode == TiltMode::search && config_.tilt_step > 0 ? 3 : 1;
   Candidate best, trial;
-  int iterations = 0;
+  int iterations = 0, programs = 0;
   bool have = false;
   QpMatrix H(n_, n_);
   for (std::size_t k = 0; k < count; ++k) {
@@ -157,13 +161,15 @@ Result<Allocation> Allocator::allocate(const AllocationInput& in) {
     H.diagonal() += (w_input + config_.w_rate) * unit_weight_;
     const QpVector g =
         -trial.A.transpose() * weighted_target - config_.w_rate * unit_weight_.cwiseProduct(u_previous_);
-    trial.qp = solve_box_qp(H, g, lower_, upper_, warm_[k]);
+    const GapQpSolution found = solve_gap_qp(H, g, lower_, upper_, gap_, warm_[k]);
+    trial.qp = found.best;
     if (trial.qp.status != QpStatus::solved || !(trial.qp.kkt_residual < kKktLimit))
       return fail(ErrorCode::internal,
                   std::string("the quadratic program was not solved: ") + to_string(trial.qp.status),
                   "allocation", "Check the weights: their ratio may exceed double precision");
-    warm_[k] = trial.qp.active_set;
+    warm_[k] = found.relaxed_active_set;
     iterations += trial.qp.iterations;
+    programs += found.nodes;
     // summed from its terms: the tracking part is many orders larger than what tells the tilts apart
     const Vec6 missing = trial.A * trial.qp.u - target;
     trial.cost = weight.dot(missing.cwiseAbs2()) +
@@ -185,6 +191,7 @@ Result<Allocation> Allocator::allocate(const AllocationInput& in) {
   out.kkt_residual = best.qp.kkt_residual;
   out.active_bounds = best.qp.active_bounds;
   out.iterations = iterations;
+  out.programs = programs;
   u_previous_ = best.qp.u;
   alpha_ = best.alpha;
   w_input_ = w_input;

@@ -6,7 +6,7 @@ namespace omniflight::allocation {
 namespace {
 
 constexpr double kPrimalTolerance = 1e-12;  // of the largest bound
-constexpr double kDualTolerance = 1e-12;    // of 1 + max |g|, with max diag H = 1
+constexpr double kDualTolerance = 1e-14;    // of 1 + max |g|, with max diag H = 1; rounding is 1e-15
 constexpr int kBlockTrials = 5;             // block exchanges without progress before single pivots
 constexpr int kMaxIterations = 1000;
 

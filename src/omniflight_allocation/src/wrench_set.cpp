@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kRankTolerance = 1e-9;  // of the largest singular value
 constexpr double kMerge = 1e-9;          // of the reach
+constexpr double kUnreachable = 1e-6;    // of a wrench: more of it outside the span counts
 
 // Unit vector orthogonal to the given columns; empty when they do not leave exactly one direction.
 bool normal_to(const Eigen::MatrixXd& columns, double scale, Eigen::VectorXd& normal) {
@@ -85,13 +86,28 @@ Result<WrenchSet> WrenchSet::create(const vehicle::Vehicle& v, double alpha, dou
       known = known || std::min((normal - o).squaredNorm(), (normal + o).squaredNorm()) < 1e-18;
     if (!known) normals.push_back(normal);
   } while (next_subset(subset, n));
+  Vec6 scale = Vec6::Ones();
+  scale.tail<3>() /= s.lever_;
+  s.loads_.resize(static_cast<Eigen::Index>(normals.size()), 6);
+  s.outside_ = (Mat6::Identity() - s.span_ * s.span_.transpose()) * scale.asDiagonal();
   for (const Vec6& normal : normals) {
     const double half_width = (normal.transpose() * generators).cwiseAbs().sum(),
                  middle = normal.dot(s.centre_);
+    s.loads_.row(static_cast<Eigen::Index>(s.faces_.size() / 2)) =
+        normal.cwiseProduct(scale).transpose() / half_width;
     s.faces_.push_back({normal, middle + half_width});
     s.faces_.push_back({-normal, -middle + half_width});
   }
   return s;
+}
+
+double WrenchSet::load(const Vec6& wrench) const {
+  Vec6 w = wrench;
+  w.head<3>() -= centre_.head<3>();
+  w.tail<3>() -= lever_ * centre_.tail<3>();
+  if (!w.allFinite()) return HUGE_VAL;
+  if (rank_ < 6 && (outside_ * w).norm() > kUnreachable * (reach_ + w.norm())) return HUGE_VAL;
+  return (loads_ * w).cwiseAbs().maxCoeff();
 }
 
 WrenchSet::Slice WrenchSet::slice(Part shown, const Vec3& fixed_value) const {

@@ -114,6 +114,48 @@ TEST(Allocator, TheSearchTakesTheCheapestOfThreeTilts) {
   }
 }
 
+TEST(Allocator, KeepsTheSmallestThrustExactlyAndFindsTheBestSignsOfAll) {
+  vehicle::Vehicle v = omnimorph();
+  for (const AllocatorConfig& base : {AllocatorConfig::case_a(), AllocatorConfig::case_b()}) {
+    AllocatorConfig config = base;
+    config.tilt_mode = TiltMode::fixed;
+    config.initial_tilt = to_radians(50);
+    config.keep_min_thrust = true;
+    auto allocator = Allocator::create(v, config).value();
+    config.keep_min_thrust = false;
+    Random rng(17);
+    vehicle::RotorVector u = vehicle::RotorVector::Zero(8);
+    int branched = 0;
+    for (int i = 0; i < 60; ++i) {
+      const AllocationInput in = random_input(rng, 3.0, 6.0);
+      const auto out = allocator.allocate(in);
+      ASSERT_TRUE(out) << out.error().text();
+      ASSERT_GE(out->u.cwiseAbs().minCoeff(), 0.15);
+      branched += out->programs > 1;
+      // every sign pattern as a vehicle of rotors that turn one way only
+      double lowest = HUGE_VAL;
+      for (int pattern = 0; pattern < 256; ++pattern) {
+        vehicle::Vehicle one_way = v;
+        for (std::size_t k = 0; k < 8; ++k) {
+          vehicle::Rotor& r = one_way.rotors[k];
+          r.bidirectional = false;
+          if ((pattern >> k & 1) == 0) continue;
+          r.axis_B = -r.axis_B;  // the same rotor, told to turn the other way
+        }
+        auto fixed = Allocator::create(one_way, config).value();
+        vehicle::RotorVector previous = u;
+        for (int k = 0; k < 8; ++k)
+          if ((pattern >> k & 1) != 0) previous[k] = -previous[k];
+        fixed.reset(config.initial_tilt, &previous);
+        lowest = std::min(lowest, fixed.allocate(in).value().cost);
+      }
+      ASSERT_NEAR(out->cost, lowest, 1e-9 * lowest);
+      u = out->u;
+    }
+    EXPECT_GT(branched, 3);
+  }
+}
+
 TEST(Allocator, TheUnitOfTheWeightsMatters) {
   const vehicle::Vehicle v = omnimorph();
   AllocatorConfig config = AllocatorConfig::case_b();
@@ -192,7 +234,9 @@ TEST(Allocator, RefusesBadInputAndStaysAsItWas) {
 }
 
 TEST(Allocator, AllocatesNoMemory) {
-  auto a = Allocator::create(omnimorph(), AllocatorConfig::case_a()).value();
+  AllocatorConfig config;
+  config.keep_min_thrust = true;
+  auto a = Allocator::create(omnimorph(), config).value();
   if (!counted::works) GTEST_SKIP() << "a sanitizer owns malloc";
   Random rng(9);
   std::vector<AllocationInput> inputs;

@@ -113,6 +113,23 @@ TEST(BoxQp, AWarmStartChangesTheWorkAndNotTheAnswer) {
   EXPECT_LT(warm, cold / 2);
 }
 
+TEST(BoxQp, AStaleStartDoesNotHoldAVariableThatAWeakTermWantsFree) {
+  // Tracking twelve orders stiffer than economy: two opposed rotors that a stale start holds at their limits
+  // cost nothing there but the economy, which must still bring them back to zero.
+  QpMatrix H(2, 2);
+  H << 1, 1, 1, 1;
+  H *= 3e6;
+  H.diagonal().array() += 1e-6;
+  const QpVector g = QpVector::Zero(2), bound = QpVector::Constant(2, 6.25);
+  ActiveSet stale{};
+  stale[0] = 1;
+  stale[1] = -1;
+  const BoxQpSolution s = solve_box_qp(H, g, -bound, bound, stale);
+  ASSERT_EQ(s.status, QpStatus::solved);
+  EXPECT_EQ(s.active_bounds, 0);
+  EXPECT_LT(s.u.norm(), 1e-3);
+}
+
 TEST(BoxQp, InfiniteAndEqualBounds) {
   QpMatrix H = QpMatrix::Identity(2, 2);
   QpVector g(2), lower(2), upper(2);

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "omniflight_allocation/hover.hpp"
+#include "hover_by_qp.hpp"
 #include "omniflight_core/random.hpp"
 #include "omnimorph.hpp"
 
@@ -163,7 +163,7 @@ TEST(Hover, FollowsTheMassLimitOfTheDesigner) {
   v.mass = 1.2131;
   EXPECT_TRUE(hover_feasible(v, Quat::Identity(), alpha));
   EXPECT_FALSE(hover_feasible(v, exp_rotation(Vec3(kPi / 2, 0, 0)), alpha));
-  const auto u = hover_thrusts(v, Quat::Identity(), alpha);
+  const auto u = hover_thrusts(v, Quat::Identity(), alpha, 0);
   ASSERT_TRUE(u);
   EXPECT_LT(
       (v.allocation_matrix(alpha) * *u - (Vec6() << 0, 0, v.mass * kGravity, 0, 0, 0).finished()).norm(),
@@ -178,9 +178,9 @@ TEST(Design, RefusesWhatMakesNoSense) {
     EXPECT_FALSE(design(omnimorph(), {0.5}, 0, bad));
   }
   EXPECT_FALSE(design(omnimorph(), {nan}));
-  EXPECT_FALSE(hover_feasible(omnimorph(), Quat(nan, 0, 0, 0), 0.5));
-  EXPECT_FALSE(hover_feasible(omnimorph(), Quat::Identity(), nan));
-  EXPECT_FALSE(hover_feasible(omnimorph(), Quat::Identity(), 0.5, 1.0));
+  EXPECT_FALSE(RotorLoad::create(omnimorph(), nan));
+  EXPECT_FALSE(RotorLoad::create(vehicle::Vehicle{}, 0.5));
+  EXPECT_TRUE(std::isinf(RotorLoad::create(omnimorph(), 0.5)->hover_load(Quat(nan, 0, 0, 0))));
 }
 
 TEST(Design, WritesJson) {

@@ -14,7 +14,9 @@ const char* const kMap = "configs/test_beds/pyramid.bt";
 struct Scene {
   vehicle::Vehicle vehicle = vehicle::load_vehicle("omnimorph").value();
   DistanceMap map = DistanceMap::load(kMap).value();
-  StateCheck check{map, cover_with_spheres(vehicle, 0.8), hover_check(vehicle, 0.1), 0.8, 0.08};
+  std::shared_ptr<const allocation::RotorLoad> rotors =
+      std::make_shared<allocation::RotorLoad>(allocation::RotorLoad::create(vehicle, 0.8).value());
+  StateCheck check{map, cover_with_spheres(vehicle, 0.8), rotors, 0.1, 0.08};
   std::vector<Pose> poses;
   Scene() {
     Random random(1);
@@ -36,7 +38,7 @@ void Clearance(benchmark::State& state) {
 BENCHMARK(Clearance);
 
 void HoverLoad(benchmark::State& state) {
-  const WrenchLimits limits(scene().vehicle, 0.8);
+  const allocation::RotorLoad& limits = *scene().rotors;
   std::size_t i = 0;
   for (auto _ : state) benchmark::DoNotOptimize(limits.hover_load(scene().poses[i++ % 4096].q_WB));
 }

@@ -98,8 +98,8 @@ struct Ridden {
 /// The fastest ride of a leg (one path between each two of its waypoints) that the map and the rotors allow:
 /// on one curve through the waypoints, rounder or closer to the path, or with a stop at every corner, where
 /// the curve is the path.
-Result<Ridden> ride_leg(const std::vector<Path>& paths, const StateCheck& check, const WrenchLimits& rotors,
-                        const MotionLimits& limits) {
+Result<Ridden> ride_leg(const std::vector<Path>& paths, const StateCheck& check,
+                        const allocation::RotorLoad& rotors, const MotionLimits& limits) {
   const auto joined = [&](auto shape) {
     Path all{paths.front().front()};
     for (const Path& path : paths) {
@@ -147,10 +147,10 @@ Result<Ridden> ride_leg(const std::vector<Path>& paths, const StateCheck& check,
 
 /// A path that keeps more clearance than asked for where there is room: a curve needs some to round its
 /// corners, and a vehicle that is blown aside likes it, too.
-PathResult<Path> find_roomy_path(const DistanceMap& map, const StateCheck& check, const HoverCheck& hover,
-                                 const Pose& start, const Pose& goal, const PathOptions& options) {
+PathResult<Path> find_roomy_path(const StateCheck& check, const Pose& start, const Pose& goal,
+                                 const PathOptions& options) {
   for (const double extra : {0.10, 0.04}) {
-    const StateCheck roomy(map, check.spheres(), hover, check.alpha(), check.margin() + extra);
+    const StateCheck roomy = check.with_margin(check.margin() + extra);
     if (!roomy.valid(start) || !roomy.valid(goal)) continue;
     PathOptions part = options;
     part.budget_s = 0.2 * options.budget_s;
@@ -168,7 +168,8 @@ Result<double> search_alpha(const Mission& mission, const vehicle::Vehicle& vehi
   const int steps = static_cast<int>(std::floor(to_degrees(vehicle.tilt.max - vehicle.tilt.min) + 1e-9));
   for (int i = 0; i <= steps; ++i) {
     const double alpha = vehicle.tilt.min + to_radians(i);
-    const WrenchLimits rotors(vehicle, alpha);
+    const auto rotors = allocation::RotorLoad::create(vehicle, alpha);
+    if (!rotors) return Failure(rotors.error());
     double worst = 0.0;
     for (std::size_t k = 0; k < mission.waypoints.size(); ++k) {
       const Quat& q0 = mission.waypoints[k == 0 ? 0 : k - 1].pose.q_WB;
@@ -178,7 +179,7 @@ Result<double> search_alpha(const Mission& mission, const vehicle::Vehicle& vehi
         for (int axis = 0; axis < 6; ++axis) {
           r.a_WB_W.setZero();
           r.a_WB_W[axis % 3] = (axis < 3 ? 1.0 : -1.0) * mission.limits.acceleration;
-          worst = std::max(worst, rotors.motion_load(r));
+          worst = std::max(worst, rotors->motion_load(r));
         }
       }
     }
@@ -216,9 +217,11 @@ Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const
     if (!found) return Failure(found.error());
     c.alpha = *found;
   }
-  const WrenchLimits rotors(vehicle, c.alpha);
-  const HoverCheck hover = hover_check(vehicle, mission.limits.rotor_headroom);
-  const StateCheck check(map, cover_with_spheres(vehicle, c.alpha), hover, c.alpha, mission.clearance);
+  auto load = allocation::RotorLoad::create(vehicle, c.alpha);
+  if (!load) return Failure(load.error());
+  const auto rotors = std::make_shared<const allocation::RotorLoad>(std::move(*load));
+  const StateCheck check(map, cover_with_spheres(vehicle, c.alpha), rotors, mission.limits.rotor_headroom,
+                         mission.clearance);
 
   PathOptions path_options;
   path_options.seed = options.seed.value_or(mission.seed);
@@ -237,13 +240,12 @@ Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const
     const Waypoint& goal = mission.waypoints[i];
     path_options.budget_s = std::max(
         1e-3, budget - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-    const auto part =
-        find_roomy_path(map, check, hover, mission.waypoints[i - 1].pose, goal.pose, path_options);
+    const auto part = find_roomy_path(check, mission.waypoints[i - 1].pose, goal.pose, path_options);
     if (!part) return Failure(to_error(part.error(), goal, mission.file));
     if (path_length(*part) > 1e-6) leg.push_back(*part);
     if (!goal.stop) continue;
     if (!leg.empty()) {
-      auto ridden = ride_leg(leg, check, rotors, mission.limits);
+      auto ridden = ride_leg(leg, check, *rotors, mission.limits);
       if (!ridden) {
         Error error = ridden.error();
         error.message = goal.name + ": " + error.message;
@@ -265,7 +267,7 @@ Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const
     return fail(ErrorCode::incomplete,
                 text("curve_blocked: the curve comes within %.3f m at %.2f s", curve.min_clearance, curve.at),
                 mission.file, "Reduce clearance_m or add waypoints");
-  c.peak = peaks(trajectory->knots(), rotors);
+  c.peak = peaks(trajectory->knots(), *rotors);
   c.mission = mission.name;
   c.mission_file = mission.file;
   c.mission_sha256 = mission.sha256;

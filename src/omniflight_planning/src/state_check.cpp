@@ -19,9 +19,13 @@ bool is_finite(const Pose& pose) {
   return pose.p_WB.allFinite() && pose.q_WB.coeffs().allFinite() && std::abs(pose.q_WB.norm() - 1.0) < 1e-6;
 }
 
-StateCheck::StateCheck(const DistanceMap& map, VehicleSpheres spheres, HoverCheck hover, double alpha,
-                       double margin)
-    : map_(map), spheres_(std::move(spheres)), hover_(std::move(hover)), alpha_(alpha), margin_(margin) {}
+StateCheck::StateCheck(const DistanceMap& map, VehicleSpheres spheres,
+                       std::shared_ptr<const allocation::RotorLoad> rotors, double headroom, double margin)
+    : map_(map),
+      spheres_(std::move(spheres)),
+      rotors_(std::move(rotors)),
+      headroom_(headroom),
+      margin_(margin) {}
 
 Clearance StateCheck::clearance(const Pose& pose) const {
   Clearance best{map_.max_distance(), pose.p_WB};

@@ -85,7 +85,7 @@ Reference PoseCurve::at(double u, double du, double ddu) const {
   return r;
 }
 
-MotionPeaks peaks(const std::vector<TrajectoryKnot>& knots, const WrenchLimits& rotors) {
+MotionPeaks peaks(const std::vector<TrajectoryKnot>& knots, const allocation::RotorLoad& rotors) {
   MotionPeaks out;
   for (const auto& knot : knots) {
     const Reference& r = knot.reference;
@@ -101,7 +101,7 @@ MotionPeaks peaks(const std::vector<TrajectoryKnot>& knots, const WrenchLimits& 
   return out;
 }
 
-Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const WrenchLimits& rotors,
+Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const allocation::RotorLoad& rotors,
                                          const MotionLimits& limits) {
   const double allowed = 1.0 - limits.rotor_headroom;
   const auto sample = [&](int intervals, double duration) {

@@ -124,7 +124,9 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
   for (const auto& knot : knots)
     if (std::abs(knot.reference.alpha - c.alpha) > 1e-9)
       return reject("alpha is not constant along the trajectory");
-  out.peak = peaks(knots, WrenchLimits(*vehicle, c.alpha));
+  const auto rotors = allocation::RotorLoad::create(*vehicle, c.alpha);
+  if (!rotors) return Failure(rotors.error());
+  out.peak = peaks(knots, *rotors);
   const MotionLimits& limits = mission->limits;
   const struct {
     const char* what;

@@ -19,10 +19,14 @@ inline const DistanceMap& pyramid() {
   static const DistanceMap map = DistanceMap::load(kConfigs / "test_beds/pyramid.bt").value();
   return map;
 }
+inline allocation::RotorLoad rotor_load(const vehicle::Vehicle& v, double alpha) {
+  return allocation::RotorLoad::create(v, alpha).value();
+}
 inline StateCheck make_check(const DistanceMap& map, double alpha_deg, double margin) {
   const auto v = omnimorph();
   const double alpha = to_radians(alpha_deg);
-  return {map, cover_with_spheres(v, alpha), hover_check(v, 0.05), alpha, margin};
+  auto rotors = std::make_shared<const allocation::RotorLoad>(rotor_load(v, alpha));
+  return {map, cover_with_spheres(v, alpha), std::move(rotors), 0.05, margin};
 }
 
 }  // namespace omniflight::planning

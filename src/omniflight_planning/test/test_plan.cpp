@@ -74,7 +74,7 @@ TEST_P(Missions, PlanVerifyAndKeepWhatTheyPromise) {
   const auto& knots = plan->trajectory.knots();
   const auto v = omnimorph();
   const Certificate& c = plan->certificate;
-  const WrenchLimits rotors(v, c.alpha);
+  const auto rotors = rotor_load(v, c.alpha);
   const auto a = v.allocation_matrix(c.alpha);
   const Eigen::MatrixXd pinv = a.completeOrthogonalDecomposition().pseudoInverse();
   for (std::size_t k = 0; k + 1 < knots.size(); ++k) {

@@ -4,8 +4,8 @@
 
 #include <optional>
 
-#include "omniflight_allocation/box_qp.hpp"
 #include "omniflight_allocation/config.hpp"
+#include "omniflight_allocation/gap_qp.hpp"
 #include "omniflight_core/result.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
 
@@ -30,12 +30,14 @@ struct Allocation {
   double cost = 0;          ///< value of equation 4.3 at u
   double w_input = 0;       ///< weight W1 that was used
   double kkt_residual = 0;  ///< of the quadratic program, see BoxQpSolution
-  int active_bounds = 0;    ///< rotors at a limit
+  int active_bounds = 0;    ///< rotors at a limit, the edges of a thrust gap included
   int iterations = 0;       ///< linear systems solved, all candidate tilts together
+  int programs = 0;         ///< quadratic programs solved, all candidate tilts together
 };
 
 /// Control allocation of one vehicle. Minimises over u within the thrust limits
 ///   |qdd(alpha, u) - qdd_ref|^2_W2 + W3 |u - u_previous|^2 + W1 |u|^2
+/// (with keep_min_thrust also outside the gap about zero that a rotor cannot hold)
 /// exactly, at the given tilt or at the best of {previous - step, previous, previous + step} within the
 /// limits. Holds its own previous u, tilt and weight; deterministic; allocate() allocates nothing.
 class Allocator {
@@ -70,7 +72,7 @@ class Allocator {
   vehicle::AllocationMatrix A0_, Ac_, As_;  // M B(alpha) = A0 + cos Ac + sin As
   bool constant_part_ = true;
   QpMatrix Q00_, Qcc_, Qss_, Q0c_, Q0s_, Qcs_;  // their weighted products
-  vehicle::RotorVector lower_, upper_, unit_weight_;
+  vehicle::RotorVector lower_, upper_, gap_, unit_weight_;
   std::vector<vehicle::Rotor> rotors_;
   // memory
   vehicle::RotorVector u_previous_;

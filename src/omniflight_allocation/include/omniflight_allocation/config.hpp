@@ -39,6 +39,9 @@ struct AllocatorConfig {
   double tilt_step = to_radians(0.3);      ///< rad a control period, search mode
   double initial_tilt = to_radians(30.0);  ///< rad, clipped to the vehicle's limits
   DynamicWeights dynamic_weights;
+  /// Keep |u| >= the vehicle's min_thrust for rotors that turn both ways too, exactly: thrusts between
+  /// -min_thrust and +min_thrust are then never asked for. Others keep u >= min_thrust in any case.
+  bool keep_min_thrust = false;
   double mass = 0;              ///< kg the controller believes in; 0: the vehicle's
   Mat3 inertia = Mat3::Zero();  ///< kg m^2 the controller believes in; zero: the vehicle's
 

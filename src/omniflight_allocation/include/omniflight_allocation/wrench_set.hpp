@@ -13,6 +13,11 @@ class WrenchSet {
   /// f_max [N] replaces the largest thrust of every rotor; 0 keeps the vehicle's.
   static Result<WrenchSet> create(const vehicle::Vehicle& vehicle, double alpha, double f_max = 0);
 
+  /// Share of the rotors' ranges that the best allocation of a wrench needs: the least over all thrusts that
+  /// give it of max |u_i - middle_i| / half range_i. 1 is the limit; infinite when no thrusts of any size
+  /// give it, or it is not finite. wrench: force [N], then torque [Nm] about the centre of mass, body axes.
+  double load(const Vec6& wrench) const;
+
   int rank() const { return rank_; }  ///< 6: force and torque can be chosen independently near the centre
 
   Polytope force_at_torque(const Vec3& torque) const;  ///< N, the forces that leave exactly this torque [Nm]
@@ -41,6 +46,8 @@ class WrenchSet {
   Eigen::Matrix<double, 6, Eigen::Dynamic> span_;  // orthonormal, 6 x rank
   Vec6 centre_ = Vec6::Zero();                     // scaled wrench of the middle of the box
   std::vector<Face> faces_;
+  Eigen::Matrix<double, Eigen::Dynamic, 6> loads_;  // load = max |loads (wrench - middle)|, N and Nm
+  Mat6 outside_ = Mat6::Zero();                     // part of a wrench that no rotor can give
   int rank_ = 0;
   double lever_ = 1;  // m
   double reach_ = 0;  // N, bound of |scaled wrench|

@@ -3,10 +3,10 @@
 
 #include <memory>
 
+#include "omniflight_allocation/rotor_load.hpp"
 #include "omniflight_core/trajectory.hpp"
 #include "omniflight_planning/map.hpp"
 #include "omniflight_planning/vehicle_spheres.hpp"
-#include "omniflight_planning/wrench_limits.hpp"
 
 namespace omniflight::planning {
 
@@ -34,18 +34,22 @@ struct CurveCheck {
   std::size_t witnesses = 0;   ///< places looked at
 };
 
-/// Constant after construction. Holds a reference to the map, which must outlive it. The hover check may keep
-/// state, so one StateCheck belongs to one thread.
+/// Constant after construction. Holds a reference to the map, which must outlive it.
 class StateCheck {
  public:
-  /// margin: m of clearance that every state must keep.
-  StateCheck(const DistanceMap& map, VehicleSpheres spheres, HoverCheck hover, double alpha, double margin);
+  /// headroom in [0, 1): share of every rotor's range that hovering must leave free; margin: m of clearance
+  /// that every state must keep.
+  StateCheck(const DistanceMap& map, VehicleSpheres spheres,
+             std::shared_ptr<const allocation::RotorLoad> rotors, double headroom, double margin);
+
+  /// The same check with another margin [m].
+  StateCheck with_margin(double margin) const { return {map_, spheres_, rotors_, headroom_, margin}; }
 
   Clearance clearance(const Pose& pose) const;
   /// Distance [m] beyond the margin that is certainly free around every vehicle point; coarser than
   /// clearance() where there is plenty, so many times cheaper. Not positive when the margin is not kept.
   double room(const Pose& pose) const;
-  bool hoverable(const Quat& q_WB) const { return hover_(q_WB, alpha_); }
+  bool hoverable(const Quat& q_WB) const { return rotors_->hover_load(q_WB) <= 1.0 - headroom_; }
   /// Finite, at least `margin` away from everything and hoverable.
   bool valid(const Pose& pose) const;
   /// Conservative advancement over the whole motion of interpolate(a, b, .): no pose between the ones looked
@@ -56,14 +60,14 @@ class StateCheck {
 
   const DistanceMap& map() const { return map_; }
   const VehicleSpheres& spheres() const { return spheres_; }
-  double alpha() const { return alpha_; }    ///< rad
-  double margin() const { return margin_; }  ///< m
+  double alpha() const { return rotors_->alpha(); }  ///< rad
+  double margin() const { return margin_; }          ///< m
 
  private:
   const DistanceMap& map_;
   VehicleSpheres spheres_;
-  HoverCheck hover_;
-  double alpha_, margin_;
+  std::shared_ptr<const allocation::RotorLoad> rotors_;
+  double headroom_, margin_;
 };
 
 /// Upper bound [m/s] of the speed of any vehicle point within `radius` [m] of the body origin between two

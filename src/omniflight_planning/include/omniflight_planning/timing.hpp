@@ -4,8 +4,8 @@
 
 #include <vector>
 
+#include "omniflight_allocation/rotor_load.hpp"
 #include "omniflight_planning/state_check.hpp"
-#include "omniflight_planning/wrench_limits.hpp"
 
 namespace omniflight::planning {
 
@@ -41,7 +41,7 @@ inline constexpr double kKnotPeriod = 0.01;  // s
 /// Rides a curve from rest to rest with the minimum-jerk law u = L (10 s^3 - 15 s^4 + 6 s^5), in the shortest
 /// time (a whole number of knot periods) that keeps every limit at every knot. Knots start at t = 0.
 /// Fails when an attitude on the curve cannot be hovered with the headroom, which no slowing down can cure.
-Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const WrenchLimits& rotors,
+Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const allocation::RotorLoad& rotors,
                                          const MotionLimits& limits);
 
 /// The largest values on a trajectory, looked at on every knot.
@@ -51,6 +51,6 @@ struct MotionPeaks {
   double rotor_load = 0.0;                        ///< share of the rotors' range, 1 is the limit
   double rotor_load_at = 0.0;                     ///< s
 };
-MotionPeaks peaks(const std::vector<TrajectoryKnot>& knots, const WrenchLimits& rotors);
+MotionPeaks peaks(const std::vector<TrajectoryKnot>& knots, const allocation::RotorLoad& rotors);
 
 }  // namespace omniflight::planning

@@ -1,11 +1,20 @@
-#include "omniflight_allocation/hover.hpp"
+// Can this attitude be held? Answered by quadratic programs, without the zonotope: a second opinion for
+// tests.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <optional>
 
 #include "omniflight_allocation/box_qp.hpp"
+#include "omniflight_allocation/rotor_load.hpp"
 
 namespace omniflight::allocation {
 
-std::optional<vehicle::RotorVector> hover_thrusts(const vehicle::Vehicle& v, const Quat& q_WB, double alpha,
-                                                  double headroom) {
+/// Thrusts [N] that hold the vehicle at rest with the share `headroom` of every range kept free, or nothing
+/// when there are none; exact to 1e-6 of the weight.
+inline std::optional<vehicle::RotorVector> hover_thrusts(const vehicle::Vehicle& v, const Quat& q_WB,
+                                                         double alpha, double headroom) {
   const int n = v.rotor_count();
   if (n < 1 || n > kMaxInputs || !q_WB.coeffs().allFinite() || !(q_WB.norm() > 1e-6) ||
       !std::isfinite(alpha) || !(headroom >= 0 && headroom < 1))
@@ -45,6 +54,13 @@ std::optional<vehicle::RotorVector> hover_thrusts(const vehicle::Vehicle& v, con
     if (missing.dot(wrench) > most + 1e-9 * missing.norm() * wrench.norm()) return std::nullopt;
   }
   return std::nullopt;
+}
+
+/// The answer of both ways, which must agree.
+inline bool hover_feasible(const vehicle::Vehicle& v, const Quat& q_WB, double alpha, double headroom = 0) {
+  const bool by_set = RotorLoad::create(v, alpha).value().hover_load(q_WB.normalized()) <= 1.0 - headroom;
+  EXPECT_EQ(by_set, hover_thrusts(v, q_WB, alpha, headroom).has_value());
+  return by_set;
 }
 
 }  // namespace omniflight::allocation
