@@ -29,8 +29,9 @@ Result<Model> load_model(const std::string& path) {
       std::vector<std::string> ids;
       for (const Effect* e : builtin_effects()) ids.push_back(e->info().id);
       const std::string near = files::nearest_word(id, ids);
-      item.error_at("id", "unknown effect " + files::shown(id),
-                    near.empty() ? "`omniflight effects` lists the known ones" : "Did you mean '" + near + "'?");
+      item.error_at(
+          "id", "unknown effect " + files::shown(id),
+          near.empty() ? "`omniflight effects` lists the known ones" : "Did you mean '" + near + "'?");
       break;
     }
     ActiveEffect active{effect, {}};

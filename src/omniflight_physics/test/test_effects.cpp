@@ -117,8 +117,8 @@ TEST(Effects, DerivativeIsThatOfTheWrench) {
 TEST(Effects, TurningTheWorldAboutTheVerticalChangesNothingInTheBody) {
   // Body wrenches of effects without a world direction are the same after a yaw of the whole world.
   const vehicle::Vehicle v = cube();
-  const std::set<std::string> directional{"wind",      "constant_pull", "lateral_stiffness",
-                                          "taut_rope", "wall_effect",   "cable_torsion"};
+  const std::set<std::string> directional{"wind",        "constant_pull", "lateral_stiffness", "taut_rope",
+                                          "wall_effect", "cable_torsion", "catenary"};
   for (const Effect* e : builtin_effects()) {
     if (!e->acts_on_wrench() || directional.count(e->info().id)) continue;
     const Situation s = random_situation(5);

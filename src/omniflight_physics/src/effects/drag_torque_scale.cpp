@@ -26,6 +26,13 @@ class DragTorqueScale final : public WrenchEffect<DragTorqueScale> {
     for (const RotorSituation& r : s.all_rotors())
       out.torque_B += theta[0] * (r.spin * r.drag_ratio * r.thrust * r.n_B).cast<T>();
   }
+
+  double shaft_power(const Situation& s, const double* theta) const override {
+    double power = 0;
+    for (const RotorSituation& r : s.all_rotors())
+      power += theta[0] * std::abs(r.drag_ratio * r.thrust * r.speed);
+    return power;
+  }
 };
 
 }  // namespace

@@ -1,0 +1,125 @@
+// Effects that remember: slung load, swinging cable, inflow, gust; and the two ropes of the start and the
+// floor.
+#include "effect_testing.hpp"
+
+namespace omniflight::physics::testing {
+namespace {
+
+/// Wrench with the accelerations of the situation, from a memory.
+Vec6 remembered(const char* id, const Situation& s, const std::vector<double>& theta,
+                const std::vector<double>& memory) {
+  const Effect* e = find_effect(id);
+  EXPECT_EQ(static_cast<int>(memory.size()), e->memory_size().total());
+  Wrench w;
+  e->add_memory_wrench(s, theta.data(), memory.data(), w);
+  return w.at(s);
+}
+
+const std::vector<double> kLoad{0.3, 0.8, 0.2, 0.05, -0.02, -0.1};
+
+TEST(SlungLoad, PullsWithTheTensionThatItsOwnMotionNeeds) {
+  for (const Situation& s : six_states()) {
+    const Vec3 q = Vec3(0.3, -0.4, -1).normalized(), dq = q.cross(Vec3(0.5, 1.0, -0.7));
+    std::vector<double> x{q.x(), q.y(), q.z(), dq.x(), dq.y(), dq.z()}, rate(6);
+    find_effect("slung_load")->state_rate(s, kLoad.data(), x.data(), rate.data());
+    // the load: Newton with the tension, in the world
+    const Vec3 r(0.05, -0.02, -0.1), &w = s.body.w_WB_B;
+    const Vec3 a_A = s.R_WB * (s.a_WB_B + s.dw_WB_B.cross(r) + w.cross(w.cross(r)));
+    const Vec3 ddq(rate[3], rate[4], rate[5]);
+    const Vec3 a_load = a_A + 0.8 * ddq;
+    const Vec3 g(0, 0, -kGravity);
+    const Vec3 force_on_load = 0.3 * (a_load - g) + 0.3 * 0.2 * 0.8 * dq;  // without the damping
+    const double tension = -force_on_load.dot(q);
+    EXPECT_LT((force_on_load + tension * q).norm(), 1e-12) << "a cable pulls along itself";
+    EXPECT_LT((Vec3(rate[0], rate[1], rate[2]) - dq).norm(), 1e-12);
+    EXPECT_NEAR(q.dot(ddq) + dq.squaredNorm(), 0.0, 1e-12) << "and keeps its length";
+    const Vec3 f = s.R_WB.transpose() * (tension * q);
+    Vec6 expected;
+    expected << f, r.cross(f);
+    EXPECT_LT((remembered("slung_load", s, kLoad, x) - expected).norm(), 1e-12);
+  }
+}
+
+TEST(SlungLoad, AtRestIsItsWeight) {
+  const Situation s = hover(2.0);
+  const std::vector<double> hanging{0, 0, -1, 0, 0, 0};
+  std::vector<double> rate(6);
+  find_effect("slung_load")->state_rate(s, kLoad.data(), hanging.data(), rate.data());
+  EXPECT_LT(Eigen::Map<Vec6>(rate.data()).norm(), 1e-12);
+  EXPECT_LT((remembered("slung_load", s, kLoad, hanging).head<3>() - Vec3(0, 0, -0.3 * kGravity)).norm(),
+            1e-12);
+}
+
+TEST(CablePendulum, AtRestAndInSlowMotionIsTheHungCable) {
+  Situation s = hover(1.5);
+  const std::vector<double> theta{0.2, 0.1, 5, 0.05};
+  EXPECT_LT((remembered("cable_pendulum", s, theta, {0, 0, 0, 0}) - wrench_of("hung_cable", s, {0.2, 0.1, 5}))
+                .norm(),
+            1e-12);
+  // in a steady lateral acceleration the mode settles, and all the hanging mass is carried along
+  s.a_WB_B = Vec3(0.3, 0, 0);
+  const double square = std::pow(2.404825557695773 / 2, 2) * kGravity / 1.4;
+  const Vec6 settled = remembered("cable_pendulum", s, theta, {-0.3 / square, 0, 0, 0});
+  EXPECT_NEAR(settled[0], -0.2 * 1.4 * 0.3, 1e-12);
+}
+
+TEST(DynamicInflow, SettlesToNothingAndLeadsASpeedUp) {
+  const std::vector<double> theta{2e-4, 0.02};
+  const Effect* e = find_effect("dynamic_inflow");
+  std::vector<double> w(16);
+  const Situation slow = hover(1, 0, 600), fast = hover(1, 0, 800);
+  e->start_memory(slow, theta.data(), w.data());
+  EXPECT_EQ(remembered("dynamic_inflow", slow, theta, w).norm(), 0.0);
+  const double area = kPi * 0.1016 * 0.1016;
+  const auto induced = [&](const Situation& s) { return std::sqrt(s.rotors[0].thrust / (2 * 1.2 * area)); };
+  EXPECT_NEAR(w[0], induced(slow), 1e-12);
+  const Vec6 step = remembered("dynamic_inflow", fast, theta, w);
+  EXPECT_NEAR(step[2], 8 * 2e-4 * 800 * (induced(fast) - induced(slow)), 1e-12);
+  std::vector<double> rate(16);
+  e->state_rate(fast, theta.data(), w.data(), rate.data());
+  EXPECT_NEAR(rate[0], (induced(fast) - induced(slow)) / 0.02, 1e-9);
+}
+
+TEST(Gust, HasItsIntensityAndCorrelationTime) {
+  const std::vector<double> theta{0.4, 0.5, 0.02};
+  const Effect* e = find_effect("gust");
+  Random random(3);
+  std::vector<double> w(3, 0.0);
+  const Situation s = hover(1);
+  const double step = 0.02;
+  const int lag = 25, n = 200000;  // 0.5 s
+  double square = 0, product = 0;
+  std::vector<double> past(lag, 0.0);
+  for (int k = 0; k < n; ++k) {
+    e->advance(s, theta.data(), step, random, w.data());
+    square += w[0] * w[0];
+    product += w[0] * past[static_cast<std::size_t>(k % lag)];
+    past[static_cast<std::size_t>(k % lag)] = w[0];
+  }
+  EXPECT_NEAR(std::sqrt(square / n), 0.4, 0.02);
+  EXPECT_NEAR(product / square, std::exp(-1.0), 0.04);
+  const Vec3 gust(w[0], w[1], w[2]);
+  const Vec6 f = remembered("gust", s, theta, w);
+  EXPECT_LT((f.head<3>() - 0.5 * 1.2 * 0.02 * gust.norm() * gust).norm(), 1e-12);
+}
+
+TEST(Gust, OfASteadySpeedIsTheWind) {
+  for (const Situation& s : six_states()) {
+    const Vec6 wind = wrench_of("wind", s, {0.7, -0.3, 0.02});
+    EXPECT_LT((remembered("gust", s, {0.1, 1, 0.02}, {0.7, -0.3, 0}) - wind).norm(), 1e-9);
+  }
+}
+
+TEST(HangingStart, CarriesBelowItsHeightAndNeverPushes) {
+  const std::vector<double> theta{100, 1.4, 0.05};
+  for (const Situation& s : six_states()) {
+    const double z = s.body.p_WB.z(), pull = 100 * std::max(0.0, 1.4 - z - 0.05 * s.body.v_WB_W.z());
+    const Vec3 expected = s.R_WB.transpose() * Vec3(0, 0, z < 1.4 ? pull : 0.0);
+    EXPECT_LT((wrench_of("hanging_start", s, theta).head<3>() - expected).norm(), 1e-12);
+  }
+  EXPECT_EQ(wrench_of("hanging_start", hover(1.41), theta).norm(), 0.0);
+  EXPECT_NEAR(wrench_of("hanging_start", hover(1.3), theta)[2], 10.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace omniflight::physics::testing
