@@ -1,149 +1,122 @@
-// Time of the allocator on the quadratic programs of a closed loop, beside NLopt's SLSQP and Eigen's
-// factorisation. Quote ratios from one run only.
-#include <benchmark/benchmark.h>
-#include <nlopt.h>
-
+// Time of the allocator on the quadratic programs of a closed loop, beside the peers that Debian packages:
+// quadprog (Goldfarb and Idnani's dual active-set method, r-cran-quadprog), dlib's box-constrained solver and
+// NLopt's SLSQP. Peers that are not installed are left out. Quote ratios from one run only.
 #include <Eigen/Cholesky>
 
-#include "../test/omnimorph.hpp"
-#include "omniflight_allocation/allocator.hpp"
-#include "omniflight_core/random.hpp"
+#include "flight_programs.hpp"
+#include "peers.hpp"
 
 namespace omniflight::allocation {
 namespace {
 
-constexpr int kRotors = 8;
-
-// A flight with kicks: each wish differs a little from the last.
-std::vector<AllocationInput> flight() {
-  Random rng(1);
-  std::vector<AllocationInput> inputs(1000);
-  Vec6 wish = Vec6::Zero();
-  Quat q = Quat::Identity();
-  for (AllocationInput& in : inputs) {
-    for (int i = 0; i < 6; ++i) wish[i] = 0.97 * wish[i] + (i < 3 ? 1.0 : 6.0) * rng.normal();
-    q = (q * exp_rotation(0.02 * Vec3(rng.normal(), rng.normal(), rng.normal()))).normalized();
-    in.qdd_ref = wish;
-    in.q_WB = q;
-  }
-  return inputs;
-}
-
-struct Qp {
-  QpMatrix H;
-  QpVector g, lower, upper;
-};
-
-// The same flight as quadratic programs, weights of case B on squared speeds: there general solvers still
-// converge.
-std::vector<Qp> problems() {
-  const vehicle::Vehicle v = omnimorph();
-  const AllocatorConfig config = AllocatorConfig::case_b();
-  Vec6 per_wrench, weight;
-  per_wrench << Vec3::Constant(1 / v.mass), v.inertia.diagonal().cwiseInverse();
-  weight << Vec3::Constant(config.w_linear), Vec3::Constant(config.w_angular);
-  std::vector<Qp> out;
-  const double per_newton = std::pow(v.rotors[0].thrust_coefficient * 4 * kPi * kPi, -2);
-  const double w_rate = config.w_rate * per_newton, w_input = config.w_input * per_newton;
-  QpVector u = QpVector::Zero(kRotors);
-  for (const AllocationInput& in : flight()) {
-    const vehicle::AllocationMatrix A = per_wrench.asDiagonal() * v.allocation_matrix(to_radians(35));
-    Vec6 target = in.qdd_ref;
-    target.head<3>() = in.q_WB.conjugate() * Vec3(target.head<3>() + kGravity * Vec3::UnitZ());
-    Qp qp{A.transpose() * weight.asDiagonal() * A, -A.transpose() * weight.cwiseProduct(target) - w_rate * u,
-          v.lower_thrusts(), v.upper_thrusts()};
-    qp.H.diagonal().array() += w_input + w_rate;
-    u = solve_box_qp(qp.H, qp.g, qp.lower, qp.upper).u;
-    out.push_back(qp);
-  }
-  return out;
-}
-
-void single_qp(benchmark::State& state, bool warm) {
-  const auto qps = problems();
-  ActiveSet active{};
-  std::size_t i = 0, saturated = 0;
-  double worst = 0;
-  for (auto _ : state) {
-    const Qp& qp = qps[i++ % qps.size()];
-    const BoxQpSolution s = solve_box_qp(qp.H, qp.g, qp.lower, qp.upper, warm ? active : ActiveSet{});
-    active = s.active_set;
+void ours(benchmark::State& state, bool warm) {
+  const auto& qps = programs();
+  double kkt = 0, saturated = 0;
+  time_each(state, qps.size(), [&](std::size_t i) {
+    const Qp& qp = qps[i];
+    const BoxQpSolution s = solve_box_qp(qp.H, qp.g, qp.lower, qp.upper, warm ? qp.before : ActiveSet{});
+    kkt = std::max(kkt, s.kkt_residual);
     saturated += s.active_bounds > 0;
-    worst = std::max(worst, s.kkt_residual);
     benchmark::DoNotOptimize(s.u.data());
-  }
-  state.counters["saturated"] = static_cast<double>(saturated) / static_cast<double>(state.iterations());
-  state.counters["kkt"] = worst;
+  });
+  state.counters["kkt"] = kkt;
+  state.counters["saturated"] = saturated / (kPasses * static_cast<double>(qps.size()));
 }
-BENCHMARK_CAPTURE(single_qp, warm, true);
-BENCHMARK_CAPTURE(single_qp, cold, false);
+BENCHMARK_CAPTURE(ours, warm, true)->Iterations(1);
+BENCHMARK_CAPTURE(ours, cold, false)->Iterations(1);
 
-double slsqp_cost(unsigned n, const double* x, double* gradient, void* data) {
-  const Qp& qp = *static_cast<const Qp*>(data);
-  const Eigen::Map<const Eigen::VectorXd> u(x, n);
-  const Eigen::Matrix<double, kRotors, 1> Hu = qp.H * u;
-  if (gradient != nullptr) Eigen::Map<Eigen::VectorXd>(gradient, n) = Hu + qp.g;
-  return 0.5 * u.dot(Hu) + qp.g.dot(u);
+// The same with the gap of 0.15 N about zero kept exactly.
+void ours_with_gap(benchmark::State& state) {
+  const auto& qps = programs();
+  const QpVector gap = QpVector::Constant(kRotors, 0.15);
+  double nodes = 0, most = 0;
+  time_each(state, qps.size(), [&](std::size_t i) {
+    const Qp& qp = qps[i];
+    const GapQpSolution s = solve_gap_qp(qp.H, qp.g, qp.lower, qp.upper, gap, qp.before);
+    nodes += s.nodes;
+    most = std::max<double>(most, s.nodes);
+    benchmark::DoNotOptimize(s.best.u.data());
+  });
+  state.counters["programs_mean"] = nodes / (kPasses * static_cast<double>(qps.size()));
+  state.counters["programs_most"] = most;
 }
+BENCHMARK(ours_with_gap)->Iterations(1);
 
-// The peer Debian packages: cost scaled like ours, started at the previous answer.
-void peer_nlopt_slsqp(benchmark::State& state) {
-  auto qps = problems();
-  nlopt_opt opt = nlopt_create(NLOPT_LD_SLSQP, kRotors);
-  nlopt_set_ftol_rel(opt, 1e-12);
-  nlopt_set_maxeval(opt, 200);
-  for (Qp& qp : qps) {
-    const double scale = qp.H.diagonal().maxCoeff();
-    qp.H /= scale;
-    qp.g /= scale;
-  }
-  nlopt_set_lower_bounds(opt, qps[0].lower.data());
-  nlopt_set_upper_bounds(opt, qps[0].upper.data());
-  std::array<double, kRotors> u{};
-  std::size_t i = 0;
-  double worst = 0;
-  for (auto _ : state) {
-    Qp& qp = qps[i++ % qps.size()];
-    nlopt_set_min_objective(opt, slsqp_cost, &qp);
-    double cost = 0;
-    benchmark::DoNotOptimize(nlopt_optimize(opt, u.data(), &cost));
-    state.PauseTiming();
-    const Eigen::Map<const Eigen::VectorXd> found(u.data(), kRotors);
-    const BoxQpSolution exact = solve_box_qp(qp.H, qp.g, qp.lower, qp.upper);
-    worst = std::max(worst, (exact.u - found).cwiseAbs().maxCoeff());
-    state.ResumeTiming();
-  }
-  state.counters["worst_error_N"] = worst;
-  nlopt_destroy(opt);
+template <class Peer>
+void peer(benchmark::State& state) {
+  const auto& qps = programs();
+  Peer solver;
+  double error = 0;
+  time_each(state, qps.size(), [&](std::size_t i) {
+    solver.solve(qps[i]);
+    error = std::max(error, (qps[i].exact - solver.u()).cwiseAbs().maxCoeff());
+  });
+  state.counters["worst_error_N"] = error;
 }
-BENCHMARK(peer_nlopt_slsqp);
+#ifdef OMNIFLIGHT_HAVE_QUADPROG
+BENCHMARK(peer<QuadprogPeer>)->Iterations(1);
+#endif
+#ifdef OMNIFLIGHT_HAVE_DLIB
+BENCHMARK(peer<DlibPeer>)->Iterations(1);
+#endif
+#ifdef OMNIFLIGHT_HAVE_NLOPT
+BENCHMARK(peer<NloptPeer>)->Iterations(1);
+#endif
 
 // The floor of any method with a new matrix: one factorisation and solution, bounds ignored.
 void floor_eigen_llt(benchmark::State& state) {
-  const auto qps = problems();
-  std::size_t i = 0;
-  for (auto _ : state) {
-    const Qp& qp = qps[i++ % qps.size()];
-    const Eigen::Matrix<double, kRotors, kRotors> H = qp.H;
-    const Eigen::Matrix<double, kRotors, 1> u = H.llt().solve(-qp.g.head<kRotors>());
+  const auto& qps = programs();
+  time_each(state, qps.size(), [&](std::size_t i) {
+    const Eigen::Matrix<double, kRotors, kRotors> H = qps[i].H;
+    const Eigen::Matrix<double, kRotors, 1> u = H.llt().solve(-qps[i].g.head<kRotors>());
     benchmark::DoNotOptimize(u.data());
-  }
+  });
 }
-BENCHMARK(floor_eigen_llt);
+BENCHMARK(floor_eigen_llt)->Iterations(1);
 
-void period(benchmark::State& state, TiltMode mode) {
+// A whole period: assembly, one or three tilts, choice, accelerations and the wrench that is missing.
+void period(benchmark::State& state, TiltMode mode, bool keep_min_thrust) {
   AllocatorConfig config = AllocatorConfig::case_b();
+  config.input_unit = InputUnit::hz2;
   config.tilt_mode = mode;
+  config.keep_min_thrust = keep_min_thrust;
   auto allocator = Allocator::create(omnimorph(), config).value();
   const auto inputs = flight();
-  std::size_t i = 0;
-  for (auto _ : state) {
-    const auto out = allocator.allocate(inputs[i++ % inputs.size()]);
+  time_each(state, inputs.size(), [&](std::size_t i) {
+    if (i == 0) allocator.reset(config.initial_tilt);
+    const auto out = allocator.allocate(inputs[i]);
     benchmark::DoNotOptimize(out->u.data());
-  }
+  });
 }
-BENCHMARK_CAPTURE(period, fixed_tilt, TiltMode::fixed);
-BENCHMARK_CAPTURE(period, search_of_three_tilts, TiltMode::search);
+BENCHMARK_CAPTURE(period, fixed_tilt, TiltMode::fixed, false)->Iterations(1);
+BENCHMARK_CAPTURE(period, search_of_three_tilts, TiltMode::search, false)->Iterations(1);
+BENCHMARK_CAPTURE(period, search_with_gap, TiltMode::search, true)->Iterations(1);
+
+#ifdef OMNIFLIGHT_HAVE_QUADPROG
+// The same search as somebody writes it around a general solver: three programs assembled and solved.
+void peer_period_search_of_three_tilts(benchmark::State& state) {
+  const vehicle::Vehicle v = omnimorph();
+  const AllocatorConfig config = AllocatorConfig::case_b();
+  const auto inputs = flight();
+  QuadprogPeer solver;
+  QpVector u = QpVector::Zero(kRotors);
+  double alpha = config.initial_tilt;
+  time_each(state, inputs.size(), [&](std::size_t i) {
+    if (i == 0) alpha = config.initial_tilt, u.setZero();
+    double lowest = HUGE_VAL;
+    const QpVector before = u;
+    const double centre = alpha;
+    for (const double step : {0.0, -config.tilt_step, config.tilt_step}) {
+      const double trial = std::clamp(centre + step, 0.0, v.tilt.max);
+      const Qp qp = program(v, config, inputs[i], trial, before);
+      solver.solve(qp);
+      const double cost = 0.5 * solver.u().dot(qp.H * solver.u()) + qp.g.dot(solver.u());
+      if (cost < lowest) lowest = cost, alpha = trial, u = solver.u();
+    }
+  });
+}
+BENCHMARK(peer_period_search_of_three_tilts)->Iterations(1);
+#endif
 
 }  // namespace
 }  // namespace omniflight::allocation
