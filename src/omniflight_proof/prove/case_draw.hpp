@@ -18,11 +18,11 @@ struct DrawOptions {
 };
 
 struct CasePlan {
-  std::string id;
+  std::string id = {};
   std::string level, flight, decoy;
   Kind kind = Kind::null;
-  double magnitude = 0;            ///< sigma
-  std::vector<std::size_t> parts;  ///< indices into the mechanisms
+  double magnitude = 0;                 ///< sigma
+  std::vector<std::size_t> parts = {};  ///< indices into the mechanisms
   bool nuisances = false;
 };
 

@@ -26,23 +26,24 @@ vehicle::RotorVector null_thrusts(const vehicle::AllocationMatrix& B, double fir
 }
 
 struct Squares {
-  std::array<double, 6> sum{}, sum_late{}, mean_late{};
-  int n = 0, late = 0;
-  void add(const Vec6& w, bool is_late) {
+  std::array<double, 6> sum{}, mean{};
+  int n = 0;
+  void add(const Vec6& w) {
     ++n;
-    late += is_late;
     for (std::size_t c = 0; c < 6; ++c) {
       const double x = w[static_cast<int>(c)];
       sum[c] += x * x;
-      if (is_late) {
-        sum_late[c] += x * x;
-        mean_late[c] += x;
-      }
+      mean[c] += x;
     }
   }
   std::array<double, 6> rms() const {
     std::array<double, 6> out{};
     for (std::size_t c = 0; c < 6; ++c) out[c] = n ? std::sqrt(sum[c] / n) : 0;
+    return out;
+  }
+  std::array<double, 6> variance() const {
+    std::array<double, 6> out{};
+    for (std::size_t c = 0; c < 6; ++c) out[c] = n ? sum[c] / n - mean[c] * mean[c] / n / n : 0;
     return out;
   }
 };
@@ -134,9 +135,11 @@ Result<Flown> fly(const vehicle::Vehicle& vehicle, const FlightSetup& setup) {
         Vec6 difference = demand - replayed;
         difference.head<3>() *= vehicle.mass;
         difference.tail<3>() = vehicle.inertia * Vec3(difference.tail<3>());
-        control.add(difference, false);
-        if (setup.record && step % (2 * kControlEvery) == 0)
-          log.commands(time, r, demand, achieved, thrust, speeds, alpha_command);
+        control.add(difference);
+        if (setup.record) {
+          log.command(time, speeds, alpha_command);
+          if (step % (4 * kControlEvery) == 0) log.reasons(time, r, demand, achieved, thrust);
+        }
       }
     }
     if (step == steps) break;
@@ -156,23 +159,18 @@ Result<Flown> fly(const vehicle::Vehicle& vehicle, const FlightSetup& setup) {
     dw += plant->angular_acceleration().squaredNorm();
     ++samples;
     if (t < 1.0) continue;
-    const bool late = t > path.duration * 2 / 3;
-    wrench.add(plant->unmodelled_wrench(), late);
+    wrench.add(plant->unmodelled_wrench());
     vehicle::RotorVector difference(n);
     for (int i = 0; i < n; ++i) {
       const auto k = static_cast<std::size_t>(i);
       difference[i] = vehicle.rotors[k].thrust(plant->rotor_speed()[k]) - vehicle.rotors[k].thrust(lagged[k]);
     }
-    command.add(vehicle.allocation_matrix(plant->alpha()) * difference, late);
+    command.add(vehicle.allocation_matrix(plant->alpha()) * difference);
   }
   out.wrench = wrench.rms();
   out.command = command.rms();
   out.control = control.rms();
-  for (std::size_t c = 0; c < 6 && wrench.late > 0; ++c) {
-    const double mean = wrench.mean_late[c] / wrench.late;
-    out.wrench_late[c] = std::sqrt(wrench.sum_late[c] / wrench.late);
-    out.variance_late[c] = wrench.sum_late[c] / wrench.late - mean * mean;
-  }
+  out.variance = wrench.variance();
   out.dw = std::sqrt(dw / std::max(1, samples));
   out.position_rms = std::sqrt(error / std::max(1, samples));
   out.saturated = static_cast<double>(saturated) / std::max(1, controls);

@@ -24,11 +24,11 @@ void Log::sensors(const SensorFrame& f) {
     const Quat& q = f.mocap_sample.q_WB;
     const double wxyz[] = {q.w(), q.x(), q.y(), q.z()};
     put("position", f.mocap_sample.t, f.mocap_sample.p_WB.data(), 3, 1e-6);
-    put("attitude", f.mocap_sample.t, wxyz, 4, 1e-7);
+    put("attitude", f.mocap_sample.t, wxyz, 4, 1e-6);
   }
   if (f.rotor) {
-    put("rotor_speed", f.rotor_sample.t, f.rotor_sample.speed.data(), rotors_, 1e-3);
-    put("alpha", f.rotor_sample.t, &f.rotor_sample.alpha, 1, 1e-6);
+    put("rotor_speed", f.rotor_sample.t, f.rotor_sample.speed.data(), rotors_, 1e-2);
+    put("alpha", f.rotor_sample.t, &f.rotor_sample.alpha, 1, 1e-5);
   }
   if (f.battery) {
     put("vbat", f.battery_sample.t, &f.battery_sample.voltage, 1, 1e-3);
@@ -36,20 +36,23 @@ void Log::sensors(const SensorFrame& f) {
   }
 }
 
-void Log::commands(double t, const Reference& r, const Vec6& demand, const Vec6& achieved,
-                   const vehicle::RotorVector& thrust, const std::vector<double>& speeds, double alpha) {
+void Log::command(double t, const std::vector<double>& speeds, double alpha) {
+  put("rotor_command", t, speeds.data(), rotors_, 1e-2);
+  put("alpha_command", t, &alpha, 1, 1e-5);
+}
+
+void Log::reasons(double t, const Reference& r, const Vec6& demand, const Vec6& achieved,
+                  const vehicle::RotorVector& thrust) {
   const double q[] = {r.q_WB.w(), r.q_WB.x(), r.q_WB.y(), r.q_WB.z()};
-  put("ref_position", t, r.p_WB.data(), 3, 1e-6);
-  put("ref_attitude", t, q, 4, 1e-7);
-  put("ref_velocity", t, r.v_WB_W.data(), 3, 1e-6);
-  put("ref_angular_velocity", t, r.w_WB_B.data(), 3, 1e-6);
-  put("ref_acceleration", t, r.a_WB_W.data(), 3, 1e-6);
-  put("ref_angular_acceleration", t, r.dw_WB_B.data(), 3, 1e-5);
-  put("qddr", t, demand.data(), 6, 1e-5);
-  put("qdd", t, achieved.data(), 6, 1e-5);
-  put("thrust_command", t, thrust.data(), rotors_, 1e-5);
-  put("rotor_command", t, speeds.data(), rotors_, 1e-3);
-  put("alpha_command", t, &alpha, 1, 1e-6);
+  put("ref_position", t, r.p_WB.data(), 3, 1e-5);
+  put("ref_attitude", t, q, 4, 1e-6);
+  put("ref_velocity", t, r.v_WB_W.data(), 3, 1e-5);
+  put("ref_angular_velocity", t, r.w_WB_B.data(), 3, 1e-5);
+  put("ref_acceleration", t, r.a_WB_W.data(), 3, 1e-5);
+  put("ref_angular_acceleration", t, r.dw_WB_B.data(), 3, 1e-4);
+  put("qddr", t, demand.data(), 6, 1e-4);
+  put("qdd", t, achieved.data(), 6, 1e-4);
+  put("thrust_command", t, thrust.data(), rotors_, 1e-4);
 }
 
 recording::Recording Log::finish() {

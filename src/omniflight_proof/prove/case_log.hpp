@@ -18,8 +18,11 @@ class Log {
  public:
   explicit Log(const vehicle::Vehicle& vehicle) : rotors_(static_cast<std::size_t>(vehicle.rotor_count())) {}
   void sensors(const SensorFrame& frame);
-  void commands(double t, const Reference& reference, const Vec6& demand, const Vec6& achieved,
-                const vehicle::RotorVector& thrust, const std::vector<double>& speeds, double alpha);
+  /// What goes to the rotors, every control period.
+  void command(double t, const std::vector<double>& speeds, double alpha);
+  /// What controller and allocator thought, less often.
+  void reasons(double t, const Reference& reference, const Vec6& demand, const Vec6& achieved,
+               const vehicle::RotorVector& thrust);
   /// The recording; its clock starts at the first sample.
   recording::Recording finish();
 

@@ -214,15 +214,13 @@ Result<MadeCase> make_case(const vehicle::Vehicle& vehicle, const std::vector<Me
       };
       for (std::size_t c = 0; c < 6; ++c) {
         t.wrench[c] = without(flown->wrench[c], c);
-        t.wrench_late[c] = without(flown->wrench_late[c], c);
-        t.wrench_variance[c] = std::max(0.0, flown->variance_late[c] - t.noise[c] * t.noise[c]);
+        t.wrench_variance[c] = std::max(0.0, flown->variance[c] - t.noise[c] * t.noise[c]);
       }
     } else {
       auto alone = fly(vehicle, quiet);
       if (!alone) return Failure(alone.error());
       t.wrench = alone->wrench;
-      t.wrench_late = alone->wrench_late;
-      t.wrench_variance = alone->variance_late;
+      t.wrench_variance = alone->variance;
     }
   }
   Random padding = draw(salt, plan.id + " padding");

@@ -59,8 +59,7 @@ std::string to_json(const Seal& seal) {
                      {"present", t.present},
                      {"noise_rms", t.noise},
                      {"wrench_rms", t.wrench},
-                     {"wrench_rms_last_third", t.wrench_late},
-                     {"wrench_variance_last_third", t.wrench_variance}});
+                     {"wrench_variance", t.wrench_variance}});
   }
   return json{{"schema", "omniflight.proof_seal/1"},
               {"salt", seal.salt},
@@ -90,8 +89,7 @@ Result<Seal> read_seal(std::string_view text, const std::string& name) {
       t.present = c.at("present").get<std::vector<std::string>>();
       t.noise = c.at("noise_rms");
       t.wrench = c.at("wrench_rms");
-      t.wrench_late = c.at("wrench_rms_last_third");
-      t.wrench_variance = c.at("wrench_variance_last_third");
+      t.wrench_variance = c.at("wrench_variance");
       for (const json& e : c.at("effects")) t.effects.push_back(effect(e));
       const std::string kind = c.at("kind");
       bool known = false;

@@ -44,8 +44,7 @@ struct Truth {
   std::vector<std::string> present;         ///< nuisances that are really there and may be named
   std::array<double, 6> noise{};            ///< N and N m RMS, body: residual noise of the world
   std::array<double, 6> wrench{};           ///< N and N m RMS, body: hidden effects together, whole flight
-  std::array<double, 6> wrench_late{};      ///< the same over the last third
-  std::array<double, 6> wrench_variance{};  ///< N^2, (N m)^2: without the mean, last third
+  std::array<double, 6> wrench_variance{};  ///< N^2, (N m)^2: the same without its mean
 };
 
 /// The sealed file.

@@ -25,3 +25,28 @@ target_link_libraries(omniflight_proof_cases PUBLIC omniflight_proof omniflight_
   omniflight_recording::omniflight_recording PRIVATE Threads::Threads omniflight_warnings)
 omniflight_executable(omniflight_proof_generate ${PROVE}/prove_generate.cpp
   LINK omniflight_proof_cases CLI11::CLI11)
+omniflight_executable(omniflight_proof_campaign ${PROVE}/prove_campaign.cpp ${PROVE}/prove_analyse.cpp
+  LINK omniflight_proof_protocol CLI11::CLI11)
+omniflight_executable(omniflight_proof_score ${PROVE}/prove_score.cpp ${PROVE}/prove_result.cpp
+  LINK omniflight_proof_protocol omniflight_report::omniflight_report CLI11::CLI11)
+add_library(omniflight_proof_baseline_methods STATIC ${PROVE}/baseline_data.cpp ${PROVE}/baseline_methods.cpp)
+target_include_directories(omniflight_proof_baseline_methods PUBLIC ${PROVE})
+target_link_libraries(omniflight_proof_baseline_methods PUBLIC omniflight_vehicle::omniflight_vehicle
+  omniflight_recording::omniflight_recording fmt::fmt PRIVATE omniflight_warnings)
+omniflight_executable(omniflight_proof_baselines ${PROVE}/baseline_run.cpp
+  LINK omniflight_proof_baseline_methods omniflight_proof_protocol CLI11::CLI11)
+
+if(BUILD_TESTING)
+  find_package(GTest REQUIRED)
+  include(GoogleTest)
+  function(omniflight_prove_test name)
+    add_executable(${name} ${PROVE}/test/${name}.cpp)
+    target_link_libraries(${name} PRIVATE ${ARGN} GTest::gtest GTest::gtest_main omniflight_warnings)
+    target_compile_definitions(${name} PRIVATE OMNIFLIGHT_SOURCE_ROOT="${PROVE}/../../.."
+      PROVE_CAMPAIGN="$<TARGET_FILE:omniflight_proof_campaign>" PROVE_GENERATE="$<TARGET_FILE:omniflight_proof_generate>")
+    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT 120)
+  endfunction()
+  omniflight_prove_test(test_prove_protocol omniflight_proof_protocol)
+  omniflight_prove_test(test_prove_cases omniflight_proof_cases)
+  omniflight_prove_test(test_prove_baselines omniflight_proof_baseline_methods)
+endif()

@@ -61,6 +61,7 @@ bool confine(Confinement how, const fs::path& seal) {
   } else if (how == Confinement::namespaces) {
     const uid_t user = geteuid();
     const gid_t group = getegid();
+    prctl(PR_SET_DUMPABLE, 1, 0, 0, 0);  // else its own maps are not writable
     if (unshare(CLONE_NEWUSER | CLONE_NEWNS) != 0) return false;
     put("/proc/self/setgroups", "deny");
     if (!put("/proc/self/uid_map", std::to_string(user) + " " + std::to_string(user) + " 1") ||

@@ -31,6 +31,7 @@ struct Confined {
 /// One child. Not copyable; kills what still runs when it goes.
 class ConfinedChild {
  public:
+  ConfinedChild() = default;  ///< none: poll() is true at once
   static Result<ConfinedChild> start(const Confined& what);
   ConfinedChild(ConfinedChild&& other) noexcept;
   ConfinedChild& operator=(ConfinedChild&& other) noexcept;
@@ -42,7 +43,6 @@ class ConfinedChild {
   bool out_of_time() const { return late_; }
 
  private:
-  ConfinedChild() = default;
   int pid_ = -1, code_ = -1;
   double begin_ = 0, limit_ = 0, seconds_ = 0;
   bool late_ = false;

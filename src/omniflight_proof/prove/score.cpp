@@ -52,7 +52,7 @@ double explained_share(const Truth& t, const Answer& a) {
       if (h.channel == channels[c] && std::isfinite(h.before) && std::isfinite(h.after) && t.noise[c] > 0) {
         any = true;
         removed += (h.before * h.before - h.after * h.after) / (t.noise[c] * t.noise[c]);
-        removable += t.wrench_variance[c] / (t.noise[c] * t.noise[c]);
+        removable += t.wrench[c] * t.wrench[c] / (t.noise[c] * t.noise[c]);
       }
   return any && removable > 0 ? removed / removable : std::nan("");
 }

@@ -1,0 +1,228 @@
+#include "prove_analyse.hpp"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <list>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "omniflight_core/progress.hpp"
+#include "omniflight_files/files.hpp"
+#include "seal.hpp"
+
+namespace omniflight::proof {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr uid_t kNobody = 65534;
+
+/// A folder that the confined process may write into.
+Status writable_folder(const fs::path& folder, Confinement confinement) {
+  std::error_code ec;
+  fs::remove_all(folder, ec);
+  fs::create_directories(folder, ec);
+  if (ec) return bad_input("cannot be made: " + ec.message(), folder.string(), "Choose another --out");
+  if (confinement == Confinement::other_user && chown(folder.c_str(), kNobody, kNobody) != 0)
+    return bad_input("cannot be given to another user", folder.string(), "Choose another --out");
+  return {};
+}
+
+Result<std::vector<std::string>> case_names(const fs::path& cases) {
+  std::vector<std::string> out;
+  std::error_code ec;
+  for (const auto& entry : fs::directory_iterator(cases, ec))
+    if (entry.is_directory(ec)) out.push_back(entry.path().filename().string());
+  if (ec || out.empty()) return bad_input("has no cases", cases.string(), "Generate them first");
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+struct Running {
+  std::string name;
+  fs::path part;
+  ConfinedChild child;
+};
+
+Confined run_of(const AnalyseOptions& o, const std::string& name, const fs::path& part) {
+  Confined c;
+  c.confinement = o.confinement;
+  c.seal = o.places.seal;
+  c.limit_s = o.limit_s;
+  c.log = (part / "log.txt").string();
+  const fs::path in = o.places.cases() / name;
+  c.arguments = {o.command,     "diagnose", (in / "flight.csv.gz").string(), "--vehicle", o.vehicle, "--out",
+                 part.string(), "--quiet"};
+  return c;
+}
+
+/// What stays: answer, model, and how it went; the rest would only fill the disk.
+Status settle(const AnalyseOptions& o, Running& r) {
+  std::error_code ec;
+  const json run = {{"exit_code", r.child.exit_code()},
+                    {"seconds", std::round(100 * r.child.seconds()) / 100},
+                    {"out_of_time", r.child.out_of_time()}};
+  std::vector<fs::path> extra;
+  for (const auto& file : fs::directory_iterator(r.part, ec)) {
+    const std::string name = file.path().filename().string();
+    if (name != "diagnosis.json" && name != "model.yaml" && name != "log.txt" && name != "baselines.json")
+      extra.push_back(file.path());
+  }
+  for (const auto& file : extra) fs::remove_all(file, ec);
+  if (geteuid() == 0)
+    for (const auto& file : fs::directory_iterator(r.part, ec)) {
+      if (lchown(file.path().c_str(), 0, 0) != 0)
+        return bad_input("cannot be taken back", file.path().string());
+    }
+  if (geteuid() == 0 && chown(r.part.c_str(), 0, 0) != 0)
+    return bad_input("cannot be taken back", r.part.string());
+  if (auto ok = files::write_file_atomic(r.part / "run.json", run.dump(1) + "\n"); !ok) return ok;
+  fs::rename(r.part, o.places.answers() / r.name, ec);
+  if (ec) return bad_input("cannot be put in place: " + ec.message(), r.part.string());
+  return {};
+}
+
+}  // namespace
+
+Status check_confinement(const AnalyseOptions& o) {
+  const fs::path trial = o.places.out / "working" / "probe";
+  if (auto ok = writable_folder(trial, o.confinement); !ok) return ok;
+  auto names = case_names(o.places.cases());
+  if (!names) return Failure(names.error());
+  Confined c;
+  c.confinement = o.confinement;
+  c.seal = o.places.seal;
+  c.limit_s = 60;
+  c.log = (trial / "probe.json").string();
+  c.arguments = {o.self,
+                 "--probe",
+                 o.places.seal.string(),
+                 "--probe-secret",
+                 o.places.truth().string(),
+                 "--probe-readable",
+                 (o.places.cases() / names->front() / "flight.csv.gz").string(),
+                 "--probe-writable",
+                 trial.string(),
+                 "--probe-parent",
+                 std::to_string(getpid())};
+  auto code = run_confined(c);
+  if (!code) return Failure(code.error());
+  auto text = files::read_file(trial / "probe.json", files::kMegabyte);
+  const json said = text ? json::parse(*text, nullptr, false) : json();
+  if (*code != 0 || said.is_discarded() || !said.contains("leaks"))
+    return fail(ErrorCode::internal, fmt::format("the probe ended with {}", *code),
+                (trial / "probe.json").string());
+  json probe = said;
+  probe["schema"] = "omniflight.proof_probe/1";
+  probe["confinement"] = to_string(o.confinement);
+  probe["sealed"] = o.confinement != Confinement::none && said["leaks"].empty();
+  if (auto ok = files::write_file_atomic(o.places.probe(), probe.dump(1) + "\n"); !ok) return ok;
+  if (!said["hindered"].empty())
+    return bad_input("the analysis " + said["hindered"][0].get<std::string>(), o.places.out.string(),
+                     "Choose an --out that every user may enter, for instance under /tmp or /var/tmp");
+  if (o.confinement != Confinement::none && !said["leaks"].empty())
+    return bad_input("the analysis could " + said["leaks"][0].get<std::string>(), o.places.seal.string(),
+                     "Choose another --seal, or --allow-unsealed (the result says so)");
+  return {};
+}
+
+Status analyse(const AnalyseOptions& o) {
+  auto names = case_names(o.places.cases());
+  if (!names) return Failure(names.error());
+  std::error_code ec;
+  fs::create_directories(o.places.answers(), ec);
+  const fs::path working = o.places.out / "working";
+  fs::create_directories(working, ec);
+  std::vector<std::string> open;
+  for (const auto& n : *names)
+    if (!fs::exists(o.places.answers() / n)) open.push_back(n);
+  const std::size_t before = names->size() - open.size();
+  Progress progress("diagnosing", static_cast<double>(names->size()), "cases", o.quiet);
+  progress.update(static_cast<double>(before));
+  std::list<Running> running;
+  std::size_t next = 0, done = before;
+  while (next < open.size() || !running.empty()) {
+    if (interrupted()) {
+      running.clear();
+      progress.finish();
+      return fail(ErrorCode::incomplete, fmt::format("stopped after {} of {} cases", done, names->size()), "",
+                  "The same command resumes");
+    }
+    while (next < open.size() && running.size() < static_cast<std::size_t>(std::max(1, o.jobs))) {
+      Running r{open[next++], {}, ConfinedChild()};
+      r.part = working / r.name;
+      if (auto ok = writable_folder(r.part, o.confinement); !ok) return ok;
+      auto child = ConfinedChild::start(run_of(o, r.name, r.part));
+      if (!child) return Failure(child.error());
+      r.child = std::move(*child);
+      running.push_back(std::move(r));
+    }
+    bool ended = false;
+    for (auto it = running.begin(); it != running.end();) {
+      if (!it->child.poll()) {
+        ++it;
+        continue;
+      }
+      ended = true;
+      if (auto ok = settle(o, *it); !ok) return ok;
+      it = running.erase(it);
+      progress.update(static_cast<double>(++done));
+    }
+    if (!ended) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  fs::remove_all(working, ec);
+  return {};
+}
+
+Status run_baselines(const AnalyseOptions& o) {
+  const fs::path kept = o.places.answers() / "baselines.json";
+  if (fs::exists(kept)) return {};
+  const fs::path part = o.places.out / "working" / "baselines";
+  if (auto ok = writable_folder(part, o.confinement); !ok) return ok;
+  Confined c;
+  c.confinement = o.confinement;
+  c.seal = o.places.seal;
+  c.limit_s = 6 * 3600;
+  c.log = (part / "log.txt").string();
+  c.arguments = {o.baselines, o.places.cases().string(),         "--vehicle", o.vehicle,
+                 "--out",     (part / "baselines.json").string()};
+  auto child = ConfinedChild::start(c);
+  if (!child) return Failure(child.error());
+  while (!child->poll()) {
+    if (interrupted())
+      return fail(ErrorCode::incomplete, "stopped in the baselines", "", "The same command resumes");
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  auto text = files::read_file(part / "baselines.json", 256 * files::kMegabyte);
+  if (child->exit_code() != 0 || !text)
+    return fail(ErrorCode::internal, fmt::format("the baselines ended with {}", child->exit_code()), c.log);
+  if (auto ok = files::write_file_atomic(kept, *text); !ok) return ok;
+  std::error_code ec;
+  fs::remove_all(o.places.out / "working", ec);
+  return {};
+}
+
+Result<std::string> freeze(const Places& places) {
+  auto digests = digest_folder(places.answers());
+  if (!digests) return Failure(digests.error());
+  const std::string text = manifest_text(*digests);
+  if (fs::exists(places.frozen())) {
+    auto before = files::read_file(places.frozen(), 64 * files::kMegabyte);
+    if (!before) return Failure(before.error());
+    if (*before != text)
+      return bad_input("the answers are not those that were frozen", places.frozen().string(),
+                       "Answers must not be touched; begin a new campaign");
+    return files::sha256_hex(text);
+  }
+  for (const auto& [path, digest] : *digests) chmod((places.answers() / path).c_str(), 0444);
+  if (auto ok = files::write_file_atomic(places.frozen(), text); !ok) return Failure(ok.error());
+  return files::sha256_hex(text);
+}
+
+}  // namespace omniflight::proof

@@ -1,0 +1,37 @@
+// The middle of the proof: every recording through the analysis, where it cannot see the truth.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "prove_files.hpp"
+#include "prove_sandbox.hpp"
+
+namespace omniflight::proof {
+
+struct AnalyseOptions {
+  Places places;
+  std::string command;    ///< full path of omniflight
+  std::string baselines;  ///< full path of omniflight_proof_baselines; empty: none are run
+  std::string vehicle;    ///< YAML below OUT/vehicle
+  std::string self;       ///< full path of the program that has --probe
+  Confinement confinement = Confinement::none;
+  int jobs = 1;
+  double limit_s = 600;  ///< a case
+  bool quiet = false;
+};
+
+/// Runs the probe inside the confinement and writes OUT/probe.json. With a confinement, any leak is an error;
+/// so is anything that hinders the analysis.
+Status check_confinement(const AnalyseOptions& options);
+/// `omniflight diagnose` on every case that has no answer yet; OUT/answers/CASE appears when it is complete.
+/// Errors: interrupted (resumable), no processes. A case that fails is an answer, too: run.json has exit code
+/// and time.
+Status analyse(const AnalyseOptions& options);
+/// The textbook methods on the same recordings, in the same confinement: OUT/answers/baselines.json.
+Status run_baselines(const AnalyseOptions& options);
+/// Writes OUT/answers.sha256 and makes the answers read-only. Returns its SHA-256. When it exists already,
+/// the answers must still have those hashes.
+Result<std::string> freeze(const Places& places);
+
+}  // namespace omniflight::proof

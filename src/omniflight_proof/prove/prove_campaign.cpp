@@ -1,0 +1,226 @@
+// omniflight_proof_campaign: the whole proof. Hide, commit, analyse where the truth cannot be read, freeze,
+// open, score. Behind `omniflight prove`.
+#include <fmt/format.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "omniflight_core/progress.hpp"
+#include "omniflight_files/files.hpp"
+#include "prove_analyse.hpp"
+
+namespace omniflight::proof {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+struct Options {
+  std::string out = "runs/proof", seal, reveal, vehicle = "omnimorph", level, salt, command;
+  int cases = 240, nulls = 300, jobs = 0;
+  double limit_s = 600;
+  bool tuning = false, allow_unsealed = false, baselines = true, quiet = false, as_json = false;
+  // --probe
+  std::string probe_seal, probe_secret, probe_readable, probe_writable;
+  int probe_parent = 0;
+};
+
+fs::path own_folder() {
+  std::error_code ec;
+  return fs::read_symlink("/proc/self/exe", ec).parent_path();
+}
+
+Result<std::string> program(const std::string& name, const std::vector<fs::path>& more = {}) {
+  std::vector<fs::path> folders{own_folder()};
+  folders.insert(folders.end(), more.begin(), more.end());
+  std::error_code ec;
+  for (const auto& f : folders)
+    if (fs::is_regular_file(f / name, ec)) return (f / name).string();
+  return bad_input("the program " + name + " is not there", own_folder().string(), "Build the workspace");
+}
+
+/// A program of our own, with the terminal; SIGINT reaches it, too.
+Result<int> run(std::vector<std::string> arguments, bool silent) {
+  std::vector<char*> argv;
+  for (auto& a : arguments) argv.push_back(a.data());
+  argv.push_back(nullptr);
+  const pid_t pid = fork();
+  if (pid < 0) return fail(ErrorCode::internal, "no process", arguments[0]);
+  if (pid == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (silent && !freopen("/dev/null", "w", stdout)) _exit(125);
+    execv(argv[0], argv.data());
+    _exit(127);
+  }
+  int status = 0;
+  while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+void say(const Options& o, const std::string& line) {
+  if (!o.quiet) std::cerr << line << std::endl;
+}
+
+Status ended(Result<int> code, const std::string& what) {
+  if (!code) return Failure(code.error());
+  if (*code == 0) return {};
+  const auto kind = *code >= 1 && *code <= 4 ? static_cast<ErrorCode>(*code) : ErrorCode::internal;
+  return fail(kind, fmt::format("{} ended with {}", what, *code), "", "See the line above");
+}
+
+Status hide(const Options& o, const Places& places) {
+  auto generator = program("omniflight_proof_generate");
+  if (!generator) return Failure(generator.error());
+  std::vector<std::string> a{*generator,
+                             "--out",
+                             o.out,
+                             "--seal",
+                             places.seal.string(),
+                             "--cases",
+                             std::to_string(o.cases),
+                             "--nulls",
+                             std::to_string(o.nulls),
+                             "--vehicle",
+                             o.vehicle};
+  if (!o.level.empty()) a.insert(a.end(), {"--level", o.level});
+  if (!o.salt.empty()) a.insert(a.end(), {"--salt", o.salt});
+  if (o.jobs > 0) a.insert(a.end(), {"--jobs", std::to_string(o.jobs)});
+  if (o.tuning) a.emplace_back("--tuning");
+  if (o.quiet) a.emplace_back("--quiet");
+  return ended(run(a, true), "hiding the effects");
+}
+
+Status open_and_score(const Options& o, const Places& places) {
+  auto scorer = program("omniflight_proof_score");
+  if (!scorer) return Failure(scorer.error());
+  std::vector<std::string> a{*scorer, "--out", o.out, "--seal", places.seal.string()};
+  if (o.quiet) a.emplace_back("--quiet");
+  if (auto ok = ended(run(a, o.as_json), "scoring"); !ok) return ok;
+  if (!o.as_json) return {};
+  auto text = files::read_file(places.out / "proof.json", 256 * files::kMegabyte);
+  if (!text) return Failure(text.error());
+  std::cout << *text << std::flush;
+  return {};
+}
+
+Result<int> prove(const Options& o) {
+  prctl(PR_SET_DUMPABLE, 0);  // nobody of the same user looks into this process
+  std::error_code ec;
+  Places places{fs::absolute(o.out, ec).lexically_normal(), {}};
+  const bool only_open = !o.reveal.empty() && o.seal.empty();
+  places.seal = fs::absolute(!o.seal.empty() ? o.seal
+                             : only_open     ? o.reveal
+                                             : places.out.string() + ".seal",
+                             ec)
+                    .lexically_normal();
+  const auto inside = places.seal.lexically_relative(places.out);
+  if (!inside.empty() && *inside.begin() != "..")
+    return bad_input("lies inside --out, which the analysis sees", places.seal.string(),
+                     "Choose a --seal elsewhere");
+  if (!only_open) {
+    if (auto ok = hide(o, places); !ok) return Failure(ok.error());
+    auto commitment = files::read_file(places.commitment(), files::kMegabyte);
+    if (!commitment) return Failure(commitment.error());
+    const json c = json::parse(*commitment, nullptr, false);
+    if (c.is_discarded() || !c.contains("truth_sha256"))
+      return bad_input("is damaged", places.commitment().string(), "Begin a new campaign in another --out");
+    say(o, "truth sealed:   SHA-256 " + c["truth_sha256"].get<std::string>());
+
+    AnalyseOptions a;
+    a.places = places;
+    auto command =
+        o.command.empty()
+            ? program("omniflight", {own_folder().parent_path().parent_path() / "omniflight_cli" / "bin"})
+            : Result<std::string>(fs::absolute(o.command, ec).string());
+    if (!command) return Failure(command.error());
+    a.command = *command;
+    a.self = fs::read_symlink("/proc/self/exe", ec).string();
+    a.vehicle = (places.out / "vehicle" / (fs::path(o.vehicle).stem().string() + ".yaml")).string();
+    a.jobs = o.jobs > 0 ? o.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    a.limit_s = o.limit_s;
+    a.quiet = o.quiet;
+    auto confinement = choose_confinement(places.seal, o.allow_unsealed);
+    if (!confinement) return Failure(confinement.error());
+    a.confinement = *confinement;
+    if (auto ok = check_confinement(a); !ok) return Failure(ok.error());
+    say(o, "analysis runs:  " + to_string(a.confinement));
+    if (auto ok = analyse(a); !ok) return Failure(ok.error());
+    if (o.baselines) {
+      auto baselines = program("omniflight_proof_baselines");
+      if (!baselines) return Failure(baselines.error());
+      a.baselines = *baselines;
+      say(o, "baselines ...");
+      if (auto ok = run_baselines(a); !ok) return Failure(ok.error());
+    }
+  }
+  auto frozen = freeze(places);
+  if (!frozen) return Failure(frozen.error());
+  say(o, "answers frozen: SHA-256 " + *frozen);
+  if (!o.seal.empty() && o.reveal.empty()) {
+    say(o, "the seal stays closed; open it with: omniflight prove --out " + o.out + " --reveal " + o.seal);
+    return 0;
+  }
+  if (auto ok = open_and_score(o, places); !ok) return Failure(ok.error());
+  say(o, "report: " + (places.out / "report.html").string());
+  return 0;
+}
+
+int run_probe(const Options& o) {
+  const ProbeResult r =
+      probe(o.probe_seal, o.probe_secret, o.probe_readable, o.probe_writable, o.probe_parent);
+  std::cout << json{{"leaks", r.leaks}, {"refused", r.refusals}, {"hindered", r.hindered}}.dump(1)
+            << std::endl;
+  return 0;
+}
+
+}  // namespace
+}  // namespace omniflight::proof
+
+int main(int argc, char** argv) {
+  using namespace omniflight;
+  CLI::App app("The concealed-effect proof: hide effects on an independent plant, diagnose, open, score");
+  proof::Options o;
+  app.add_option("--cases", o.cases, "Cases with hidden effects")->check(CLI::Range(0, 100000));
+  app.add_option("--nulls", o.nulls, "Cases without")->check(CLI::Range(0, 100000));
+  app.add_option("--level", o.level, "Only this level of concealment, L1 to L6")
+      ->check(CLI::IsMember({"L1", "L2", "L3", "L4", "L5", "L6"}));
+  app.add_option("--out", o.out, "Folder for recordings, answers, proof.json and report.html");
+  app.add_option("--seal", o.seal,
+                 "Folder for the truth; given alone, it stays closed. Default: beside --out, opened");
+  app.add_option("--reveal", o.reveal, "Open this seal and score the frozen answers in --out");
+  app.add_option("--vehicle", o.vehicle, "Nominal vehicle");
+  app.add_option("--jobs", o.jobs, "At once; default: processors")->check(CLI::Range(1, 64));
+  app.add_option("--limit-s", o.limit_s, "Time of one diagnosis [s]")->check(CLI::Range(1.0, 86400.0));
+  app.add_option("--salt", o.salt, "For tests only; a proof draws its own");
+  app.add_option("--command", o.command, "The omniflight to prove; default: of this workspace");
+  app.add_flag("--tuning", o.tuning, "Draw from the tuning box, not the sealed one");
+  app.add_flag("--allow-unsealed", o.allow_unsealed,
+               "Go on where the analysis cannot be confined; the result says so");
+  app.add_flag("--baselines,!--no-baselines", o.baselines, "Textbook methods on the same cases");
+  app.add_flag("--quiet", o.quiet, "No progress");
+  app.add_flag("--json", o.as_json, "proof.json on stdout");
+  app.add_option("--probe", o.probe_seal, "What may be done to this seal? (run inside the confinement)")
+      ->group("");
+  app.add_option("--probe-secret", o.probe_secret)->group("");
+  app.add_option("--probe-readable", o.probe_readable)->group("");
+  app.add_option("--probe-writable", o.probe_writable)->group("");
+  app.add_option("--probe-parent", o.probe_parent)->group("");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : static_cast<int>(ErrorCode::bad_input);
+  }
+  if (!o.probe_seal.empty()) return proof::run_probe(o);
+  install_interrupt_handler();
+  const auto result = proof::prove(o);
+  if (result) return *result;
+  std::cerr << "omniflight prove: " << result.error().text() << "\n";
+  if (o.as_json) std::cout << nlohmann::json{{"error", result.error().text()}}.dump() << "\n";
+  return static_cast<int>(result.error().code);
+}

@@ -1,0 +1,26 @@
+// Where a campaign of the proof keeps what.
+//   OUT/cases/case-0001/{flight.csv.gz, told.yaml}   what the analysis sees
+//   OUT/vehicle/NAME.yaml                            the nominal vehicle
+//   OUT/commitment.json                              hashes of truth and recordings, before any analysis
+//   OUT/probe.json                                   what the analysis could not do
+//   OUT/answers/case-0001/{diagnosis.json, run.json, ...}
+//   OUT/answers.sha256                               freezes the answers; its own hash is printed
+//   OUT/proof.json, OUT/report.html                  after the seal was opened
+//   SEAL/truth.json                                  mode 600, in a folder of mode 700
+#pragma once
+
+#include <filesystem>
+
+namespace omniflight::proof {
+
+struct Places {
+  std::filesystem::path out, seal;
+  std::filesystem::path cases() const { return out / "cases"; }
+  std::filesystem::path answers() const { return out / "answers"; }
+  std::filesystem::path commitment() const { return out / "commitment.json"; }
+  std::filesystem::path probe() const { return out / "probe.json"; }
+  std::filesystem::path frozen() const { return out / "answers.sha256"; }
+  std::filesystem::path truth() const { return seal / "truth.json"; }
+};
+
+}  // namespace omniflight::proof

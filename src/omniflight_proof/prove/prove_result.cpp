@@ -1,0 +1,197 @@
+#include "prove_result.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "omniflight_report/page.hpp"
+
+namespace omniflight::proof {
+namespace {
+
+using nlohmann::json;
+
+json number_or_null(double x) { return std::isfinite(x) ? json(x) : json(nullptr); }
+
+json to_json(const Score& s) {
+  json j = {{"name", s.name},
+            {"over", s.over},
+            {"n", s.n},
+            {"value", number_or_null(s.value)},
+            {"verdict", to_string(s.verdict)}};
+  if (s.is_rate) {
+    j["k"] = s.k;
+    j["interval95"] = {s.interval.low, s.interval.high};
+  } else {
+    j["unit"] = s.unit;
+  }
+  if (!s.must.empty()) j["must"] = s.must, j["goal"] = s.goal;
+  return j;
+}
+
+std::string shown(const Score& s) {
+  if (s.n == 0) return "-";
+  if (!s.is_rate) return fmt::format("{:.3g} {}", s.value, s.unit);
+  return fmt::format("{:.1f} % ({} of {})", 100 * s.value, s.k, s.n);
+}
+
+const Score* find(const Scores& scores, const std::string& name) {
+  for (const auto& s : scores.table)
+    if (s.name == name) return &s;
+  return nullptr;
+}
+
+/// The lines that comparing makes sense for.
+constexpr const char* kCompared[] = {"false alarms",
+                                     "detection at >= 0.3 sigma",
+                                     "right stage",
+                                     "right effect, top-1",
+                                     "truth inside the stated set",
+                                     "two effects exact",
+                                     "three effects exact",
+                                     "out of library: unknown, stage and variable right",
+                                     "parameter error, median"};
+
+}  // namespace
+
+json to_json(const ProofResult& r) {
+  json table = json::array(), cases = json::array(), baselines = json::object();
+  for (const auto& s : r.scores.table) table.push_back(to_json(s));
+  for (const Judged& j : r.scores.cases)
+    cases.push_back({{"case", j.id},
+                     {"kind", j.kind},
+                     {"level", j.level},
+                     {"flight", j.flight},
+                     {"magnitude_sigma", j.magnitude},
+                     {"truth", j.truth},
+                     {"said", j.said},
+                     {"verdict", j.verdict},
+                     {"why_wrong", j.why},
+                     {"alarm", j.alarm},
+                     {"detected", j.detected},
+                     {"right_stage", j.stage},
+                     {"top1", j.top1},
+                     {"in_set", j.covered},
+                     {"exact", j.exact},
+                     {"set_size", j.set_size},
+                     {"held_out_explained", number_or_null(j.explained)}});
+  for (const auto& [name, scores] : r.baselines) {
+    json t = json::array();
+    for (const auto& s : scores.table) t.push_back(to_json(s));
+    baselines[name] = {{"scores", t}, {"confusion", scores.confusion}};
+  }
+  return {{"schema", "omniflight.proof/1"},
+          {"sealed", r.probe.value("sealed", false)},
+          {"confinement", r.probe},
+          {"commitment", r.commitment},
+          {"truth_sha256", r.truth_sha256},
+          {"answers_sha256", r.answers_sha256},
+          {"salt", r.salt},
+          {"box", r.box},
+          {"scores", table},
+          {"baselines", baselines},
+          {"confusion", r.scores.confusion},
+          {"leak_test",
+           {{"accuracy", r.leak.accuracy},
+            {"chance", r.leak.chance},
+            {"p_value", r.leak.p_value},
+            {"most_telling", r.leak.feature}}},
+          {"runtime",
+           {{"median_s", number_or_null(r.median_s)}, {"longest_s", r.longest_s}, {"sum_s", r.analysis_s}}},
+          {"cases", cases}};
+}
+
+Status write_report(const ProofResult& r, const std::filesystem::path& file) {
+  using namespace report;
+  int judged = 0, goal = 0, must = 0;
+  std::string missed;
+  for (const auto& s : r.scores.table) {
+    if (s.must.empty() || s.verdict == Score::Verdict::not_judged) continue;
+    ++judged;
+    goal += s.verdict == Score::Verdict::goal;
+    must += s.verdict == Score::Verdict::must || s.verdict == Score::Verdict::goal;
+    if (s.verdict == Score::Verdict::short_of) missed += (missed.empty() ? "" : "; ") + s.name;
+  }
+  const bool sealed = r.probe.value("sealed", false);
+  Page page("Concealed effects",
+            fmt::format("{} cases, judged after the answers were frozen", r.scores.cases.size()));
+  page.verdict(must == judged && sealed ? Tone::ok : Tone::warn,
+               fmt::format("{} of {} musts met, {} of {} goals", must, judged, goal, judged),
+               (sealed ? std::string("The analysis could not read the truth. ")
+                       : std::string("NOT SEALED: the analysis could have read the truth. ")) +
+                   (missed.empty() ? "" : "Short of the must: " + missed + "."));
+  page.facts({{"truth, SHA-256", r.truth_sha256},
+              {"answers, SHA-256", r.answers_sha256},
+              {"confinement", r.probe.value("confinement", "?")},
+              {"parameter boxes", r.box},
+              {"median diagnosis", fmt::format("{:.1f}", r.median_s), "s"},
+              {"longest diagnosis", fmt::format("{:.1f}", r.longest_s), "s"}});
+  Table scores{
+      {{"score"}, {"over"}, {"came out"}, {"95 % interval"}, {"must"}, {"goal"}, {"verdict"}}, {}, ""};
+  for (const auto& s : r.scores.table)
+    scores.rows.push_back({Cell(s.name), Cell(s.over), Cell(shown(s)),
+                           Cell(s.is_rate && s.n > 0 ? fmt::format("{:.1f} to {:.1f} %", 100 * s.interval.low,
+                                                                   100 * s.interval.high)
+                                                     : std::string("-")),
+                           Cell(s.must), Cell(s.goal), Cell(to_string(s.verdict))});
+  page.section("Scores").table(scores);
+  if (!r.baselines.empty()) {
+    Table t{{{"score"}, {"must"}, {"omniflight"}}, {}, "The same sealed cases, judged by the same program"};
+    for (const auto& [name, ignored] : r.baselines)
+      t.columns.push_back({.name = name, .align = Align::right});
+    for (const char* line : kCompared) {
+      const Score* own = find(r.scores, line);
+      if (!own) continue;
+      std::vector<Cell> row{Cell(line), Cell(own->must), Cell(shown(*own))};
+      for (const auto& [name, b] : r.baselines) {
+        const Score* s = find(b, line);
+        row.emplace_back(s ? shown(*s) : std::string("-"));
+      }
+      t.rows.push_back(row);
+    }
+    page.section("Against textbook methods").table(t);
+  }
+  Matrix m{.title = "First answer by hidden effect (single effects, unknown ones, nominal flights)",
+           .value_label = "cases",
+           .row_title = "hidden",
+           .column_title = "said"};
+  for (const auto& [truth, row] : r.scores.confusion) {
+    m.rows.push_back(truth);
+    for (const auto& [said, n] : row)
+      if (std::find(m.columns.begin(), m.columns.end(), said) == m.columns.end()) m.columns.push_back(said);
+  }
+  std::sort(m.columns.begin(), m.columns.end());
+  for (const auto& [truth, row] : r.scores.confusion) {
+    m.values.emplace_back();
+    for (const auto& said : m.columns) m.values.back().push_back(row.count(said) ? row.at(said) : 0);
+  }
+  page.section("Confusion").matrix(m);
+  page.section("Leak test")
+      .paragraph(fmt::format(
+          "Guessing the hidden effect from names, sizes, times and order of the files: {:.1f} % right, "
+          "chance {:.1f} %, p = {:.2f} (most telling: {}).",
+          100 * r.leak.accuracy, 100 * r.leak.chance, r.leak.p_value, r.leak.feature));
+  std::vector<Judged> cases = r.scores.cases;
+  std::stable_sort(cases.begin(), cases.end(),
+                   [](const Judged& a, const Judged& b) { return a.badness > b.badness; });
+  Table all{{{"case"},
+             {"kind"},
+             {"level"},
+             {"flight"},
+             {"sigma"},
+             {"hidden"},
+             {"said"},
+             {"verdict"},
+             {"what is wrong"},
+             {"held out explained", "%"}},
+            {},
+            "Every case, the worst first"};
+  for (const Judged& j : cases)
+    all.rows.push_back({Cell(j.id), Cell(j.kind), Cell(j.level), Cell(j.flight), Cell(j.magnitude),
+                        Cell(j.truth), Cell(j.said), Cell(j.verdict), Cell(j.why), Cell(100 * j.explained)});
+  page.section("Cases").table(all);
+  return page.write(file);
+}
+
+}  // namespace omniflight::proof

@@ -1,0 +1,29 @@
+// proof.json and the report page of a campaign.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "score.hpp"
+#include "score_leak.hpp"
+
+namespace omniflight::proof {
+
+struct ProofResult {
+  Scores scores;
+  std::map<std::string, Scores> baselines;  ///< by name
+  LeakResult leak;
+  nlohmann::json commitment, probe;
+  std::string truth_sha256, answers_sha256, salt, box;
+  double analysis_s = 0;  ///< wall time of all diagnoses together
+  double longest_s = 0;
+  double median_s = 0;
+};
+
+/// schema omniflight.proof/1.
+nlohmann::json to_json(const ProofResult& result);
+Status write_report(const ProofResult& result, const std::filesystem::path& file);
+
+}  // namespace omniflight::proof

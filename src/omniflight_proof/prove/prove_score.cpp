@@ -1,0 +1,155 @@
+// omniflight_proof_score: opens the seal and judges the frozen answers. It shares the file formats with
+// generator and campaign, and no more.
+//   omniflight_proof_score --out DIR --seal DIR
+// Refuses to score when the truth is not the one that was committed to, or the answers are not those that
+// were frozen.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "case_aliases.hpp"
+#include "omniflight_files/files.hpp"
+#include "prove_files.hpp"
+#include "prove_result.hpp"
+#include "seal.hpp"
+
+namespace omniflight::proof {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+Result<json> read_json(const fs::path& file, std::size_t most = 64u << 20) {
+  auto text = files::read_file(file, most);
+  if (!text) return Failure(text.error());
+  json j = json::parse(*text, nullptr, false);
+  if (j.is_discarded()) return bad_input("is no JSON", file.string());
+  return j;
+}
+
+Result<Seal> open_seal(const Places& places, const json& commitment, ProofResult& result) {
+  auto text = files::read_file(places.truth(), std::size_t{256} << 20);
+  if (!text) return Failure(text.error());
+  result.truth_sha256 = files::sha256_hex(*text);
+  if (commitment.value("truth_sha256", "") != result.truth_sha256)
+    return bad_input("is not the truth that was committed to before the analysis", places.truth().string(),
+                     "This campaign proves nothing; begin a new one");
+  if (commitment.value("aliases_sha256", "") != files::sha256_hex(alias_table()))
+    return bad_input("the table of aliases has changed since the cases were drawn",
+                     places.commitment().string(), "Score with the program of that version");
+  return read_seal(*text, places.truth().string());
+}
+
+Status check_frozen(const Places& places, ProofResult& result) {
+  auto before = files::read_file(places.frozen(), std::size_t{64} << 20);
+  if (!before) return Failure(before.error());
+  auto now = digest_folder(places.answers());
+  if (!now) return Failure(now.error());
+  if (manifest_text(*now) != *before)
+    return bad_input("the answers are not those that were frozen", places.frozen().string(),
+                     "This campaign proves nothing; begin a new one");
+  result.answers_sha256 = files::sha256_hex(*before);
+  return {};
+}
+
+/// What somebody who only sees the folders would have to guess.
+std::string label(const Truth& t) {
+  return t.effects.empty() ? "nothing" : t.effects.size() > 1 ? "several" : t.effects[0].id;
+}
+
+void print(const Scores& scores) {
+  std::cout << fmt::format("{:<52} {:>18} {:>16}  {:<16} {:<16} {}\n", "score", "came out", "95 % interval",
+                           "must", "goal", "verdict");
+  for (const Score& s : scores.table) {
+    const std::string value = s.n == 0     ? "-"
+                              : !s.is_rate ? fmt::format("{:.3g} {}", s.value, s.unit)
+                                           : fmt::format("{:.1f} % ({}/{})", 100 * s.value, s.k, s.n);
+    const std::string interval =
+        s.is_rate && s.n > 0 ? fmt::format("{:.1f}..{:.1f} %", 100 * s.interval.low, 100 * s.interval.high)
+                             : "";
+    std::cout << fmt::format("{:<52} {:>18} {:>16}  {:<16} {:<16} {}\n", s.name, value, interval, s.must,
+                             s.goal, s.verdict == Score::Verdict::information ? "" : to_string(s.verdict));
+  }
+}
+
+Result<int> run(const Places& places) {
+  ProofResult result;
+  auto commitment = read_json(places.commitment());
+  if (!commitment) return Failure(commitment.error());
+  result.commitment = *commitment;
+  if (auto ok = check_frozen(places, result); !ok) return Failure(ok.error());  // before the seal is opened
+  auto seal = open_seal(places, *commitment, result);
+  if (!seal) return Failure(seal.error());
+  result.salt = seal->salt;
+  result.box = seal->box;
+  auto probe = read_json(places.probe());
+  if (!probe) return Failure(probe.error());
+  result.probe = *probe;
+
+  std::map<std::string, Answer> answers;
+  std::vector<double> times;
+  for (const Truth& t : seal->cases) {
+    const fs::path folder = places.answers() / t.id;
+    auto text = files::read_file(folder / "diagnosis.json", std::size_t{64} << 20);
+    Answer a;
+    if (text)
+      a = read_answer(*text);
+    else
+      a.problem = "no diagnosis.json";
+    if (auto ran = read_json(folder / "run.json")) {
+      const double s = ran->value("seconds", 0.0);
+      times.push_back(s);
+      result.analysis_s += s;
+      result.longest_s = std::max(result.longest_s, s);
+      if (!a.given)
+        a.problem += fmt::format(" (exit {}{})", ran->value("exit_code", -1),
+                                 ran->value("out_of_time", false) ? ", out of time" : "");
+    }
+    answers[t.id] = std::move(a);
+  }
+  result.median_s = median(times);
+  result.scores = score(seal->cases, answers);
+  if (auto baselines = read_json(places.answers() / "baselines.json", std::size_t{256} << 20))
+    for (const auto& [name, cases] : baselines->value("baselines", json::object()).items()) {
+      std::map<std::string, Answer> said;
+      for (const auto& [id, answer] : cases.items()) said[id] = read_answer(answer.dump());
+      result.baselines[name] = score(seal->cases, said);
+    }
+  auto outside = look_from_outside(places.cases());
+  if (!outside) return Failure(outside.error());
+  std::map<std::string, std::string> labels;
+  for (const Truth& t : seal->cases) labels[t.id] = label(t);
+  std::vector<std::string> in_order;
+  for (const auto& o : *outside) in_order.push_back(labels[o.id]);
+  result.leak = guess(*outside, in_order);
+
+  if (auto ok = files::write_file_atomic(places.out / "proof.json", to_json(result).dump(1) + "\n"); !ok)
+    return Failure(ok.error());
+  if (auto ok = write_report(result, places.out / "report.html"); !ok) return Failure(ok.error());
+  print(result.scores);
+  std::cout << fmt::format("guessing from the outside: {:.1f} % right, chance {:.1f} %, p = {:.2f}\n",
+                           100 * result.leak.accuracy, 100 * result.leak.chance, result.leak.p_value);
+  if (!result.probe.value("sealed", false))
+    std::cout << "NOT SEALED: the analysis could have read the truth\n";
+  return 0;
+}
+
+}  // namespace
+}  // namespace omniflight::proof
+
+int main(int argc, char** argv) {
+  using namespace omniflight;
+  CLI::App app("Opens the seal of a concealed-effect proof and scores the frozen answers");
+  std::string out, seal;
+  bool quiet = false;
+  app.add_option("--out", out, "Folder of the campaign")->required();
+  app.add_option("--seal", seal, "Folder of the truth")->required();
+  app.add_flag("--quiet", quiet, "No table");
+  CLI11_PARSE(app, argc, argv);
+  if (quiet) std::cout.setstate(std::ios_base::badbit);
+  const auto result = proof::run({out, seal});
+  if (result) return *result;
+  std::cerr << "omniflight_proof_score: " << result.error().text() << "\n";
+  return static_cast<int>(result.error().code);
+}

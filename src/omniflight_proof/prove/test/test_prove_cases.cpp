@@ -1,0 +1,142 @@
+// Cases: drawn fairly, flown on the independent plant, and all alike from the outside.
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "case_make.hpp"
+#include "omniflight_files/files.hpp"
+#include "omniflight_recording/formats.hpp"
+#include "seal.hpp"
+
+namespace omniflight::proof {
+namespace {
+
+vehicle::Vehicle omnimorph() {
+  auto v = vehicle::load_vehicle(OMNIFLIGHT_SOURCE_ROOT "/configs/vehicles/omnimorph/omnimorph.yaml");
+  EXPECT_TRUE(v) << (v ? "" : v.error().text());
+  return *v;
+}
+
+TEST(Draw, IsTheSameForASaltAndAnotherForAnother) {
+  const auto v = omnimorph();
+  const auto m = mechanisms(v);
+  const DrawOptions o{.salt = "a salt of a test", .sealed = true, .cases = 240, .nulls = 300, .level = ""};
+  const auto a = draw_cases(o, m), b = draw_cases(o, m);
+  DrawOptions other = o;
+  other.salt = "another salt";
+  const auto c = draw_cases(other, m);
+  ASSERT_EQ(a.size(), 540u);
+  int same = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    EXPECT_EQ(a[k].parts, b[k].parts);
+    same += a[k].parts == c[k].parts && a[k].kind == c[k].kind;
+  }
+  EXPECT_LT(same, 300);  // nulls meet by chance
+}
+
+TEST(Draw, HasTheSizesOfTheProtocol) {
+  const auto v = omnimorph();
+  const auto m = mechanisms(v);
+  const auto cases =
+      draw_cases({.salt = "a salt of a test", .sealed = true, .cases = 240, .nulls = 300, .level = ""}, m);
+  std::map<Kind, int> kinds;
+  std::set<std::string> ids, effects;
+  for (const auto& c : cases) {
+    ++kinds[c.kind];
+    ids.insert(c.id);
+    for (const auto k : c.parts) effects.insert(m[k].id);
+    EXPECT_EQ(c.parts.empty(), c.kind == Kind::null || c.kind == Kind::decoy);
+  }
+  EXPECT_EQ(ids.size(), 540u);
+  EXPECT_EQ(kinds[Kind::null] + kinds[Kind::decoy], 300);
+  EXPECT_GE(kinds[Kind::single], 140);
+  EXPECT_GE(kinds[Kind::pair] + kinds[Kind::triple], 50);
+  EXPECT_GE(kinds[Kind::unknown], 20);
+  EXPECT_GE(effects.size(), 25u);
+}
+
+TEST(Draw, TuningAndSealedBoxesNeverMeet) {
+  Random random(3);
+  const auto strip = [](double u) { return static_cast<int>(u * 8) % 2; };
+  for (int k = 0; k < 100; ++k) {
+    for (const double u : draw_shape(random, true).u) EXPECT_EQ(strip(u), 1);
+    for (const double u : draw_shape(random, false).u) EXPECT_EQ(strip(u), 0);
+  }
+}
+
+TEST(Path, ReferencesAreConsistentDerivatives) {
+  Random random(5);
+  for (const Path& p : {path_t1(), path_t2(), path_designed(random)})
+    for (const double t : {3.7, 9.1, 22.2, 41.3, 57.9}) {
+      const double h = 1e-4;
+      const Reference a = p.at(t - h), r = p.at(t), b = p.at(t + h);
+      EXPECT_LT((r.v_WB_W - (b.p_WB - a.p_WB) / (2 * h)).norm(), 1e-6) << p.name << " " << t;
+      EXPECT_LT((r.a_WB_W - (b.v_WB_W - a.v_WB_W) / (2 * h)).norm(), 1e-6) << p.name << " " << t;
+      EXPECT_LT((r.w_WB_B - log_rotation(a.q_WB.conjugate() * b.q_WB) / (2 * h)).norm(), 1e-6)
+          << p.name << " " << t;
+      EXPECT_LT((r.dw_WB_B - (b.w_WB_B - a.w_WB_B) / (2 * h)).norm(), 1e-5) << p.name << " " << t;
+    }
+}
+
+TEST(Case, IntegralActionHidesALoadFromTrackingButNotFromTheWrench) {
+  const auto v = omnimorph();
+  FlightSetup s;
+  s.path = path_t1();
+  s.path.duration = 12;
+  s.flown = s.told = usual_gains();
+  s.record = false;
+  auto nominal = fly(v, s);
+  s.world.body.payload = 0.25;
+  auto loaded = fly(v, s);
+  ASSERT_TRUE(nominal && loaded);
+  EXPECT_LT(nominal->wrench[2], 0.01);
+  EXPECT_NEAR(loaded->wrench[2], 0.25 * kGravity, 0.1);
+  EXPECT_LT(loaded->position_rms, 0.05);
+}
+
+TEST(Case, LooksTheSameFromTheOutsideWhateverIsInIt) {
+  const auto v = omnimorph();
+  const auto m = mechanisms(v);
+  auto plans =
+      draw_cases({.salt = "a salt of a test", .sealed = true, .cases = 0, .nulls = 4, .level = ""}, m);
+  CasePlan loaded = plans[0];
+  loaded.kind = Kind::single;
+  loaded.magnitude = 1;
+  loaded.parts = {0};
+  loaded.decoy.clear();
+  loaded.nuisances = false;
+  auto a = make_case(v, m, plans[1], "a salt of a test", true),
+       b = make_case(v, m, loaded, "a salt of a test", true);
+  ASSERT_TRUE(a) << a.error().text();
+  ASSERT_TRUE(b) << b.error().text();
+  EXPECT_EQ(a->recording.size(), kRecordingBytes);
+  EXPECT_EQ(b->recording.size(), kRecordingBytes);
+  EXPECT_EQ(a->told.size(), b->told.size());
+  EXPECT_EQ(b->truth.effects.at(0).id, m[0].id);
+  EXPECT_NEAR(b->truth.effects.at(0).sigma, 1, 0.1);
+  const std::string file = ::testing::TempDir() + "/prove_case.csv.gz";
+  ASSERT_TRUE(files::write_file_atomic(file, b->recording));
+  auto r = recording::load(file);
+  ASSERT_TRUE(r) << r.error().text();
+  for (const auto& name : r->signal_names()) EXPECT_EQ(name.find("truth"), std::string::npos) << name;
+  for (const char* name :
+       {"position", "attitude", "acc", "gyro", "rotor_speed", "rotor_command", "qddr", "ref_position"})
+    EXPECT_NE(r->find(name), nullptr) << name;
+  EXPECT_GT(r->duration_s, 55);
+}
+
+TEST(Graph, TheGeneratorHoldsNothingOfTheProjectsDynamics) {
+  const auto holds = [](const std::string& bytes, const char* name) {
+    return bytes.find(name) != std::string::npos;
+  };
+  auto generator = files::read_file(PROVE_GENERATE, std::size_t{256} << 20);
+  ASSERT_TRUE(generator) << generator.error().text();
+  // mangled namespaces: omniflight::physics, ::simulation, ::diagnosis
+  for (const char* room : {"10omniflight7physics", "10omniflight10simulation", "10omniflight9diagnosis"})
+    EXPECT_FALSE(holds(*generator, room)) << room;
+  EXPECT_TRUE(holds(*generator, "10omniflight5proof"))
+      << "the symbols were stripped, so this test says nothing";
+}
+
+}  // namespace
+}  // namespace omniflight::proof
