@@ -1,10 +1,16 @@
-// Costs of the planner's parts on the shipped test bed. Run from the workspace's top folder.
+// Costs of the planner's parts on the shipped test bed, and the question "is this pose free?" beside FCL
+// (libfcl-dev; left out where it is not installed). Run from the workspace's top folder.
 #include <benchmark/benchmark.h>
 #include <octomap/OcTree.h>
 
 #include "omniflight_core/random.hpp"
 #include "omniflight_planning/octree_file.hpp"
 #include "omniflight_planning/plan.hpp"
+
+#ifdef OMNIFLIGHT_HAVE_FCL
+#include <fcl/geometry/octree/octree.h>
+#include <fcl/narrowphase/collision.h>
+#endif
 
 namespace omniflight::planning {
 namespace {
@@ -36,6 +42,66 @@ void Clearance(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(scene().check.clearance(scene().poses[i++ % 4096]));
 }
 BENCHMARK(Clearance);
+
+void PoseIsFree(benchmark::State& state) {
+  std::size_t i = 0, free = 0;
+  for (auto _ : state) free += scene().check.room(scene().poses[i++ % 4096]) > 0.0;
+  state.counters["free"] = static_cast<double>(free) / static_cast<double>(state.iterations());
+}
+BENCHMARK(PoseIsFree);
+
+#ifdef OMNIFLIGHT_HAVE_FCL
+/// The same spheres, grown by the margin, against the octree itself.
+class FclVehicle {
+ public:
+  FclVehicle(const VehicleSpheres& spheres, double margin) {
+    for (const SphereGroup& group : spheres.groups) {
+      groups_.push_back({object(group.bound, margin), {}});
+      for (const BodySphere& s : group.spheres) groups_.back().spheres.push_back(object(s, margin));
+    }
+  }
+  bool hits(const fcl::CollisionObjectd& world, const Pose& pose) {
+    const auto hit = [&](Part& part) {
+      part.object->setTranslation(pose.p_WB + pose.q_WB * part.p_BS);
+      part.object->computeAABB();
+      fcl::CollisionResultd result;
+      return fcl::collide(part.object.get(), &world, fcl::CollisionRequestd(), result) > 0;
+    };
+    return std::any_of(groups_.begin(), groups_.end(), [&](Group& group) {
+      return hit(group.bound) && std::any_of(group.spheres.begin(), group.spheres.end(), hit);
+    });
+  }
+
+ private:
+  struct Part {
+    Vec3 p_BS;
+    std::unique_ptr<fcl::CollisionObjectd> object;
+  };
+  struct Group {
+    Part bound;
+    std::vector<Part> spheres;
+  };
+  static Part object(const BodySphere& s, double margin) {
+    auto sphere = std::make_shared<fcl::Sphered>(s.radius + margin);
+    return {s.p_BS, std::make_unique<fcl::CollisionObjectd>(std::move(sphere))};
+  }
+  std::vector<Group> groups_;
+};
+
+void PeerPoseIsFreeFcl(benchmark::State& state) {
+  const auto file = read_octree(kMap).value();
+  const fcl::CollisionObjectd world(std::make_shared<fcl::OcTreed>(file.tree));
+  FclVehicle vehicle(scene().check.spheres(), scene().check.margin());
+  std::size_t i = 0, free = 0;
+  for (auto _ : state) free += !vehicle.hits(world, scene().poses[i++ % 4096]);
+  state.counters["free"] = static_cast<double>(free) / static_cast<double>(state.iterations());
+  // whatever the field calls free is free for FCL, too: the field's distances are lower bounds
+  double wrong = 0;
+  for (const Pose& pose : scene().poses) wrong += scene().check.room(pose) > 0.0 && vehicle.hits(world, pose);
+  state.counters["free_here_hit_there"] = wrong;
+}
+BENCHMARK(PeerPoseIsFreeFcl);
+#endif
 
 void HoverLoad(benchmark::State& state) {
   const allocation::RotorLoad& limits = *scene().rotors;
