@@ -20,15 +20,17 @@ LEVELS = {
     "cmake": 0, "core": 0, "files": 0, "msgs": 0,
     "vehicle": 1, "physics": 1,
     "allocation": 2, "control": 2, "planning": 2, "recording": 2, "identification": 2, "gateway": 2,
-    "simulation": 3, "diagnosis": 3, "report": 3, "proof": 3,
+    "simulation": 3, "diagnosis": 3, "report": 3,
     "bus": 4,
-    "components": 5, "cli": 5,
+    "components": 5, "cli": 5, "proof": 5,
 }
 # Within a level only these; everything may use the build conventions of omniflight_cmake.
 SIDEWAYS = {("files", "core"), ("physics", "vehicle"), ("planning", "allocation"), ("cli", "components")}
-# Downward, and yet forbidden: the proof is worth something only if its plant shares no dynamics with ours.
+# Downward, and yet forbidden, also through others: the proof is worth something only if its plant shares no dynamics
+# with ours.
 FORBIDDEN = {("proof", "physics"): "the proof shares no dynamics code",
-             ("proof", "simulation"): "the proof shares no dynamics code"}
+             ("proof", "simulation"): "the proof shares no dynamics code",
+             ("proof", "diagnosis"): "the proof is not to know what it examines"}
 DDS_PACKAGES = {"bus", "components", "msgs"}
 
 PREFIX = "omniflight_"
@@ -148,6 +150,10 @@ def check(workspace):
                 faults.append(f"{PREFIX}{name} -> {PREFIX}{other} ({where}): {why}")
             elif other not in known:
                 faults.append(f"{PREFIX}{name} -> {PREFIX}{other} ({where}): package.xml does not declare it")
+    for (a, b), why in FORBIDDEN.items():
+        through = sorted(c for c in edges.get(a, ()) if b in reachable(c, edges))
+        if through and b not in edges[a]:
+            faults.append(f"{PREFIX}{a} -> {PREFIX}{b} (through {', '.join(PREFIX + c for c in through)}): {why}")
     for name, folder in packages.items():
         for file in source_files(folder):
             files += 1
@@ -195,6 +201,10 @@ def self_test():
          ["omniflight_control -> omniflight_gateway (package.xml): points sideways (level 2 to level 2)"]),
         ("forbidden", [("proof", ["physics"], [], {})],
          ["omniflight_proof -> omniflight_physics (package.xml): the proof shares no dynamics code"]),
+        ("forbidden through others", [("report", ["simulation"], [], {}), ("proof", ["report"], [], {})],
+         ["omniflight_report -> omniflight_simulation (package.xml): points sideways (level 3 to level 3)",
+          "omniflight_proof -> omniflight_physics (through omniflight_report): the proof shares no dynamics code",
+          "omniflight_proof -> omniflight_simulation (through omniflight_report): the proof shares no dynamics code"]),
         ("absent", [("control", ["report"], [], {})],
          ["omniflight_control -> omniflight_report (package.xml): there is no package omniflight_report in src/"]),
         ("without level", [("extra", [], [], {})],
