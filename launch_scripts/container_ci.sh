@@ -78,8 +78,8 @@ build_image() {
   case "$engine" in
     docker) bounded "$build_timeout" docker build --network host "${build_args[@]}" . ;;
     podman) bounded "$build_timeout" podman build --network host "${build_args[@]}" . ;;
-    # chroot isolation needs neither cgroups nor a daemon
-    buildah) bounded "$build_timeout" buildah bud --isolation chroot --network host "${build_args[@]}" . ;;
+    # chroot isolation needs neither cgroups nor a daemon; layers, so that what is installed is installed once
+    buildah) bounded "$build_timeout" buildah bud --layers --isolation chroot --network host "${build_args[@]}" . ;;
   esac
 }
 
