@@ -11,7 +11,8 @@ export JOBS
 
 say() { printf '\n== %s\n' "$*"; }
 
-# omniflight_build BASE [cmake arguments]: configures and builds the workspace into BASE/build and BASE/install.
+# omniflight_build BASE [cmake arguments]: configures and builds the workspace into BASE/build and BASE/install;
+# OMNIFLIGHT_COLCON_SELECT may select packages ("--packages-up-to a b").
 omniflight_build() {
   local base="$1"
   shift
@@ -25,5 +26,6 @@ omniflight_build() {
     colcon --log-base "$base/log" build --metas "$OMNIFLIGHT_ROOT/colcon.meta" \
     --event-handlers console_direct- console_stderr- summary+ status- console_start_end- \
     --base-paths src --build-base "$base/build" --install-base "$base/install" --executor sequential \
+    ${OMNIFLIGHT_COLCON_SELECT:-} \
     --cmake-args -DCMAKE_BUILD_TYPE=Release "${ccache[@]}" "$@"
 }

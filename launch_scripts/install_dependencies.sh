@@ -3,6 +3,7 @@
 # does nothing when everything is there. Needs root or sudo only then.
 # Example: ./launch_scripts/install_dependencies.sh          (everything)
 #          ./launch_scripts/install_dependencies.sh --list   (print the packages)
+#          ./launch_scripts/install_dependencies.sh --benchmarks   (also what benchmark.sh compares with)
 set -euo pipefail
 
 packages=(
@@ -15,15 +16,20 @@ packages=(
   cyclonedds-dev cyclonedds-tools libeigen3-dev liboctomap-dev libompl-dev libboost-serialization-dev
   libboost-filesystem-dev libboost-system-dev liburdfdom-dev libyaml-cpp-dev libcli11-dev libfmt-dev
   libhwy-dev nlohmann-json3-dev libexpected-dev libceres-dev libzstd-dev liblz4-dev zlib1g-dev libssl-dev
+  # second plant, the one of the proof; without it omniflight_proof is left out and its tests skip
+  libmujoco-dev
   # reports: inlined into the HTML at build time
   libjs-dygraphs libjs-katex
   # tests
   libgtest-dev
 )
+# peers of the benchmarks, used for nothing else
+benchmark_packages=(libbenchmark-dev libnlopt-dev libode-dev libbullet-dev libmujoco-dev)
 case "${1:-}" in
+  --benchmarks) packages+=("${benchmark_packages[@]}") ;;
   --list) printf '%s\n' "${packages[@]}"; exit 0 ;;
   "") ;;
-  *) sed -n '2,6p' "$0"; exit 4 ;;
+  *) sed -n '2,7p' "$0"; exit 4 ;;
 esac
 
 missing=()

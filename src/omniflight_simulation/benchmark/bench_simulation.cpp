@@ -3,7 +3,7 @@
 // directory.
 #include <memory>
 
-#include "omniflight_simulation/batch.hpp"
+#include "batch_contender.hpp"
 #include "peers/peers.hpp"
 
 namespace omniflight::benchmarks {
@@ -12,16 +12,12 @@ namespace {
 using physics::Model;
 
 Contender plant(const vehicle::Vehicle& vehicle, const std::string& name, const Model& model) {
-  simulation::PlantConfig config;
-  config.initial_alpha = 0.5;
-  config.initial.p_WB.z() = 10;
-  config.initial.w_WB_B = Vec3(0.1, 0.2, 0.3);
+  const simulation::PlantConfig config = tumbling_start();
   auto made = simulation::Plant::create(vehicle, model, config);
   if (!made) return {name, {}, 1, made.error().text()};
   auto shared = std::make_shared<simulation::Plant>(*made);
   auto start = std::make_shared<const simulation::Plant>(std::move(*made));
-  const double each = vehicle.mass * kGravity / (8 * std::cos(config.initial_alpha));
-  const std::vector<double> speed(vehicle.rotors.size(), vehicle.rotors[0].speed(each));
+  const std::vector<double> speed = hover_speeds(vehicle, config.initial_alpha);
   shared->set_command(speed, config.initial_alpha);
   return {name,
           [shared, start, config, speed](int n) {
@@ -36,28 +32,7 @@ Contender plant(const vehicle::Vehicle& vehicle, const std::string& name, const 
 }
 
 Contender batch(const vehicle::Vehicle& vehicle, const std::string& name, const Model& model, int count) {
-  simulation::BatchConfig config;
-  config.plant.initial_alpha = 0.5;
-  config.plant.initial.p_WB.z() = 10;
-  config.plant.initial.w_WB_B = Vec3(0.1, 0.2, 0.3);
-  config.unsupported = simulation::BatchConfig::Unsupported::refuse;
-  auto made =
-      simulation::Batch::create(vehicle, std::vector<Model>(static_cast<std::size_t>(count), model), config);
-  if (!made) return {name, {}, 1, made.error().text()};
-  auto shared = std::make_shared<simulation::Batch>(std::move(*made));
-  const double each = vehicle.mass * kGravity / (8 * std::cos(config.plant.initial_alpha));
-  const std::vector<double> speed(vehicle.rotors.size(), vehicle.rotors[0].speed(each));
-  return {name,
-          [shared, speed, count](int n) {
-            for (int k = 0; k < n; ++k) {
-              if (shared->time() > 2) shared->reset();
-              if (k % 2 == 0)  // commands come at 500 Hz
-                for (int i = 0; i < count; ++i) shared->set_command(static_cast<std::size_t>(i), speed, 0.5);
-              if (shared->step() < static_cast<std::size_t>(count)) std::abort();
-            }
-          },
-          static_cast<double>(count),
-          {}};
+  return batch_contender<simulation::Batch, simulation::BatchConfig>(vehicle, name, model, count);
 }
 
 Model model(const std::vector<std::pair<std::string, std::vector<double>>>& effects) {
@@ -71,7 +46,8 @@ Model model(const std::vector<std::pair<std::string, std::vector<double>>>& effe
 Model every(bool in_lanes) {
   Model m;
   for (const physics::Effect* e : physics::builtin_effects()) {
-    if (in_lanes ? !simulation::flies_in_lanes(*e) : !e->acts_on_wrench()) continue;
+    if (in_lanes ? !simulation::flies_in_lanes(*e) : !e->acts_on_wrench() || e->memory_size().total() > 0)
+      continue;
     m.effects.push_back({e, {}});
     for (const auto& p : e->info().parameters)
       m.effects.back().theta.push_back(p.neutral == p.typical ? p.typical
@@ -80,43 +56,57 @@ Model every(bool in_lanes) {
   return m;
 }
 
+/// A vehicle on a chain of 20 nodes, as the physics library models it.
+Contender chain(const vehicle::Vehicle& vehicle) {
+  const physics::Effect* effect = physics::find_effect("cable_chain");
+  if (!effect) return {"Plant", {}, 1, "the library has no chain yet"};
+  Model m;
+  m.effects.push_back({effect, {}});
+  for (const auto& p : effect->info().parameters) m.effects.back().theta.push_back(p.typical);
+  return plant(vehicle, "Plant with chain", m);
+}
+
 int run() {
-  const auto vehicle = vehicle::load_vehicle("omnimorph");
-  if (!vehicle) {
-    std::fprintf(stderr, "%s\n", vehicle.error().text().c_str());
+  const auto loaded = vehicle::load_vehicle("omnimorph");
+  if (!loaded) {
+    std::fprintf(stderr, "%s\n", loaded.error().text().c_str());
     return 4;
   }
+  const vehicle::Vehicle& v = *loaded;
   pin_to_one_processor();
-  const std::vector<Contender> engines{
-      ode_free_body(*vehicle, false), ode_free_body(*vehicle, true), bullet_free_body(*vehicle),
-      mujoco_free_body(*vehicle, MujocoIntegrator::euler), mujoco_free_body(*vehicle, MujocoIntegrator::rk4)};
+  std::fprintf(stderr, "lanes run on %s\n", simulation::lane_instruction_set().c_str());
   const Model some = model({{"tilt_efficiency", {0.34, 0.334}},
                             {"rotor_drag", {1e-5}},
                             {"parasitic_drag", {0.01}},
                             {"hung_cable", {0.1, 0, 5}}});
-  compare("B-1", "single body, nominal", plant(*vehicle, "Plant", {}), engines, 1.0, 1.5);
-  compare("B-1", "single body, 4 effects", plant(*vehicle, "Plant", some), {engines[0]}, 1.0, 1.5);
-  compare("B-1", "single body, every effect", plant(*vehicle, "Plant", every(false)), {engines[0]}, 1.0, 1.5);
-  compare("B-1", "one vehicle in a lane, nominal", batch(*vehicle, "Batch of 1", {}, 1), {engines[0]}, 1.0,
-          1.5);
-  compare("B-1", "one vehicle in a lane, 4 effects", batch(*vehicle, "Batch of 1", some, 1), {engines[0]},
+  const auto ode = [&] { return ode_free_body(v, false); };
+  const auto mujoco = [&](MujocoOptions o) { return mujoco_free_body(v, MujocoIntegrator::rk4, o); };
+
+  compare("B-1", "one plant, nominal", plant(v, "Plant", {}),
+          {ode(), ode_free_body(v, true), bullet_free_body(v),
+           mujoco_free_body(v, MujocoIntegrator::euler, MujocoOptions::ordinary)},
           1.0, 1.5);
-  compare("B-1", "one vehicle in a lane, every effect", batch(*vehicle, "Batch of 1", every(true), 1),
-          {engines[0]}, 1.0, 1.5);
-  compare("B-2", "64 vehicles in lanes, nominal", batch(*vehicle, "Batch of 64", {}, 64),
-          {engines[0], engines[1]}, 8, 12);
-  compare("B-2", "64 vehicles in lanes, nominal", batch(*vehicle, "Batch of 64", {}, 64), {engines[4]}, 200,
-          0);
-  compare("B-2", "64 vehicles in lanes, 4 effects", batch(*vehicle, "Batch of 64", some, 64), {engines[0]}, 8,
-          12);
-  compare("B-2", "64 vehicles in lanes, 4 effects", batch(*vehicle, "Batch of 64", some, 64), {engines[4]},
-          200, 0);
-  compare("B-2", "64 vehicles in lanes, every effect", batch(*vehicle, "Batch of 64", every(true), 64),
-          {engines[0]}, 0, 0);
-  const std::vector<Contender> chains{ode_chain(*vehicle, false), ode_chain(*vehicle, true),
-                                      bullet_chain(*vehicle), mujoco_chain(*vehicle, MujocoIntegrator::euler),
-                                      mujoco_chain(*vehicle, MujocoIntegrator::rk4)};
-  compare("B-3", "20-link chain", chains[0], {chains[1], chains[2], chains[3], chains[4]}, 5, 10);
+  compare("B-1", "one plant, 4 effects", plant(v, "Plant", some), {ode()}, 1.0, 1.5);
+  compare("B-1", "one plant, every effect without memory", plant(v, "Plant", every(false)), {ode()}, 1.0,
+          1.5);
+  compare("B-1", "one vehicle in a lane, nominal", batch(v, "Batch of 1", {}, 1), {ode()}, 1.0, 1.5);
+  compare("B-1", "one vehicle in a lane, 4 effects", batch(v, "Batch of 1", some, 1), {ode()}, 1.0, 1.5);
+  compare("B-1", "one vehicle in a lane, every effect of lanes", batch(v, "Batch of 1", every(true), 1),
+          {ode()}, 1.0, 1.5);
+  for (const auto& [what, m] : {std::pair("nominal", Model{}), std::pair("4 effects", some)}) {
+    const std::string of = std::string("64 vehicles in lanes, ") + what;
+    compare("B-2", of, batch(v, "Batch of 64", m, 64), {ode()}, 8, 12);
+    compare("B-2", of, batch(v, "Batch of 64", m, 64), {mujoco(MujocoOptions::ordinary)}, 200, 0);
+    compare("B-2", of, batch(v, "Batch of 64", m, 64), {mujoco(MujocoOptions::bare)}, 0, 0);
+    compare("A-6", of + ", portable over native", batch(v, "portable", m, 64),
+            {native_batch(v, "-march=native", m, 64)}, 0.8, 1.0);
+  }
+  compare("B-2", "64 vehicles in lanes, every effect of lanes", batch(v, "Batch of 64", every(true), 64),
+          {ode()}, 0, 0);
+  compare(
+      "B-3", "chain of 20", chain(v),
+      {ode_chain(v, false), ode_chain(v, true), bullet_chain(v), mujoco_chain(v, MujocoIntegrator::euler)}, 5,
+      10);
   return 0;
 }
 

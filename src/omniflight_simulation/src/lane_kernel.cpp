@@ -5,6 +5,8 @@
 
 #include "lanes.hpp"
 
+// processors without SSE4 take the plain path: every target costs seconds of compilation
+#define HWY_DISABLED_TARGETS HWY_SSSE3
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "lane_kernel.cpp"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
@@ -110,49 +112,74 @@ struct Kernel {
     f_W = muladd3(s.v, hn::Mul(k, hn::Sqrt(hn::Add(vv, tiny))), f_W);
   }
 
-  /// What each rotor adds by its motion through the air, near the floor, and by its momentum; body axes.
-  template <bool kBlades, bool kGround, bool kMomentum>
-  static HWY_INLINE void rotor_effects(const Common& c, const Block& b, int at, const State& s,
-                                       const Rotation& R, const V* speed, const V* square, V3& force,
-                                       V3& torque) {
-    const V3 v_B = R.body(s.v);
-    V3 momentum{hn::Zero(d), hn::Zero(d), hn::Zero(d)}, spin_up = momentum;
+  /// Rotor drag and axial inflow, body axes: f_i = -|Omega_i| (kd v_i + (kz - kd) (n_i . v_i) n_i) at hub p_i
+  /// with v_i = v + w x p_i. The sums over the rotors do not need v and w, so that these come in once.
+  static HWY_INLINE void blades(const Common& c, const Block& b, int at, const State& s, const Rotation& R,
+                                const V* speed, V3& force, V3& torque) {
+    const V zero = hn::Zero(d);
+    const V3 v = R.body(s.v);
+    V sum = zero, square[6] = {zero, zero, zero, zero, zero, zero};
+    V3 lever{zero, zero, zero}, axial_f = lever, axial_t = lever;
+    for (int i = 0; i < c.rotors; ++i) {
+      const Common::Rotor& r = c.rotor[i];
+      const V fast = hn::Abs(speed[i]);
+      const V3 n = load3(b.axis[i], at), m = load3(b.moment[i], at);
+      sum = hn::Add(sum, fast);
+      lever = muladd3({all(r.p.x()), all(r.p.y()), all(r.p.z())}, fast, lever);
+      for (int k = 0; k < 6; ++k) square[k] = muladd(all(r.square[k]), fast, square[k]);
+      const V along = hn::Mul(fast, hn::Add(dot(n, v), dot(m, s.w)));
+      axial_f = muladd3(n, along, axial_f);
+      axial_t = muladd3(m, along, axial_t);
+    }
+    const V kd = load(b.drag_in_plane, at), kn = hn::Sub(kd, load(b.drag_axial, at)), minus = hn::Neg(kd);
+    force = muladd3(muladd3(v, sum, cross(s.w, lever)), minus, muladd3(axial_f, kn, force));
+    const V3 turning{muladd(square[4], s.w.z, muladd(square[3], s.w.y, hn::Mul(square[0], s.w.x))),
+                     muladd(square[5], s.w.z, muladd(square[3], s.w.x, hn::Mul(square[1], s.w.y))),
+                     muladd(square[5], s.w.y, muladd(square[4], s.w.x, hn::Mul(square[2], s.w.z)))};
+    torque = muladd3(add(cross(lever, v), turning), minus, muladd3(axial_t, kn, torque));
+  }
+
+  static HWY_INLINE void flapping(const Common& c, const Block& b, int at, const State& s, const Rotation& R,
+                                  const V* speed, V3& torque) {
+    const V3 v = R.body(s.v);
+    for (int i = 0; i < c.rotors; ++i) {
+      const Common::Rotor& r = c.rotor[i];
+      const V3 hub = add(v, cross(s.w, {all(r.p.x()), all(r.p.y()), all(r.p.z())}));
+      const V k = hn::Neg(hn::Mul(hn::Abs(speed[i]), load(b.flapping, at)));
+      torque = muladd3(cross(hub, load3(b.axis[i], at)), k, torque);
+    }
+  }
+
+  static HWY_INLINE void ground(const Common& c, const Block& b, int at, const State& s, const Rotation& R,
+                                const V* square, V3& force, V3& torque) {
     for (int i = 0; i < c.rotors; ++i) {
       const Common::Rotor& r = c.rotor[i];
       const V3 n = load3(b.axis[i], at);
       const V3 p{all(r.p.x()), all(r.p.y()), all(r.p.z())};
-      V3 f{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-      if (kBlades) {
-        const V3 v = add(v_B, cross(s.w, p));
-        const V along = dot(n, v), fast = hn::Neg(hn::Abs(speed[i]));
-        const V in_plane = hn::Mul(fast, load(b.drag_in_plane, at));
-        const V axial = hn::Mul(hn::Mul(fast, load(b.drag_axial, at)), along);
-        f = scale(v, in_plane);
-        f = muladd3(n, nmuladd(in_plane, along, axial), f);
-        torque = muladd3(cross(v, n), hn::Mul(fast, load(b.flapping, at)), torque);
-      }
-      if (kGround) {
-        const V height = hn::Sub(hn::Add(s.p.z, dot(R.row[2], p)), all(c.floor_z));
-        const V ratio = hn::Div(all(r.radius), hn::Mul(all(4.0), hn::Max(height, all(0.05 * r.radius))));
-        const V x = hn::Min(hn::Mul(load(b.ground_strength, at), hn::Mul(ratio, ratio)), all(0.75));
-        const V gain = hn::Div(x, hn::Sub(all(1.0), x));
-        const V thrust = hn::Mul(all(r.thrust_coefficient), square[i]), up = dot(R.row[2], n);
-        // wash that goes down only; thrust times the cosine of the wash is |thrust| times that of the axis
-        const V size = hn::Mul(gain, hn::Mul(hn::Abs(thrust), up));
-        f = muladd3(n, hn::IfThenElseZero(hn::Gt(hn::Mul(thrust, up), hn::Zero(d)), size), f);
-      }
-      if (kBlades || kGround) {
-        force = add(force, f);
-        torque = add(torque, cross(p, f));
-      }
-      if (kMomentum) {
-        const V spin = all(r.spin);
-        const V acceleration = hn::Mul(hn::Sub(load(b.command[i], at), speed[i]), load(b.inverse_tau[i], at));
-        momentum = muladd3(n, hn::Mul(spin, speed[i]), momentum);
-        spin_up = muladd3(n, hn::Mul(spin, acceleration), spin_up);
-      }
+      const V height = hn::Sub(hn::Add(s.p.z, dot(R.row[2], p)), all(c.floor_z));
+      const V ratio = hn::Div(all(r.radius), hn::Mul(all(4.0), hn::Max(height, all(0.05 * r.radius))));
+      const V x = hn::Min(hn::Mul(load(b.ground_strength, at), hn::Mul(ratio, ratio)), all(0.75));
+      const V gain = hn::Div(x, hn::Sub(all(1.0), x));
+      const V thrust = hn::Mul(all(r.thrust_coefficient), square[i]), up = dot(R.row[2], n);
+      // wash that goes down only; thrust times the cosine of the wash is |thrust| times that of the axis
+      const V size = hn::IfThenElseZero(hn::Gt(hn::Mul(thrust, up), hn::Zero(d)),
+                                        hn::Mul(gain, hn::Mul(hn::Abs(thrust), up)));
+      force = muladd3(n, size, force);
+      torque = muladd3(load3(b.moment[i], at), size, torque);
     }
-    if (kMomentum) torque = muladd3(add(spin_up, cross(s.w, momentum)), load(b.rotor_inertia, at), torque);
+  }
+
+  static HWY_INLINE void rotor_momentum(const Common& c, const Block& b, int at, const State& s,
+                                        const V* speed, V3& torque) {
+    V3 momentum{hn::Zero(d), hn::Zero(d), hn::Zero(d)}, spin_up = momentum;
+    for (int i = 0; i < c.rotors; ++i) {
+      const V3 n = load3(b.axis[i], at);
+      const V spin = all(c.rotor[i].spin);
+      const V acceleration = hn::Mul(hn::Sub(load(b.command[i], at), speed[i]), load(b.inverse_tau[i], at));
+      momentum = muladd3(n, hn::Mul(spin, speed[i]), momentum);
+      spin_up = muladd3(n, hn::Mul(spin, acceleration), spin_up);
+    }
+    torque = muladd3(add(spin_up, cross(s.w, momentum)), load(b.rotor_inertia, at), torque);
   }
 
   static HWY_INLINE V carried(const Block& b, int at, const State& s) {
@@ -175,14 +202,10 @@ struct Kernel {
       force = muladd3(load3(b.map[i], at), square[i], force);
       torque = muladd3(load3(b.map[i] + 3, at), square[i], torque);
     }
-    const bool blades = c.blades, ground = c.ground;
-    if (blades && ground)
-      rotor_effects<true, true, false>(c, b, at, s, R, speed, square, force, torque);
-    else if (blades)
-      rotor_effects<true, false, false>(c, b, at, s, R, speed, square, force, torque);
-    else if (ground)
-      rotor_effects<false, true, false>(c, b, at, s, R, speed, square, force, torque);
-    if (c.rotor_momentum) rotor_effects<false, false, true>(c, b, at, s, R, speed, square, force, torque);
+    if (c.blades) blades(c, b, at, s, R, speed, force, torque);
+    if (c.flapping) flapping(c, b, at, s, R, speed, torque);
+    if (c.ground) ground(c, b, at, s, R, square, force, torque);
+    if (c.rotor_momentum) rotor_momentum(c, b, at, s, speed, torque);
 
     V3 f_W{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
     if (c.world_force) {
@@ -320,7 +343,6 @@ struct Kernel {
         const V3 axis{muladd(all(r.sine.x()), sa, muladd(all(r.cosine.x()), ca, all(r.constant.x()))),
                       muladd(all(r.sine.y()), sa, muladd(all(r.cosine.y()), ca, all(r.constant.y()))),
                       muladd(all(r.sine.z()), sa, muladd(all(r.cosine.z()), ca, all(r.constant.z())))};
-        store3(axis, b.axis[i], at);
         V map[6];
         for (int row = 0; row < 6; ++row)
           map[row] =
@@ -328,6 +350,8 @@ struct Kernel {
                      muladd(load(b.map_by_tilt[1][i][row], at), ca, load(b.map_by_tilt[0][i][row], at)));
         // the efficiency scales the whole nominal wrench of the rotor
         const V3 p{all(r.p.x()), all(r.p.y()), all(r.p.z())};
+        store3(axis, b.axis[i], at);
+        store3(cross(p, axis), b.moment[i], at);
         const V3 force = scale(axis, hn::Mul(all(r.thrust_coefficient), gain));
         const V3 torque = muladd3(force, all(r.spin * r.drag_ratio), cross(p, force));
         store3(add({map[0], map[1], map[2]}, force), b.map[i], at);

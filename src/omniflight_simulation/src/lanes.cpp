@@ -48,7 +48,7 @@ const std::map<std::string, Put>& table() {
       {"blade_flapping",
        [](const double* x, Common& c, Block& b, int k) {
          b.flapping[k] += x[0];
-         c.blades = true;
+         c.flapping = true;
        }},
       {"parasitic_drag",
        [](const double* x, Common& c, Block& b, int k) {
@@ -143,6 +143,9 @@ void put_nominal(const vehicle::Vehicle& vehicle, const PlantConfig& config, Com
     const vehicle::Rotor& r = vehicle.rotors[static_cast<std::size_t>(i)];
     Common::Rotor& out = common.rotor[i];
     out.p = r.p_BR;
+    const Mat3 square = r.p_BR.squaredNorm() * Mat3::Identity() - r.p_BR * r.p_BR.transpose();
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column <= row; ++column) out.square[packed(row, column)] = square(row, column);
     out.constant = r.axis_B;
     out.cosine = out.sine = Vec3::Zero();
     if (r.tilts) {  // Rodrigues

@@ -20,6 +20,7 @@ struct Common {
   struct Rotor {
     Vec3 constant, cosine, sine;  ///< thrust axis at tilt a: constant + cosine cos(a) + sine sin(a)
     Vec3 p;                       ///< m
+    double square[6] = {};        ///< m^2, |p|^2 I - p p^T: xx yy zz xy xz yz
     double thrust_coefficient = 0, spin = 1, drag_ratio = 0, radius = 0;
     bool bidirectional = false;
   };
@@ -30,7 +31,7 @@ struct Common {
   // groups of effects that some vehicle of the batch has; where a vehicle has them not they are nothing
   // exactly, to the bit: they add zeros
   bool ideal_motors = false, products = false;
-  bool world_force = false, air = false, cable = false, blades = false, ground = false,
+  bool world_force = false, air = false, cable = false, blades = false, flapping = false, ground = false,
        rotor_momentum = false;
 };
 
@@ -44,7 +45,7 @@ struct alignas(64) Block {
   // motors: a stage's speed is speed + share * (command - speed); exact RK4 of the first-order lag
   Lane share[4][kRotors], share_end[kRotors], inverse_tau[kRotors];
   // wrench per squared speed, and unit thrust axis, at mapped_alpha
-  Lane map[kRotors][6], axis[kRotors][3];
+  Lane map[kRotors][6], axis[kRotors][3], moment[kRotors][3];  ///< moment: p x axis
   // the same map by tilt a, without efficiency: [0] + [1] cos(a) + [2] sin(a)
   Lane map_by_tilt[3][kRotors][6];
   // mass properties

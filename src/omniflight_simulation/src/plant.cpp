@@ -11,11 +11,13 @@ Status check_model(const physics::Model& model, const vehicle::Vehicle& vehicle)
   for (const auto& e : model.effects) {
     if (!e.effect || static_cast<int>(e.theta.size()) != e.effect->parameter_count())
       return bad_input("an effect has the wrong number of parameters", "model");
-    for (std::size_t k = 0; k < e.theta.size(); ++k)
-      if (!std::isfinite(e.theta[k])) {
-        const physics::Parameter& p = e.effect->info().parameters[k];
-        return bad_input("is not finite (" + p.unit + ")", "effects." + e.effect->info().id + "." + p.name);
-      }
+    for (std::size_t k = 0; k < e.theta.size(); ++k) {
+      const physics::Parameter& p = e.effect->info().parameters[k];
+      if (!(e.theta[k] >= p.lower && e.theta[k] <= p.upper))
+        return bad_input("is " + std::to_string(e.theta[k]) + " " + p.unit + ", outside [" +
+                             std::to_string(p.lower) + ", " + std::to_string(p.upper) + "] " + p.unit,
+                         "effects." + e.effect->info().id + "." + p.name);
+    }
     if (e.effect->info().id == "payload_mass") mass += e.theta[0];
   }
   if (mass <= 0.0)
@@ -34,6 +36,8 @@ Result<Plant> Plant::create(const vehicle::Vehicle& vehicle, const physics::Mode
                      "simulator.step_s");
   if (!is_finite(config.initial)) return bad_input("is not finite", "simulator.initial");
   if (auto ok = check_model(model, vehicle); !ok) return Failure(ok.error());
+  for (const auto& track : config.neighbours)
+    if (auto ok = physics::validate(track); !ok) return Failure(ok.error());
   physics::Actuation actuation;
   for (const auto& rotor : vehicle.rotors) {
     actuation.time_constant.push_back(rotor.time_constant);
@@ -53,18 +57,19 @@ Plant::Plant(const vehicle::Vehicle& vehicle, const physics::Model& model, const
       inverse_inertia_(vehicle.inertia.inverse()),
       body_(config.initial) {
   body_.q_WB.normalize();
+  for (std::size_t i = 0; i < count(); ++i) speed_limit_[i] = vehicle_.rotors[i].max_speed();
   alpha_command_ = config.initial_alpha;
   std::size_t numbers = 0;
   for (const physics::ActiveEffect& e : model.effects) {
     const physics::MemorySize size = e.effect->memory_size();
     if (!e.effect->acts_on_wrench() && size.total() == 0) continue;
-    effects_.push_back({e.effect, e.theta, numbers, size});
+    effects_.push_back({e.effect, e.theta, numbers, size, e.effect->acts_on_wrench()});
     random_.emplace_back(config.seed, e.effect->info().id);
     numbers += static_cast<std::size_t>(size.total());
   }
   for (std::vector<double>* numbers_of : {&memory_, &stage_memory_, &memory_sum_, &memory_rate_})
     numbers_of->assign(numbers, 0.0);
-  refresh(true);
+  (void)answers();
   for (const Acting& e : effects_)
     if (e.size.total() > 0) e.effect->start_memory(situation_, e.theta.data(), memory_.data() + e.at);
 }
@@ -80,7 +85,7 @@ bool Plant::set_command(std::span<const double> rotor_speed, double alpha) {
   for (const double s : rotor_speed)
     if (!std::isfinite(s)) return false;
   for (std::size_t i = 0; i < count(); ++i) {
-    const double limit = vehicle_.rotors[i].max_speed();
+    const double limit = speed_limit_[i];
     command_[i] = std::clamp(rotor_speed[i], vehicle_.rotors[i].bidirectional ? -limit : 0.0, limit);
   }
   alpha_command_ = std::clamp(alpha, vehicle_.tilt.min, vehicle_.tilt.max);
@@ -88,8 +93,11 @@ bool Plant::set_command(std::span<const double> rotor_speed, double alpha) {
   return true;
 }
 
-void Plant::solve_motion(const physics::Wrench& sum, Derivative& out) {
-  const Vec6 rotors = physics::rotor_wrench(situation_);
+void Plant::solve_motion(const physics::Wrench& sum, Derivative& out) const {
+  vehicle::RotorVector thrust(static_cast<Eigen::Index>(count()));
+  for (std::size_t i = 0; i < count(); ++i)
+    thrust[static_cast<Eigen::Index>(i)] = situation_.rotors[i].thrust;
+  const Vec6 rotors = map_.lazyProduct(thrust);
   const Vec3& w = situation_.body.w_WB_B;
   const Vec3& c = vehicle_.center_of_mass;
   const double m = vehicle_.mass;
@@ -100,39 +108,85 @@ void Plant::solve_motion(const physics::Wrench& sum, Derivative& out) {
     a_B = force / m;
     out.dw_B = inverse_inertia_ * torque;
   } else {
-    // equations about the body origin; inertia is about the centre of mass, so add m (|c|^2 I - c c^T)
-    const Mat3 C = skew(c);
-    const Mat3 shift = -m * C * C;
-    force -= m * w.cross(w.cross(c));
-    torque += m * c.cross(situation_.g_B) - w.cross(shift * w);
-    Mat6 M = sum.inertia;
-    M.topLeftCorner<3, 3>() += m * Mat3::Identity();
-    M.topRightCorner<3, 3>() -= m * C;
-    M.bottomLeftCorner<3, 3>() += m * C;
-    M.bottomRightCorner<3, 3>() += vehicle_.inertia + shift;
-    Vec6 rhs;
-    rhs << force, torque;
-    const Vec6 nu = M.partialPivLu().solve(rhs);
-    a_B = nu.head<3>();
-    out.dw_B = nu.tail<3>();
+    // equations about the body origin: [A B; C D] (a, dw) = (force, torque), solved by blocks, since A and D
+    // are mass and inertia and far from singular. The vehicle's inertia is about its centre of mass: add m
+    // (|c|^2 I - c c^T)
+    Mat3 A = m * Mat3::Identity(), B = Mat3::Zero(), C = Mat3::Zero(), D = vehicle_.inertia;
+    if (!c.isZero()) {
+      const Mat3 cross = skew(c);
+      const Mat3 shift = -m * cross * cross;
+      force -= m * w.cross(w.cross(c));
+      torque += m * c.cross(situation_.g_B) - w.cross(shift * w);
+      B = -m * cross;
+      C = m * cross;
+      D += shift;
+    }
+    if (sum.has_inertia) {
+      A += sum.inertia.topLeftCorner<3, 3>();
+      B += sum.inertia.topRightCorner<3, 3>();
+      C += sum.inertia.bottomLeftCorner<3, 3>();
+      D += sum.inertia.bottomRightCorner<3, 3>();
+    }
+    const Mat3 inverse_A = A.inverse();
+    if (B.isZero(0.0) && C.isZero(0.0)) {
+      a_B = inverse_A * force;
+      out.dw_B = D == vehicle_.inertia ? Vec3(inverse_inertia_ * torque) : Vec3(D.inverse() * torque);
+    } else {
+      const Mat3 CA = C * inverse_A;
+      out.dw_B = (D - CA * B).inverse() * (torque - CA * force);
+      a_B = inverse_A * (force - B * out.dw_B);
+    }
   }
   situation_.a_WB_B = a_B;
   situation_.dw_WB_B = out.dw_B;
   out.a_W = situation_.R_WB * a_B;
-  specific_force_ = a_B - situation_.g_B;
-  effect_wrench_ = sum.at(situation_);
+}
+
+double Plant::speed_rate(std::size_t i, double speed) const {
+  if (fault_[i] == Fault::none) return actuators_.rate(i, speed);
+  const double tau = actuators_.actuation().time_constant[i];
+  return fault_[i] == Fault::seized || tau <= 0 ? 0.0 : -speed / tau;
+}
+
+void Plant::apply_rotor_faults() {
+  for (std::size_t i = 0; i < count(); ++i) {
+    if (fault_[i] == Fault::seized) speed_[i] = seized_at_[i];
+    if (fault_[i] == Fault::cut && actuators_.actuation().time_constant[i] <= 0) speed_[i] = 0.0;
+  }
+}
+
+/// What the effects look at. Most of it rests while the tilt does; prepare() is for when it moves.
+void Plant::look(const RigidState& body, const double* speed, const Speeds& acceleration, double t) const {
+  const double alpha = actuators_.alpha();
+  RigidState unit = body;
+  unit.q_WB.normalize();
+  if (alpha != mapped_alpha_) {
+    physics::prepare(vehicle_, unit, alpha, {speed, count()}, {acceleration.data(), count()},
+                     config_.environment, situation_);
+    map_ = vehicle_.allocation_matrix(alpha);
+    mapped_alpha_ = alpha;
+  } else {
+    situation_.body = unit;
+    situation_.R_WB = unit.q_WB.toRotationMatrix();
+    situation_.v_WB_B = situation_.R_WB.transpose() * unit.v_WB_W;
+    situation_.g_B = -config_.environment.gravity * situation_.R_WB.row(2).transpose();
+    for (std::size_t i = 0; i < count(); ++i) {
+      physics::RotorSituation& r = situation_.rotors[i];
+      r.speed = speed[i];
+      r.acceleration = acceleration[i];
+      r.thrust = vehicle_.rotors[i].thrust(speed[i]);
+    }
+  }
+  situation_.t = t;
+  if (!config_.neighbours.empty()) physics::set_neighbours(config_.neighbours, t, situation_);
+  situation_.a_WB_B.setZero();
+  situation_.dw_WB_B.setZero();
 }
 
 void Plant::evaluate(const RigidState& body, const double* speed, const double* memory, double t, bool held,
-                     Derivative& out, double* memory_rate) {
-  for (std::size_t i = 0; i < count(); ++i) out.speed[i] = actuators_.rate(i, speed[i]);
-  RigidState unit = body;
-  unit.q_WB.normalize();
-  physics::prepare(vehicle_, unit, actuators_.alpha(), {speed, count()}, {out.speed.data(), count()},
-                   config_.environment, situation_);
-  situation_.t = t;
-  situation_.a_WB_B.setZero();
-  situation_.dw_WB_B.setZero();
+                     Derivative& out, double* memory_rate, Answers* answers) const {
+  for (std::size_t i = 0; i < count(); ++i) out.speed[i] = speed_rate(i, speed[i]);
+  look(body, speed, out.speed, t);
   out.v_W = body.v_WB_W;
   out.w_B = body.w_WB_B;
   const Vec3 half = 0.5 * body.w_WB_B;
@@ -140,15 +194,16 @@ void Plant::evaluate(const RigidState& body, const double* speed, const double* 
   if (held) {
     out.a_W.setZero();
     out.dw_B.setZero();
-    specific_force_ = -situation_.g_B;
-    effect_wrench_.setZero();
+    if (answers) *answers = {-situation_.g_B, Vec3::Zero(), Vec6::Zero()};
   } else {
     physics::Wrench sum;
     for (const Acting& e : effects_) {
-      if (e.effect->acts_on_wrench()) e.effect->add_wrench(situation_, e.theta.data(), sum);
+      if (e.on_wrench) e.effect->add_wrench(situation_, e.theta.data(), sum);
       if (e.size.total() > 0) e.effect->add_memory_wrench(situation_, e.theta.data(), memory + e.at, sum);
     }
+    if (disturbance_) disturbance_->add_wrench(situation_, sum);
     solve_motion(sum, out);
+    if (answers) *answers = {situation_.a_WB_B - situation_.g_B, out.dw_B, sum.at(situation_)};
   }
   if (!memory_rate) return;
   for (const Acting& e : effects_)
@@ -156,16 +211,19 @@ void Plant::evaluate(const RigidState& body, const double* speed, const double* 
       e.effect->state_rate(situation_, e.theta.data(), memory + e.at, memory_rate + e.at);
 }
 
-void Plant::refresh(bool held) {
-  Derivative d;
-  evaluate(body_, speed_.data(), memory_.data(), time_, held, d, nullptr);
-  angular_acceleration_ = d.dw_B;
+const Plant::Answers& Plant::answers() const {
+  if (!answered_) {
+    Derivative d;
+    evaluate(body_, speed_.data(), memory_.data(), time_, held_, d, nullptr, &answers_);
+    answered_ = true;
+  }
+  return answers_;
 }
 
 void Plant::euler_step(bool held) {
   const double h = config_.step;
   Derivative k;
-  evaluate(body_, speed_.data(), memory_.data(), time_, held, k, memory_rate_.data());
+  evaluate(body_, speed_.data(), memory_.data(), time_, held, k, memory_rate_.data(), nullptr);
   for (std::size_t i = 0; i < count(); ++i) speed_[i] += h * k.speed[i];
   for (std::size_t j = 0; j < memory_.size(); ++j) memory_[j] += h * memory_rate_[j];
   if (held) return;
@@ -197,8 +255,8 @@ void Plant::runge_kutta_step(bool held) {
         body.q_WB.coeffs() = body_.q_WB.coeffs() + f * k.q_WB;
       }
     }
-    evaluate(body, speed.data(), stage_memory_.data(), time_ + kNode[stage] * h, held, k,
-             memory_rate_.data());
+    evaluate(body, speed.data(), stage_memory_.data(), time_ + kNode[stage] * h, held, k, memory_rate_.data(),
+             nullptr);
     const double weight = kWeight[stage];
     sum.v_W += weight * k.v_W;
     sum.a_W += weight * k.a_W;
@@ -219,18 +277,23 @@ void Plant::runge_kutta_step(bool held) {
 }
 
 Status Plant::step(bool held) {
-  actuators_.begin_step({command_.data(), count()}, alpha_command_, mechanical_power());
+  // the power matters only to a battery that gives way
+  const physics::Actuation& a = actuators_.actuation();
+  const double power = a.battery_resistance != 0 || a.battery_drop != 0 ? mechanical_power() : 0.0;
+  actuators_.begin_step({command_.data(), count()}, alpha_command_, power);
   for (std::size_t i = 0; i < count(); ++i) speed_[i] = actuators_.follows(i, speed_[i]);
+  apply_rotor_faults();
   if (config_.integrator == Integrator::semi_implicit_euler)
     euler_step(held);
   else
     runge_kutta_step(held);
   ++steps_;
   time_ = static_cast<double>(steps_) * config_.step;
-  refresh(held);
+  held_ = held;
+  answered_ = false;
   for (std::size_t k = 0; k < effects_.size(); ++k)
     if (const Acting& e = effects_[k]; e.size.total() > 0)
-      e.effect->advance(situation_, e.theta.data(), config_.step, random_[k], memory_.data() + e.at);
+      e.effect->advance(situation(), e.theta.data(), config_.step, random_[k], memory_.data() + e.at);
   return check();
 }
 
@@ -268,7 +331,7 @@ double Plant::mechanical_power() const {
     const auto& r = vehicle_.rotors[i];
     power += std::abs(r.drag_ratio * r.thrust_coefficient * speed_[i] * speed_[i] * speed_[i]);
   }
-  for (const Acting& e : effects_) power += e.effect->shaft_power(situation_, e.theta.data());
+  for (const Acting& e : effects_) power += e.effect->shaft_power(situation(), e.theta.data());
   return power;
 }
 

@@ -3,103 +3,184 @@
 #include <algorithm>
 #include <cmath>
 
+#include "imu.hpp"
 #include "omniflight_core/half_period.hpp"
 
 namespace omniflight::simulation {
+namespace {
 
-SensorConfig read_sensor_config(files::YamlReader yaml) {
-  using files::between, files::non_negative, files::any_number;
-  SensorConfig c;
-  c.imu_rate = yaml.number("imu_rate_hz", between(1, 8000, "Hz"), c.imu_rate);
-  c.accelerometer_noise =
-      yaml.number("accelerometer_noise_mps2", between(0, 10, "m/s2"), c.accelerometer_noise);
-  c.accelerometer_bias = yaml.vec3("accelerometer_bias_mps2", between(-5, 5, "m/s2"), c.accelerometer_bias);
-  c.gyro_noise = yaml.number("gyro_noise_radps", between(0, 5, "rad/s"), c.gyro_noise);
-  c.gyro_bias = yaml.vec3("gyro_bias_radps", between(-1, 1, "rad/s"), c.gyro_bias);
-  c.mocap_rate = yaml.number("mocap_rate_hz", between(1, 1000, "Hz"), c.mocap_rate);
-  c.mocap_position_noise =
-      yaml.number("mocap_position_noise_m", between(0, 0.1, "m"), c.mocap_position_noise);
-  c.mocap_attitude_noise =
-      yaml.number("mocap_attitude_noise_rad", between(0, 0.2, "rad"), c.mocap_attitude_noise);
-  c.mocap_latency = yaml.number("mocap_latency_s", between(0, 0.2, "s"), c.mocap_latency);
-  c.mocap_dropout = yaml.number("mocap_dropout", between(0, 0.9, "1"), c.mocap_dropout);
-  c.rotor_rate = yaml.number("rotor_rate_hz", between(1, 4000, "Hz"), c.rotor_rate);
-  c.rotor_noise = yaml.number("rotor_noise_radps", between(0, 50, "rad/s"), c.rotor_noise);
-  c.half_period_quantisation = yaml.boolean("half_period_quantisation", c.half_period_quantisation);
-  c.battery_rate = yaml.number("battery_rate_hz", between(0.1, 100, "Hz"), c.battery_rate);
-  c.battery_voltage = yaml.number("battery_voltage_V", between(1, 100, "V"), c.battery_voltage);
-  c.battery_resistance = yaml.number("battery_resistance_ohm", non_negative("ohm"), c.battery_resistance);
-  c.battery_sag = yaml.number("battery_sag_V_per_J", non_negative("V/J"), c.battery_sag);
-  c.drive_efficiency = yaml.number("drive_efficiency", between(0.05, 1, "1"), c.drive_efficiency);
-  return c;
+/// The steps nearest to the instants k / rate, none early: the mean rate is exact for every rate.
+class Schedule {
+ public:
+  Schedule(double rate, double step) : steps_(std::max(1.0, 1.0 / (rate * step))) {}
+  bool due(std::uint64_t step) {
+    if (static_cast<double>(step) < std::ceil(static_cast<double>(next_) * steps_ - 1e-6)) return false;
+    ++next_;
+    return true;
+  }
+
+ private:
+  double steps_;
+  std::uint64_t next_ = 0;
+};
+
+/// Motion capture: poses that arrive later, or not at all.
+class Mocap {
+ public:
+  Mocap(const SensorConfig& config, const physics::Sensing& sensing, double step, std::uint64_t seed)
+      : config_(config),
+        sensing_(sensing),
+        schedule_(config.mocap_rate, step),
+        random_(seed, "mocap"),
+        stale_random_(seed, "mocap stale"),
+        latency_(static_cast<std::uint64_t>(std::llround(config.mocap_latency / step))) {
+    in_flight_.resize(static_cast<std::size_t>(config.mocap_latency * config.mocap_rate) + 4);
+  }
+
+  bool sample(const Plant& plant, std::uint64_t step, MocapSample& out) {
+    if (schedule_.due(step)) expose(plant, step);
+    if (tail_ == head_ || in_flight_[tail_ % in_flight_.size()].arrival > step) return false;
+    out = in_flight_[tail_++ % in_flight_.size()].sample;
+    return true;
+  }
+
+ private:
+  Vec3 normal3(double scale) { return scale * Vec3(random_.normal(), random_.normal(), random_.normal()); }
+
+  void expose(const Plant& plant, std::uint64_t step) {
+    const RigidState& body = plant.body();
+    const Quat tilt = exp_rotation(sensing_.mocap_tilt);
+    Delayed d;
+    d.arrival = step + latency_;
+    // the pose of (1 + skew) t + offset is stamped t
+    d.sample.t = (plant.time() - sensing_.mocap_clock_offset) / (1 + sensing_.mocap_clock_skew);
+    d.sample.p_WB =
+        tilt * (body.p_WB + body.q_WB * sensing_.mocap_offset) + normal3(config_.mocap_position_noise);
+    d.sample.q_WB = tilt * body.q_WB * exp_rotation(sensing_.mocap_misalignment) *
+                    exp_rotation(normal3(config_.mocap_attitude_noise));
+    if (config_.mocap_stamp_jitter > 0) d.sample.t += config_.mocap_stamp_jitter * random_.normal();
+    if (sensing_.stale_mocap > 0 && stale_random_.uniform() < sensing_.stale_mocap && exposed_) {
+      d.sample.p_WB = last_.p_WB;
+      d.sample.q_WB = last_.q_WB;
+    }
+    last_ = d.sample;
+    exposed_ = true;
+    if (!lost()) in_flight_[head_++ % in_flight_.size()] = d;
+  }
+
+  /// Gaps begin and end at random, so that a share `mocap_dropout` of the frames is missing in gaps of
+  /// `mocap_dropout_length` frames on average.
+  bool lost() {
+    const double p = config_.mocap_dropout, draw = random_.uniform();
+    if (config_.mocap_dropout_length <= 1) return draw < p;
+    const double end = 1 / config_.mocap_dropout_length;
+    in_gap_ = in_gap_ ? draw >= end : draw < end * p / (1 - p);
+    return in_gap_;
+  }
+
+  struct Delayed {
+    std::uint64_t arrival = 0;
+    MocapSample sample;
+  };
+  SensorConfig config_;
+  physics::Sensing sensing_;
+  Schedule schedule_;
+  Random random_, stale_random_;
+  std::uint64_t latency_;
+  std::vector<Delayed> in_flight_;  ///< a ring of poses that have not arrived
+  std::size_t head_ = 0, tail_ = 0;
+  MocapSample last_;
+  bool exposed_ = false, in_gap_ = false;
+};
+
+physics::Sensing sensing_of(const physics::Model& model) {
+  physics::Sensing sensing;
+  for (const auto& e : model.effects) e.effect->alter_sensing(e.theta.data(), sensing);
+  return sensing;
 }
+
+}  // namespace
+
+struct SensorSuite::Impl {
+  SensorConfig config;
+  physics::Sensing sensing;
+  double step;
+  Imu imu;
+  Mocap mocap;
+  Schedule imu_due, rotor_due, battery_due;
+  Random rotor_random, battery_random;
+  std::uint64_t count = 0;
+  double energy = 0;  ///< J drawn so far
+  double frozen_speed = 0;
+  bool frozen = false;
+
+  Impl(const SensorConfig& c, const physics::Sensing& s, double h, std::uint64_t seed)
+      : config(c),
+        sensing(s),
+        step(h),
+        imu(c, s, h, seed),
+        mocap(c, s, h, seed),
+        imu_due(c.imu_rate, h),
+        rotor_due(c.rotor_rate, h),
+        battery_due(c.battery_rate, h),
+        rotor_random(seed, "rotor"),
+        battery_random(seed, "battery") {}
+
+  double board_time(double t) const { return (1 + config.board_clock_skew) * t + config.board_clock_offset; }
+
+  void rotors(const Plant& plant, RotorSample& out) {
+    out.t = board_time(plant.time());
+    out.alpha = plant.alpha();
+    const auto speeds = plant.rotor_speed();
+    for (std::size_t i = 0; i < speeds.size(); ++i) {
+      double s = speeds[i] + config.rotor_noise * rotor_random.normal();
+      if (config.half_period_quantisation) s = speed_from_half_period(half_period_from_speed(s));
+      if (static_cast<int>(i) == sensing.rotor_fault) {
+        s = (1 + sensing.rotor_fault_scale) * s + sensing.rotor_fault_bias;
+        if (plant.time() >= sensing.rotor_fault_freeze) {
+          if (!frozen) frozen_speed = s, frozen = true;
+          s = frozen_speed;
+        }
+      }
+      out.speed[i] = s;
+    }
+  }
+
+  void battery(const Plant& plant, double electrical, BatterySample& out) {
+    const double open =
+        std::max(1.0, config.battery_voltage - (config.battery_sag + sensing.battery_drop) * energy);
+    const double current = electrical / open;
+    const double volts = open - (config.battery_resistance + sensing.battery_resistance) * current;
+    out.t = board_time(plant.time());
+    out.voltage = (1 + sensing.voltage_scale) * volts + sensing.voltage_bias;
+    if (config.battery_noise > 0) out.voltage += config.battery_noise * battery_random.normal();
+    out.current = (1 + sensing.current_scale) * current;
+  }
+};
 
 SensorSuite::SensorSuite(const SensorConfig& config, const physics::Model& model, double step,
                          std::uint64_t seed)
-    : config_(config),
-      step_(step),
-      imu_rng_(seed, "imu"),
-      mocap_rng_(seed, "mocap"),
-      rotor_rng_(seed, "rotor") {
-  for (const auto& e : model.effects) e.effect->alter_sensing(e.theta.data(), sensing_);
-  sensing_.accelerometer_bias += config.accelerometer_bias;
-  sensing_.gyro_bias += config.gyro_bias;
-  in_flight_.resize(static_cast<std::size_t>(config.mocap_latency * config.mocap_rate) + 4);
-}
-
-bool SensorSuite::due(double rate) const {
-  const auto period = static_cast<std::uint64_t>(std::max(1.0, std::round(1.0 / (rate * step_))));
-  return count_ % period == 0;
-}
+    : impl_(std::make_unique<Impl>(config, sensing_of(model), step, seed)) {}
+SensorSuite::SensorSuite(SensorSuite&&) noexcept = default;
+SensorSuite& SensorSuite::operator=(SensorSuite&&) noexcept = default;
+SensorSuite::~SensorSuite() = default;
 
 void SensorSuite::sample(const Plant& plant, SensorFrame& frame) {
-  frame.imu = frame.mocap = frame.rotor = frame.battery = false;
-  const double t = plant.time();
-  const double electrical = plant.mechanical_power() / config_.drive_efficiency;
-  if (count_ > 0) energy_ += electrical * step_;
-  if (due(config_.imu_rate)) {
-    frame.imu = true;
-    frame.imu_sample.t = t;
-    const Vec3 f = plant.specific_force();
-    frame.imu_sample.specific_force_B = f + sensing_.accelerometer_scale.cwiseProduct(f) +
-                                        sensing_.accelerometer_bias +
-                                        normal3(imu_rng_, config_.accelerometer_noise);
-    frame.imu_sample.gyro_B =
-        plant.body().w_WB_B + sensing_.gyro_bias + normal3(imu_rng_, config_.gyro_noise);
+  Impl& m = *impl_;
+  const double electrical = plant.mechanical_power() / m.config.drive_efficiency;
+  if (m.count > 0) m.energy += electrical * m.step;
+  m.imu.follow(plant);
+  frame.imu = m.imu_due.due(m.count);
+  if (frame.imu) {
+    m.imu.sample(frame.imu_sample);
+    frame.imu_sample.t = m.board_time(plant.time());
   }
-  if (due(config_.mocap_rate)) {
-    Delayed d;
-    d.arrival = count_ + static_cast<std::uint64_t>(std::llround(config_.mocap_latency / step_));
-    const Quat tilt = exp_rotation(sensing_.mocap_tilt);
-    d.sample.t = t;
-    d.sample.p_WB = tilt * plant.body().p_WB + normal3(mocap_rng_, config_.mocap_position_noise);
-    d.sample.q_WB =
-        tilt * plant.body().q_WB * exp_rotation(normal3(mocap_rng_, config_.mocap_attitude_noise));
-    const bool dropped = mocap_rng_.uniform() < config_.mocap_dropout;
-    if (!dropped) in_flight_[head_++ % in_flight_.size()] = d;
-  }
-  if (tail_ < head_ && in_flight_[tail_ % in_flight_.size()].arrival <= count_) {
-    frame.mocap = true;
-    frame.mocap_sample = in_flight_[tail_++ % in_flight_.size()].sample;
-  }
-  if (due(config_.rotor_rate)) {
-    frame.rotor = true;
-    frame.rotor_sample.t = t;
-    frame.rotor_sample.alpha = plant.alpha();
-    const auto speeds = plant.rotor_speed();
-    for (std::size_t i = 0; i < speeds.size(); ++i) {
-      const double s = speeds[i] + config_.rotor_noise * rotor_rng_.normal();
-      frame.rotor_sample.speed[i] =
-          config_.half_period_quantisation ? speed_from_half_period(half_period_from_speed(s)) : s;
-    }
-  }
-  if (due(config_.battery_rate)) {
-    frame.battery = true;
-    const double open = config_.battery_voltage - config_.battery_sag * energy_;
-    const double current = electrical / std::max(1.0, open);
-    frame.battery_sample = {t, open - config_.battery_resistance * current, current};
-  }
-  ++count_;
+  frame.mocap = m.mocap.sample(plant, m.count, frame.mocap_sample);
+  frame.rotor = m.rotor_due.due(m.count);
+  if (frame.rotor) m.rotors(plant, frame.rotor_sample);
+  frame.battery = m.battery_due.due(m.count);
+  if (frame.battery) m.battery(plant, electrical, frame.battery_sample);
+  ++m.count;
 }
 
 }  // namespace omniflight::simulation

@@ -14,13 +14,15 @@
 namespace omniflight::benchmarks {
 namespace {
 
-std::string mjcf(const vehicle::Vehicle& v, int links, MujocoIntegrator integrator) {
+std::string mjcf(const vehicle::Vehicle& v, int links, MujocoIntegrator integrator, MujocoOptions options) {
   std::ostringstream xml;
   xml.precision(17);
   const double length = kCableLength / kLinks, m = kCableMass / kLinks, bend = m * length * length / 12;
   xml << "<mujoco><option timestep='" << kStep << "' gravity='0 0 " << -kGravity << "' integrator='"
-      << (integrator == MujocoIntegrator::rk4 ? "RK4" : "Euler")
-      << "'><flag contact='disable' constraint='disable' sensor='disable'/></option><worldbody>"
+      << (integrator == MujocoIntegrator::rk4 ? "RK4" : "Euler") << "'>"
+      << (options == MujocoOptions::bare ? "<flag contact='disable' constraint='disable' sensor='disable'/>"
+                                         : "")
+      << "</option><worldbody>"
       << "<body name='vehicle' pos='0 0 10'><freejoint/><inertial pos='0 0 0' mass='" << v.mass
       << "' diaginertia='" << v.inertia(0, 0) << ' ' << v.inertia(1, 1) << ' ' << v.inertia(2, 2) << "'/>";
   for (int k = 0; k < links; ++k)
@@ -37,9 +39,9 @@ struct World {
   mjData* data = nullptr;
   std::vector<Push> pushes;
 
-  World(const vehicle::Vehicle& v, int links, MujocoIntegrator integrator)
+  World(const vehicle::Vehicle& v, int links, MujocoIntegrator integrator, MujocoOptions options)
       : pushes(hover_pushes(v, links ? kCableMass : 0)) {
-    const std::string text = mjcf(v, links, integrator);
+    const std::string text = mjcf(v, links, integrator, options);
     auto vfs = std::make_unique<mjVFS>();
     mj_defaultVFS(vfs.get());
     if (mj_makeEmptyFileVFS(vfs.get(), "model.xml", static_cast<int>(text.size())) == 0) {
@@ -73,23 +75,30 @@ struct World {
   }
 };
 
-Contender make(const vehicle::Vehicle& v, int links, MujocoIntegrator integrator) {
-  const std::string name = integrator == MujocoIntegrator::rk4 ? "MuJoCo RK4" : "MuJoCo Euler";
-  auto world = std::make_shared<World>(v, links, integrator);
+Contender make(const vehicle::Vehicle& v, int links, MujocoIntegrator integrator, MujocoOptions options) {
+  std::string name = integrator == MujocoIntegrator::rk4 ? "MuJoCo RK4" : "MuJoCo Euler";
+  if (options == MujocoOptions::bare) name += ", bare";
+  auto world = std::make_shared<World>(v, links, integrator, options);
   if (!world->data) return {name, {}, 1, "the model was refused"};
   return {name, [world](int n) { world->run(n); }, 1, {}};
 }
 
 }  // namespace
-Contender mujoco_free_body(const vehicle::Vehicle& v, MujocoIntegrator i) { return make(v, 0, i); }
-Contender mujoco_chain(const vehicle::Vehicle& v, MujocoIntegrator i) { return make(v, kLinks, i); }
+Contender mujoco_free_body(const vehicle::Vehicle& v, MujocoIntegrator i, MujocoOptions o) {
+  return make(v, 0, i, o);
+}
+Contender mujoco_chain(const vehicle::Vehicle& v, MujocoIntegrator i) {
+  return make(v, kLinks, i, MujocoOptions::bare);
+}
 }  // namespace omniflight::benchmarks
 
 #else
 namespace omniflight::benchmarks {
-Contender mujoco_free_body(const vehicle::Vehicle&, MujocoIntegrator) {
+Contender mujoco_free_body(const vehicle::Vehicle&, MujocoIntegrator, MujocoOptions) {
   return {"MuJoCo", {}, 1, "libmujoco-dev is not installed"};
 }
-Contender mujoco_chain(const vehicle::Vehicle& v, MujocoIntegrator i) { return mujoco_free_body(v, i); }
+Contender mujoco_chain(const vehicle::Vehicle& v, MujocoIntegrator i) {
+  return mujoco_free_body(v, i, MujocoOptions::bare);
+}
 }  // namespace omniflight::benchmarks
 #endif

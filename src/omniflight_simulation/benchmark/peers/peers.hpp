@@ -19,12 +19,15 @@ struct Push {
 std::vector<Push> hover_pushes(const vehicle::Vehicle& vehicle, double carried_mass);
 
 enum class MujocoIntegrator { euler, rk4 };
+/// ordinary: as the documentation's examples run it; bare: contacts, constraints and sensors switched off.
+enum class MujocoOptions { ordinary, bare };
 // An engine that was absent at build time answers with the reason.
 Contender ode_free_body(const vehicle::Vehicle& vehicle, bool quick);
 Contender ode_chain(const vehicle::Vehicle& vehicle, bool quick);
 Contender bullet_free_body(const vehicle::Vehicle& vehicle);
 Contender bullet_chain(const vehicle::Vehicle& vehicle);
-Contender mujoco_free_body(const vehicle::Vehicle& vehicle, MujocoIntegrator integrator);
+Contender mujoco_free_body(const vehicle::Vehicle& vehicle, MujocoIntegrator integrator,
+                           MujocoOptions options);
 Contender mujoco_chain(const vehicle::Vehicle& vehicle, MujocoIntegrator integrator);
 
 }  // namespace omniflight::benchmarks

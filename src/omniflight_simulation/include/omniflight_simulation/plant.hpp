@@ -1,6 +1,7 @@
 // The plant: rigid body, rotors with first-order speed, and the effects of a model file.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "omniflight_core/result.hpp"
 #include "omniflight_physics/actuators.hpp"
 #include "omniflight_physics/effect.hpp"
+#include "omniflight_physics/neighbour_track.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
 
 namespace omniflight::simulation {
@@ -21,6 +23,14 @@ struct PlantConfig {
   RigidState initial;          ///< at rest or moving
   double initial_alpha = 0.0;  ///< rad
   std::uint64_t seed = 1;      ///< of the effects that are random: the same seed gives the same bits
+  std::vector<physics::NeighbourTrack> neighbours;  ///< who else flies here; at most kMaxNeighbours count
+};
+
+/// What acts on the body besides the model's effects, for instance a gust that a test sends.
+class Disturbance {
+ public:
+  virtual ~Disturbance() = default;
+  virtual void add_wrench(const physics::Situation& situation, physics::Wrench& out) const = 0;
 };
 
 /// One vehicle in its world. After construction nothing is allocated; the same inputs give the same bits.
@@ -35,6 +45,17 @@ class Plant {
   /// A command that is not finite is refused (false) and the last one stays.
   bool set_command(std::span<const double> rotor_speed, double alpha);
 
+  /// Faults of a rotor: healthy again, without power (its speed decays with its lag), or stuck at a speed
+  /// [rad/s]. They act at once, whatever delay the commands have.
+  void heal_rotor(std::size_t i) { set_fault(i, Fault::none, 0.0); }
+  void cut_rotor(std::size_t i) { set_fault(i, Fault::cut, 0.0); }
+  void seize_rotor(std::size_t i, double speed) { set_fault(i, Fault::seized, speed); }
+  /// Acts from now on, at every stage of the integrator; null = none. Must outlive its use.
+  void set_disturbance(const Disturbance* disturbance) {
+    if (disturbance_ != disturbance) (void)answers();  // of the present state, before anything changes
+    disturbance_ = disturbance;
+  }
+
   /// One step of config.step. While held, the body stays where it is and only the rotors turn (the vehicle
   /// hangs on its rope or stands on its stand). Fails when the integration leaves every reasonable range, and
   /// names the state with its value.
@@ -45,18 +66,22 @@ class Plant {
   std::span<const double> rotor_speed() const { return {speed_.data(), count()}; }  ///< rad/s, signed
   double alpha() const { return actuators_.alpha(); }                               ///< rad
   /// Specific force [m/s^2, body] that an ideal accelerometer at the body origin reads.
-  Vec3 specific_force() const { return specific_force_; }
-  const Vec3& angular_acceleration() const { return angular_acceleration_; }  ///< rad/s^2, body
+  Vec3 specific_force() const { return answers().specific_force; }
+  const Vec3& angular_acceleration() const { return answers().angular_acceleration; }  ///< rad/s^2, body
   /// Wrench of all effects [N, Nm, body], with their inertia taken at the present acceleration.
-  const Vec6& effect_wrench() const { return effect_wrench_; }
+  const Vec6& effect_wrench() const { return answers().effect_wrench; }
   /// Mechanical power of the rotors: sum of drag torque times speed, and what effects add to it [W].
   double mechanical_power() const;
   /// Power [W] that the effects take from the motion of the body.
   double power_taken() const {
-    return -effect_wrench_.head<3>().dot(situation_.v_WB_B) - effect_wrench_.tail<3>().dot(body_.w_WB_B);
+    const Vec6& w = effect_wrench();
+    return -w.head<3>().dot(situation().v_WB_B) - w.tail<3>().dot(body_.w_WB_B);
   }
   /// What the effects look at, with the accelerations of the present instant.
-  const physics::Situation& situation() const { return situation_; }
+  const physics::Situation& situation() const {
+    (void)answers();
+    return situation_;
+  }
   /// Rotors and tilt servo: voltage, energy, the alterations in force.
   const physics::Actuators& actuators() const { return actuators_; }
   /// Memory of an effect of the model by id (physics::MemorySize); empty when it has none.
@@ -80,12 +105,29 @@ class Plant {
     std::vector<double> theta;
     std::size_t at;  ///< first number of its memory
     physics::MemorySize size;
+    bool on_wrench;
   };
+  enum class Fault { none, cut, seized };
   std::size_t count() const { return vehicle_.rotors.size(); }
+  void set_fault(std::size_t i, Fault fault, double speed) {
+    (void)answers();
+    fault_[i] = fault;
+    seized_at_[i] = speed;
+  }
+  double speed_rate(std::size_t i, double speed) const;
+  void apply_rotor_faults();
+  /// What the last evaluation found beside the derivative.
+  struct Answers {
+    Vec3 specific_force = Vec3::Zero(), angular_acceleration = Vec3::Zero();
+    Vec6 effect_wrench = Vec6::Zero();
+  };
+  /// Of the present state; evaluated when somebody asks for them.
+  const Answers& answers() const;
+  void look(const RigidState& body, const double* speed, const Speeds& acceleration, double t) const;
+  /// Looks from a state, fills the derivative and, unless null, the rates of the memories and the answers.
   void evaluate(const RigidState& body, const double* speed, const double* memory, double t, bool held,
-                Derivative& out, double* memory_rate);
-  void solve_motion(const physics::Wrench& effects, Derivative& out);
-  void refresh(bool held);
+                Derivative& out, double* memory_rate, Answers* answers) const;
+  void solve_motion(const physics::Wrench& effects, Derivative& out) const;
   void euler_step(bool held);
   void runge_kutta_step(bool held);
   Status check() const;
@@ -96,14 +138,21 @@ class Plant {
   std::vector<Acting> effects_;
   Mat3 inverse_inertia_;
   RigidState body_;
-  Speeds speed_{}, command_{};
+  Speeds speed_{}, command_{}, speed_limit_{};
   double alpha_command_ = 0, time_ = 0;
-  Vec3 specific_force_ = Vec3::Zero(), angular_acceleration_ = Vec3::Zero();
-  Vec6 effect_wrench_ = Vec6::Zero();
-  physics::Situation situation_;
+  // what follows from the state; changes when it is asked for
+  mutable Answers answers_;
+  mutable bool answered_ = false;
+  bool held_ = true;
+  mutable physics::Situation situation_;
+  mutable double mapped_alpha_ = std::numeric_limits<double>::quiet_NaN();  ///< of the two below
+  mutable vehicle::AllocationMatrix map_;                                   ///< N and Nm per newton of thrust
   std::vector<double> memory_, stage_memory_, memory_sum_, memory_rate_;
   std::vector<Random> random_;  ///< a stream for each acting effect
   std::uint64_t steps_ = 0;
+  std::array<Fault, vehicle::kMaxRotors> fault_{};
+  Speeds seized_at_{};
+  const Disturbance* disturbance_ = nullptr;
 };
 
 }  // namespace omniflight::simulation
