@@ -28,6 +28,23 @@ say "comparing (layout of the thesis's Table 7.1)"
 say "diagnosing the tethered recording, and flying the model that was found"
 diagnose "$out/tethered/flight.mcap" --vehicle omnimorph --refly trajectory_2 --plan "$out/plan" --out "$out/diagnosis"
 
+# what this flight cannot tell apart, and the flight that would
+python3 - "$out/diagnosis/diagnosis.json" <<'PY'
+import json, sys
+d = json.load(open(sys.argv[1]))
+for finding in d["findings"]:
+    alike = finding.get("cannot_be_told_apart_from") or []
+    if alike:
+        print("cannot be told apart: %s from %s" % (finding["effect"], ", ".join(alike)))
+    else:
+        print("told apart from every candidate: " + finding["effect"])
+following = d.get("next_flight") or {}
+if following.get("mission"):
+    pairs = "; ".join(" and ".join(pair) for pair in following.get("separates", []))
+    print("next flight: %s separates %s (%.3g sigma predicted)"
+          % (following["mission"], pairs, following.get("predicted_separation_sigma", 0)))
+PY
+
 say "the nominal recording must raise no alarm"
 diagnose "$out/nominal/flight.mcap" --vehicle omnimorph --out "$out/nominal_diagnosis"
 

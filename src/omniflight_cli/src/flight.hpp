@@ -15,20 +15,26 @@ namespace omniflight::cli {
 struct FlightOptions {
   std::string mission;
   std::string plan;                 ///< folder of a plan that is there; empty: plan the mission
-  std::string plant = "simulator";  ///< simulator | emulator | hardware
+  std::string plant = "simulator";  ///< simulator | mujoco | emulator | hardware
   std::string devices;              ///< hardware: "dev;dev;dev"
   std::string vehicle;              ///< instead of the mission's, for controller and allocator
   std::vector<std::string> set;     ///< overrides of vehicle fields, for plant and control alike
   std::string effects;              ///< model file the plant flies
+  std::string faults;               ///< schedule of faults of the simulator
+  std::string world;                ///< mujoco: name under configs/proof_worlds or a path; empty: nominal
   std::string sensors = "ideal";    ///< name under configs/sensors or a path
-  std::string weights = "case_a";
+  std::string weights = "case_a";   ///< case_a | case_b | dynamic | file
   std::string tilt_mode = "fixed";
   std::uint64_t seed = 1;
+  int domain = -1;  ///< of the bus; -1: the first free one
   bool realtime = false;
   bool in_process = false;                        ///< all components in one container
   std::map<std::string, std::string> parameters;  ///< "controller.kp" -> YAML text
   std::string out;
   bool quiet = false;
+
+  /// Plants that wait for each command, as fast as they can.
+  bool lockstep() const { return plant == "simulator" || plant == "mujoco"; }
 };
 
 struct FlightResult {
@@ -41,6 +47,10 @@ struct FlightResult {
 
 /// Writes plan/, params.yaml, log/, flight.mcap and flight.json into options.out.
 Result<FlightResult> fly(const FlightOptions& options);
+
+/// SHA-256 over everything that decides how the flight goes: two flights with one fingerprint are the same
+/// flight.
+Result<std::string> fingerprint(const FlightOptions& options);
 
 /// "ideal" -> configs/sensors/ideal.yaml; a path stays a path.
 Result<std::string> find_config(const std::string& kind, const std::string& name);

@@ -33,8 +33,18 @@ constexpr Verb verbs[] = {
     {"effects", "The library of left-out physics", "omniflight effects hung_cable", add_effects},
     {"vehicles", "Known vehicles", "omniflight vehicles", add_vehicles},
     {"info", "What is in a recording", "omniflight info flight.mcap", add_info},
+    {"import", "A log of another system, as MCAP (or CSV) with our topics",
+     "omniflight import bag.mcap --out flight.mcap", add_import},
     {"export", "A recording in another format", "omniflight export flight.mcap --to csv --out flight.csv",
      add_export},
+    {"replay", "A recording on the bus again", "omniflight replay flight.mcap --domain 7 --rate 2",
+     add_replay},
+    {"topic", "What is said on the bus: list, echo, hz, record",
+     "omniflight topic hz /omniflight/imu --domain 7", add_topic},
+    {"new", "A new effect, vehicle or mission to start from", "omniflight new mission around_the_table",
+     add_new},
+    {"prove", "Hidden effects on an independent plant: what does the diagnosis find?",
+     "omniflight prove --cases 24 --nulls 24 --out proof", add_prove},
     {"doctor", "Whether this machine can run everything", "omniflight doctor", add_doctor},
 };
 
@@ -105,9 +115,13 @@ Result<std::string> find_program(const std::string& name) {
   namespace fs = std::filesystem;
   std::error_code ec;
   const fs::path here = fs::read_symlink("/proc/self/exe", ec).parent_path();
-  std::vector<fs::path> folders{here, here.parent_path().parent_path() / "omniflight_components" / "bin"};
+  std::vector<fs::path> folders{here};
   if (const char* told = std::getenv("OMNIFLIGHT_PROGRAMS"); told != nullptr && *told != '\0')
     folders.insert(folders.begin(), fs::path(told));
+  for (const fs::path& folder :
+       std::vector<fs::path>(folders))  // beside its package, in an installed workspace
+    for (const char* package : {"omniflight_components", "omniflight_proof"})
+      folders.push_back(folder.parent_path().parent_path() / package / "bin");
   for (const fs::path& folder : folders)
     if (fs::is_regular_file(folder / name, ec)) return (folder / name).string();
   return bad_input("the program " + name + " is neither beside this one nor in the workspace", here.string(),

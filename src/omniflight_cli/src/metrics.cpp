@@ -50,6 +50,9 @@ Tracking track(const Recording& r, const Signal& position, const Signal* attitud
     if (!out.error.row(i).allFinite()) continue;
     sum += out.error.row(i).transpose().array().square();
     ++used;
+    const double distance = out.error.row(i).head<3>().norm();
+    out.worst_position = std::max(out.worst_position, distance);
+    if (distance > kLeftReference && !out.left_at) out.left_at = out.t[static_cast<std::size_t>(i)];
   }
   if (used > 0) sum = (sum / static_cast<double>(used)).sqrt();
   out.position_rmse = sum.head<3>();
@@ -58,6 +61,22 @@ Tracking track(const Recording& r, const Signal& position, const Signal* attitud
 }
 
 }  // namespace
+
+PowerCurve mechanical_power(const Recording& r, const vehicle::Vehicle& vehicle) {
+  PowerCurve out;
+  const Signal* speed = r.find("rotor_speed");
+  if (!speed) return out;
+  out.t = speed->t_s;
+  out.W.assign(out.t.size(), 0.0);
+  const int rotors = std::min<int>(vehicle.rotor_count(), static_cast<int>(speed->width()));
+  for (Eigen::Index i = 0; i < speed->size(); ++i)
+    for (int k = 0; k < rotors; ++k) {
+      const auto& rotor = vehicle.rotors[static_cast<std::size_t>(k)];
+      const double w = std::abs(speed->values(i, k));
+      out.W[static_cast<std::size_t>(i)] += rotor.drag_ratio * rotor.thrust_coefficient * w * w * w;
+    }
+  return out;
+}
 
 Result<FlightMetrics> assess(const Recording& r, const vehicle::Vehicle& vehicle) {
   if (auto ok = r.require("ref_position"); !ok) return Failure(ok.error());
@@ -71,21 +90,15 @@ Result<FlightMetrics> assess(const Recording& r, const vehicle::Vehicle& vehicle
     m.has_truth = true;
     m.truth = track(r, *truth, r.find("truth_attitude"), m.from, m.to);
   }
-  if (const Signal* speed = r.find("rotor_speed")) {
-    std::size_t used = 0;
-    for (Eigen::Index i = 0; i < speed->size(); ++i) {
-      const double t = speed->t_s[static_cast<std::size_t>(i)];
-      if (t < m.from || t > m.to) continue;
-      ++used;
-      for (int k = 0; k < std::min<int>(vehicle.rotor_count(), static_cast<int>(speed->width())); ++k) {
-        const auto& rotor = vehicle.rotors[static_cast<std::size_t>(k)];
-        const double w = std::abs(speed->values(i, k));
-        m.mean_power += rotor.drag_ratio * rotor.thrust_coefficient * w * w * w;
-      }
-    }
-    if (used > 0) m.mean_power /= static_cast<double>(used);
-    m.thesis_power = m.mean_power / (2.0 * kPi);  // c_tau per Hz^2 times Hz^3 drops one factor of 2 pi
+  const PowerCurve power = mechanical_power(r, vehicle);
+  std::size_t used = 0;
+  for (std::size_t i = 0; i < power.t.size(); ++i) {
+    if (power.t[i] < m.from || power.t[i] > m.to) continue;
+    ++used;
+    m.mean_power += power.W[i];
   }
+  if (used > 0) m.mean_power /= static_cast<double>(used);
+  m.thesis_power = m.mean_power / (2.0 * kPi);  // c_tau per Hz^2 times Hz^3 drops one factor of 2 pi
   if (const Signal* integral = r.find("integral")) {
     m.has_integral = true;
     const Signal part = recording::window(*integral, m.from, m.to);
@@ -96,11 +109,14 @@ Result<FlightMetrics> assess(const Recording& r, const vehicle::Vehicle& vehicle
 
 nlohmann::json to_json(const FlightMetrics& m) {
   const auto tracking = [](const Tracking& t) {
-    return nlohmann::json{
+    nlohmann::json out{
         {"position_rmse_m",
          {{"x", t.position_rmse.x()}, {"y", t.position_rmse.y()}, {"z", t.position_rmse.z()}}},
         {"attitude_rmse_deg",
-         {{"roll", t.attitude_rmse.x()}, {"pitch", t.attitude_rmse.y()}, {"yaw", t.attitude_rmse.z()}}}};
+         {{"roll", t.attitude_rmse.x()}, {"pitch", t.attitude_rmse.y()}, {"yaw", t.attitude_rmse.z()}}},
+        {"worst_position_m", t.worst_position}};
+    if (t.left_at) out["left_reference_at_s"] = *t.left_at;
+    return out;
   };
   nlohmann::json j{{"window_s", {m.from, m.to}},
                    {"measured", tracking(m.measured)},

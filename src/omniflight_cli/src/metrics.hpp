@@ -2,15 +2,21 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "omniflight_recording/recording.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
 
 namespace omniflight::cli {
 
+/// A vehicle this far [m] from its reference has left it.
+inline constexpr double kLeftReference = 0.5;
+
 struct Tracking {
   Vec3 position_rmse = Vec3::Zero();  ///< m, world x y z
   Vec3 attitude_rmse = Vec3::Zero();  ///< deg, about body x y z (roll, pitch, yaw for small errors)
+  double worst_position = 0;          ///< m, largest position error
+  std::optional<double> left_at;      ///< s, when the position error first exceeded kLeftReference
   std::vector<double> t;              ///< s
   Eigen::MatrixXd error;              ///< rows: samples; m (3), deg (3)
 };
@@ -25,6 +31,13 @@ struct FlightMetrics {
   Vec6 mean_integral = Vec6::Zero();  ///< m/s^2, rad/s^2, integral action
   bool has_integral = false;
 };
+
+/// Mechanical power [W] at every sample of the measured rotor speeds; empty when there are none.
+struct PowerCurve {
+  std::vector<double> t;  ///< s
+  std::vector<double> W;
+};
+PowerCurve mechanical_power(const recording::Recording& recording, const vehicle::Vehicle& vehicle);
 
 /// Refuses a recording without reference or pose.
 Result<FlightMetrics> assess(const recording::Recording& recording, const vehicle::Vehicle& vehicle);

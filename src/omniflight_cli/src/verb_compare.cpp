@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "compare.hpp"
+#include "control_signals.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_recording/formats.hpp"
 #include "verbs.hpp"
@@ -20,6 +21,7 @@ Action add_compare(CLI::App& verb, Common& common) {
   return [o, &common]() -> Result<int> {
     auto vehicle = vehicle::load_vehicle(o->vehicle, o->set);
     if (!vehicle) return Failure(vehicle.error());
+    recording::Recording recordings[2];
     FlightMetrics metrics[2];
     const std::string* const paths[] = {&o->simulated, &o->real};
     for (int k = 0; k < 2; ++k) {
@@ -28,12 +30,16 @@ Action add_compare(CLI::App& verb, Common& common) {
       auto m = assess(*r, *vehicle);
       if (!m) return Failure(m.error());
       metrics[k] = *m;
+      recordings[k] = std::move(*r);
     }
     const auto rows = compare(metrics[0], metrics[1]);
+    const Flown simulated{recordings[0], metrics[0], *vehicle}, real{recordings[1], metrics[1], *vehicle};
+    const auto control = compare_control(simulated, real);
     const nlohmann::json j{{"schema", "omniflight.compare/1"},
                            {"simulated", o->simulated},
                            {"real", o->real},
-                           {"rows", to_json(rows)}};
+                           {"rows", to_json(rows)},
+                           {"control", to_json(control)}};
     print_json(common, j);
     say(common, to_text(rows));
     if (common.out.empty()) return 0;
@@ -46,6 +52,8 @@ Action add_compare(CLI::App& verb, Common& common) {
     page.section("Tracking");
     plot_tracking(page, metrics[0], "simulated");
     plot_tracking(page, metrics[1], "recorded");
+    page.section("Control signals").table(control_table(control));
+    plot_control(page, simulated, real);
     if (auto ok = page.write(common.out + "/report.html"); !ok) return Failure(ok.error());
     say(common, "report: " + common.out + "/report.html");
     return 0;

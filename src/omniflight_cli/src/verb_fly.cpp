@@ -12,25 +12,34 @@ Action add_fly(CLI::App& verb, Common& common) {
   auto rate = std::make_shared<std::string>("max");
   auto params = std::make_shared<std::vector<std::string>>();
   verb.add_option("mission", o->mission, "Name under configs/missions or a path")->required();
-  verb.add_option("--plant", o->plant, "simulator | emulator (boards on pseudo terminals) | hardware")
-      ->check(CLI::IsMember({"simulator", "emulator", "hardware"}));
+  verb.add_option(
+          "--plant", o->plant,
+          "simulator | mujoco (a second world, shares no physics with it) | emulator (boards on pseudo "
+          "terminals) | hardware")
+      ->check(CLI::IsMember({"simulator", "mujoco", "emulator", "hardware"}));
   verb.add_option("--plan", o->plan, "Folder of a plan; otherwise the mission is planned first");
   verb.add_option("--devices", o->devices, "Hardware: serial devices, separated by ;");
   verb.add_option("--vehicle", o->vehicle, "Instead of the mission's vehicle");
   verb.add_option("--set", o->set, "Override a vehicle field, for instance mass=1.4 (kg)");
   verb.add_option("--effects", o->effects,
                   "Model file of effects the plant flies (the controller does not know)");
-  verb.add_option("--sensors", o->sensors, "Sensor file or name: ideal | laboratory");
-  verb.add_option("--weights", o->weights, "Allocation weights: case_a | case_b")
-      ->check(CLI::IsMember({"case_a", "case_b"}));
+  verb.add_option(
+      "--proof", o->world,
+      "World the mujoco plant flies in: name under configs/proof_worlds or a path; otherwise nominal");
+  verb.add_option("--faults", o->faults,
+                  "Simulator: what breaks when; name under configs/faults or a path (rotor_loss, bad_day)");
+  verb.add_option("--sensors", o->sensors, "Sensor file or name: ideal | laboratory | degraded");
+  verb.add_option("--weights", o->weights, "Allocation weights: case_a | case_b | dynamic (eq. 5.3) | FILE");
   verb.add_option("--tilt", o->tilt_mode, "fixed (of the plan) | search")
       ->check(CLI::IsMember({"fixed", "search"}));
+  verb.add_option("--domain", o->domain, "Domain of the bus; default: the first free one")
+      ->check(CLI::Range(0, 231));
   verb.add_option("--seed", o->seed, "Seed of all sensor noise");
   verb.add_option("--rate", *rate, "max (lockstep) | realtime")->check(CLI::IsMember({"max", "realtime"}));
   verb.add_option("-p,--param", *params, "Component parameter, for instance controller.kp='[10, 10, 10]'");
   verb.add_flag("--in-process", o->in_process, "All components in one process");
   return [o, rate, params, &common]() -> Result<int> {
-    o->realtime = *rate == "realtime" || o->plant != "simulator";
+    o->realtime = *rate == "realtime" || !o->lockstep();
     o->out = common.out.empty() ? "runs/" + std::filesystem::path(o->mission).stem().string() + "-" + o->plant
                                 : common.out;
     o->quiet = common.quiet;

@@ -32,6 +32,11 @@ Action add_effects(CLI::App& verb, Common& common);
 Action add_vehicles(CLI::App& verb, Common& common);
 Action add_info(CLI::App& verb, Common& common);
 Action add_export(CLI::App& verb, Common& common);
+Action add_import(CLI::App& verb, Common& common);
+Action add_replay(CLI::App& verb, Common& common);
+Action add_topic(CLI::App& verb, Common& common);
+Action add_new(CLI::App& verb, Common& common);
+Action add_prove(CLI::App& verb, Common& common);
 Action add_doctor(CLI::App& verb, Common& common);
 
 /// Refuses an option's number below zero (and zero itself when `zero` is false), saying so in words.

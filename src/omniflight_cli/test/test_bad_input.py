@@ -86,6 +86,32 @@ class Models(Refused):
             self.assertIn(word, done.stderr)
 
 
+class Weights(Refused):
+    def test_neither_name_nor_file(self):
+        self.refused(("fly", self.short_mission(), "--weights", "case_c"), BAD_INPUT, "case_c", "--weights", "dynamic")
+
+    def test_unknown_key(self):
+        weights = self.write("weights.yaml", "schema: omniflight.weights/1\nbase: case_b\nw_imput: 1e-6\n")
+        self.refused(("fly", self.short_mission(), "--weights", weights), BAD_INPUT, "weights.yaml:3", "w_imput",
+                     "Did you mean 'w_input'")
+
+    def test_a_file_is_flown(self):
+        weights = self.write("weights.yaml", "schema: omniflight.weights/1\nbase: case_b\nw_input: 1e-6\n")
+        self.fly(self.short_mission(), "--weights", weights, "--in-process")
+        self.assertRegex((self.dir / "flight/params.yaml").read_text(), r"w_input: 9\.99\d*e-07|w_input: 1e-06")
+
+
+class Domains(Refused):
+    def test_a_second_run_in_the_same_domain(self):
+        first = self.start_command("fly", self.short_mission(), "--rate", "realtime", "--domain", "190", "--out", "first")
+        system.wait_until("the first flight", lambda: (self.dir / "first/flight.mcap").exists(), 30)
+        self.refused(("fly", "short.yaml", "--domain", "190"), BAD_INPUT, "domain 190 is in use by another run", "domain",
+                     "choose another domain")
+        first.communicate(timeout=60)
+        self.assertEqual(first.returncode, 0)
+        self.assertEqual(self.json("first/flight.json")["verdict"], "flown")
+
+
 class Recordings(Refused):
     def test_foreign(self):
         foreign = self.dir / "foreign.mcap"

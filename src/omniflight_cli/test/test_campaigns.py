@@ -72,6 +72,50 @@ class Campaigns(system.SystemTest):
         z = {name: f["flight"]["metrics"]["true"]["position_rmse_m"]["z"] for name, f in flights.items()}
         self.assertGreater(z["trajectory_1-tether-pd-seed1"], 5 * z["trajectory_1-tether-pid-seed1"])
 
+    def test_shipped_tilt_mismatch_campaign(self):
+        # cases A and B of the thesis over the bus, the mismatch in the plant alone
+        campaign = system.CONFIGS / "campaigns/tilt_mismatch.yaml"
+        done = self.run_command("campaign", campaign, "--jobs", "2", "--out", "campaign")
+        result = self.json("campaign/campaign.json")
+        flights = {(f["variant"], f["effect"]): f for f in result["flights"]}
+        self.assertEqual(len(flights), 6)
+        for (variant, effect), f in flights.items():
+            lost = (variant, effect) == ("case_b", "tilt_mismatch")
+            self.assertEqual(f["verdict"], "not flown to the end" if lost else "flown", (variant, effect))
+            worst = f["flight"]["metrics"]["true"]["worst_position_m"]
+            if lost:  # while it pitches: the trajectory begins at 4 s, the pitch 6 s later
+                self.assertGreater(f["flight"]["metrics"]["true"]["left_reference_at_s"], 10)
+                self.assertLess(f["flight"]["metrics"]["true"]["left_reference_at_s"], 12.5)
+            elif effect == "none":
+                self.assertLess(worst, 0.002, variant)
+            else:
+                # PD control sags by g (1/share - 1) / kp: 0.061 m at 35 % of the thrust, 0.014 m at 70 %
+                self.assertLess(worst, 0.08, variant)
+                self.assertGreater(worst, 0.014, variant)
+        self.assertTrue(result["verdict"].startswith("As expected: "), result["verdict"])
+        self.assertIn("case_b with tilt_mismatch: 1 of 1 flights lost, as expected", done.stdout)
+        page = (self.dir / "campaign/report.html").read_text()
+        self.assertIn("lost at", page)
+        self.assertIn("case_b with tilt_mismatch: 1 of 1 flights lost, as expected", page)
+
+    def test_what_is_not_as_expected_is_told(self):
+        text = FOUR.format(mission=self.short_mission()).replace("seeds: [1, 2]", "seeds: [1]")
+        file = self.write("hope.yaml", text + "expect:\n  - {variant: pd, verdict: lost}\n  - {variant: pid, verdict: flown}\n")
+        done = self.run_command("campaign", file, "--out", "campaign", expect=2)
+        self.assertIn("pd with every effect: 0 of 1 flights lost, but all were expected to be", done.stdout)
+        self.assertTrue(self.json("campaign/campaign.json")["verdict"].startswith("Not as expected: pd"))
+
+    def test_resume_flies_again_what_was_made_of_other_inputs(self):
+        text = FOUR.format(mission=self.short_mission()).replace("seeds: [1, 2]", "seeds: [1]")
+        file = self.write("two.yaml", text)
+        self.run_command("campaign", file, "--out", "campaign", "--quiet")
+        file.write_text(text.replace("[0, 0, 0]", "[0, 0, 1]"))
+        self.run_command("campaign", file, "--out", "campaign", "--quiet", "--resume")
+        result = self.json("campaign/campaign.json")
+        self.assertEqual(result["kept"], 1, "only the variant that did not change")
+        integral = {f["variant"]: f["flight"]["metrics"]["mean_integral_action"][2] for f in result["flights"]}
+        self.assertNotEqual(integral["pd"], 0)
+
     def test_shipped_tethered_campaign(self):
         text = (system.CONFIGS / "campaigns/tethered.yaml").read_text()
         self.assertIn("[trajectory_1]", text)
@@ -83,7 +127,11 @@ class Campaigns(system.SystemTest):
     def test_bad_campaigns(self):
         for old, new, words in (("seeds: [1, 2]", "sedes: [1, 2]", ("four.yaml", "seeds", "sedes")),
                                 ("name: pd,", "nmae: pd,", ("four.yaml", "name", "nmae")),
-                                ("omniflight.campaign/1", "omniflight.campaign/9", ("four.yaml", "schema"))):
+                                ("omniflight.campaign/1", "omniflight.campaign/9", ("four.yaml", "schema")),
+                                ("seeds: [1, 2]", "seeds: [1, 2]\nexpect: [{variant: pdd, verdict: lost}]",
+                                 ("four.yaml", "expect[0].variant", "'pdd'", "Did you mean")),
+                                ("seeds: [1, 2]", "seeds: [1, 2]\neffects: [tethr]",
+                                 ("tethr", "Did you mean 'tether'"))):
             text = self.four().read_text()
             self.assertIn(old, text)
             (self.dir / "four.yaml").write_text(text.replace(old, new))

@@ -1,4 +1,4 @@
-// `info` and `export`: looking into recordings.
+// `info`: looking into recordings.
 #include <fmt/format.h>
 
 #include "omniflight_recording/formats.hpp"
@@ -35,23 +35,6 @@ Action add_info(CLI::App& verb, Common& common) {
                         {"signals", signals},
                         {"notes", notes},
                         {"metadata", r->metadata}});
-    return 0;
-  };
-}
-
-Action add_export(CLI::App& verb, Common& common) {
-  auto file = std::make_shared<std::string>();
-  auto format = std::make_shared<std::string>("csv");
-  verb.add_option("recording", *file, "Any supported log")->required();
-  verb.add_option("--to", *format, "csv")->check(CLI::IsMember({"csv"}));
-  return [file, format, &common]() -> Result<int> {
-    if (common.out.empty())
-      return bad_input("needs a file to write", "--out", "For instance --out flight.csv");
-    auto r = recording::load(*file, {});
-    if (!r) return Failure(r.error());
-    if (auto ok = recording::write_csv(*r, common.out); !ok) return Failure(ok.error());
-    say(common, "written: " + common.out);
-    print_json(common, {{"written", common.out}});
     return 0;
   };
 }

@@ -1,0 +1,60 @@
+// A set of flights as a file describes it: the product of missions, vehicles, effects, variants and seeds,
+// and what is expected of them.
+#pragma once
+
+#include "flight.hpp"
+
+namespace omniflight::cli {
+
+struct Case {
+  std::string name;  ///< also its folder
+  std::string mission, effect, variant;
+  FlightOptions options;
+};
+
+/// What should come out, so that a campaign answers its own question.
+struct Expectation {
+  std::string variant, effect;  ///< empty: any
+  bool flown = true;            ///< to the end, else lost
+  bool covers(const Case& one) const {
+    return (variant.empty() || variant == one.variant) && (effect.empty() || effect == one.effect);
+  }
+};
+
+struct Campaign {
+  std::string name, question;
+  std::vector<Case> cases;
+  std::vector<Expectation> expected;
+};
+
+/// Reads omniflight.campaign/1. Refuses unknown keys, names nobody has, and more than 10000 flights.
+Result<Campaign> load_campaign(const std::string& path);
+
+/// What came of one case.
+struct Outcome {
+  Case flight;
+  std::string verdict, reason;  ///< verdict empty: not flown (interrupted)
+  nlohmann::json json;          ///< flight.json
+  bool flown() const { return verdict == "flown"; }
+};
+
+/// How an expectation was met.
+struct Judgement {
+  Expectation expected;
+  std::size_t flights = 0, as_expected = 0;
+  std::string words() const;  ///< "case_b with tilt_mismatch: lost, as expected (1 of 1 flights)"
+};
+std::vector<Judgement> judge(const Campaign& campaign, const std::vector<Outcome>& outcomes);
+/// One sentence over all judgements; empty without expectations.
+std::string verdict_in_words(const std::vector<Judgement>& judgements);
+
+/// A number out of flight.json, NaN when it is not there; true state where there is one, else as measured.
+double figure(const nlohmann::json& flight, const std::string& pointer_below_tracking);
+/// m, over the three axes.
+double position_rmse(const nlohmann::json& flight);
+
+/// Ranks and compares: out/report.html. Reads the recordings below `out` for its plots.
+Status write_campaign_page(const Campaign& campaign, const std::vector<Outcome>& outcomes,
+                           const std::vector<Judgement>& judgements, const std::string& out);
+
+}  // namespace omniflight::cli

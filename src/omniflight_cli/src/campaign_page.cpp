@@ -1,0 +1,182 @@
+// The page of a campaign: the answer, who did best, and the flights side by side.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "campaign.hpp"
+#include "omniflight_recording/formats.hpp"
+#include "omniflight_report/page.hpp"
+
+namespace omniflight::cli {
+namespace {
+
+constexpr std::size_t kMostPlotted = 48, kMostLines = 8;
+
+std::string in_a_cell(const Outcome& o) {
+  if (const double at = figure(o.json, "/left_reference_at_s"); !o.flown())
+    return std::isfinite(at) ? fmt::format("lost at {:.1f} s", at) : "lost";
+  return fmt::format("{:.4f} m", position_rmse(o.json));
+}
+
+/// Worst first: lost flights, the earliest before the others, then by position error.
+std::vector<const Outcome*> ranked(const std::vector<Outcome>& outcomes) {
+  std::vector<const Outcome*> out;
+  for (const Outcome& o : outcomes) out.push_back(&o);
+  const auto badness = [](const Outcome& o) {
+    if (o.flown()) return position_rmse(o.json);
+    const double at = figure(o.json, "/left_reference_at_s");
+    return 1e9 - (std::isfinite(at) ? at : 0.0);
+  };
+  std::stable_sort(out.begin(), out.end(),
+                   [&](const Outcome* a, const Outcome* b) { return badness(*a) > badness(*b); });
+  return out;
+}
+
+report::Table ranking(const std::vector<const Outcome*>& rows) {
+  report::Table t;
+  t.caption = "Ranked, worst first: lost flights, then by position error (true state where it is known)";
+  t.columns = {{.name = "flight"},
+               {.name = "verdict"},
+               {.name = "position RMSE", .unit = "m"},
+               {.name = "largest", .unit = "m"},
+               {.name = "z RMSE", .unit = "m"},
+               {.name = "mean power", .unit = "W"},
+               {.name = "integral action z", .unit = "m/s2"},
+               {.name = "wall time", .unit = "s"}};
+  for (const Outcome* o : rows)
+    t.rows.push_back({o->flight.name, o->flown() ? o->verdict : o->verdict + ": " + o->reason,
+                      position_rmse(o->json), figure(o->json, "/worst_position_m"),
+                      figure(o->json, "/position_rmse_m/z"), figure(o->json, "/power_W"),
+                      figure(o->json, "/mean_integral_action/2"), o->json.value("wall_s", std::nan(""))});
+  return t;
+}
+
+/// Rows: mission and effect; columns: variants; cells: what each seed gave.
+report::Table side_by_side(const std::vector<Outcome>& outcomes) {
+  std::vector<std::string> variants, places;
+  std::map<std::pair<std::string, std::string>, std::string> cells;
+  const auto remember = [](std::vector<std::string>& list, const std::string& item) {
+    if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
+  };
+  for (const Outcome& o : outcomes) {
+    const std::string place = o.flight.mission + ", " + o.flight.effect;
+    remember(variants, o.flight.variant);
+    remember(places, place);
+    std::string& cell = cells[{place, o.flight.variant}];
+    cell += (cell.empty() ? "" : ", ") + in_a_cell(o);
+  }
+  report::Table t;
+  t.caption = "Position RMSE of each seed, or when the flight was lost";
+  t.columns = {{.name = "mission, effect"}};
+  for (const std::string& v : variants) t.columns.push_back({.name = v});
+  for (const std::string& place : places) {
+    t.rows.push_back({report::Cell(place)});
+    for (const std::string& v : variants) t.rows.back().push_back(report::Cell(cells[{place, v}]));
+  }
+  return t;
+}
+
+struct Curves {
+  report::TimePlot error, tilt, power;
+};
+
+void add_curves(Curves& plots, const Outcome& o, const std::string& folder) {
+  if (plots.error.series.size() >= kMostLines) return;
+  const auto r = recording::load(folder + "/" + o.flight.name + "/flight.mcap", {});
+  if (!r) return;
+  const std::string name = o.flight.variant + ", seed " + std::to_string(o.flight.options.seed);
+  const auto* position = r->find("truth_position") ? r->find("truth_position") : r->find("position");
+  const auto* reference = r->find("ref_position");
+  if (position && reference) {
+    const Eigen::MatrixXd wanted = recording::resample(*reference, position->t_s);
+    report::Series s{.name = name, .x = position->t_s};
+    for (Eigen::Index i = 0; i < position->size(); ++i)
+      s.y.push_back(std::min((position->values.row(i) - wanted.row(i)).norm(), 2.0));
+    plots.error.series.push_back(std::move(s));
+  }
+  if (const auto* alpha = r->find("alpha_command")) {
+    report::Series s{.name = name, .x = alpha->t_s};
+    for (Eigen::Index i = 0; i < alpha->size(); ++i) s.y.push_back(to_degrees(alpha->values(i, 0)));
+    plots.tilt.series.push_back(std::move(s));
+  }
+  if (const auto* power = r->find("truth_power")) {
+    report::Series s{.name = name, .x = power->t_s};
+    for (Eigen::Index i = 0; i < power->size(); ++i) s.y.push_back(power->values(i, 0));
+    plots.power.series.push_back(std::move(s));
+  }
+}
+
+void plot_flights(report::Page& page, const std::vector<Outcome>& outcomes, const std::string& out) {
+  std::vector<std::string> order;
+  std::map<std::string, Curves> by_place;
+  std::size_t plotted = 0;
+  for (const Outcome& o : outcomes) {
+    if (plotted++ >= kMostPlotted) break;
+    const std::string place = o.flight.mission + ", " + o.flight.effect;
+    const auto [at, fresh] = by_place.try_emplace(place);
+    if (fresh) order.push_back(place);
+    add_curves(at->second, o, out);
+  }
+  page.section("Over time");
+  for (const std::string& place : order) {
+    Curves& c = by_place[place];
+    if (c.error.series.empty()) continue;
+    c.error.title = "Position error (2 m and more drawn at 2 m): " + place;
+    c.error.y_label = "error [m]";
+    c.tilt.title = "Commanded tilt: " + place;
+    c.tilt.y_label = "tilt [deg]";
+    c.power.title = "Mechanical power: " + place;
+    c.power.y_label = "power [W]";
+    for (report::TimePlot* p : {&c.error, &c.tilt, &c.power}) {
+      p->group = place;
+      p->height_px = 200;
+      if (!p->series.empty()) page.plot(std::move(*p));
+    }
+  }
+  if (outcomes.size() > kMostPlotted)
+    page.paragraph(
+        fmt::format("The first {} flights are plotted, at most {} a plot.", kMostPlotted, kMostLines));
+}
+
+}  // namespace
+
+Status write_campaign_page(const Campaign& c, const std::vector<Outcome>& outcomes,
+                           const std::vector<Judgement>& judgements, const std::string& out) {
+  const auto flown = static_cast<std::size_t>(
+      std::count_if(outcomes.begin(), outcomes.end(), [](auto& o) { return o.flown(); }));
+  const std::string counted = fmt::format("{} of {} flights flown to the end", flown, c.cases.size());
+  report::Page page("Campaign " + c.name, c.question.empty() ? counted : c.question);
+  const auto rows = ranked(outcomes);
+  if (judgements.empty()) {
+    std::string best;
+    if (!rows.empty() && rows.back()->flown())
+      best =
+          fmt::format("Best: {} ({:.4f} m). Worst: {} ({}).", rows.back()->flight.name,
+                      position_rmse(rows.back()->json), rows.front()->flight.name, in_a_cell(*rows.front()));
+    page.verdict(flown == c.cases.size() ? report::Tone::ok : report::Tone::warn, counted, best);
+  } else {
+    const bool all = std::all_of(judgements.begin(), judgements.end(), [](const Judgement& j) {
+      return j.flights > 0 && j.as_expected == j.flights;
+    });
+    page.verdict(all ? report::Tone::ok : report::Tone::bad, all ? "as expected" : "not as expected",
+                 verdict_in_words(judgements));
+  }
+  page.section("Side by side").table(side_by_side(outcomes));
+  page.section("Ranking").table(ranking(rows));
+  report::Bars error{.title = "Position RMSE of flights flown to the end", .unit = "m"},
+      power{.title = "Mean power of flights flown to the end", .unit = "W"};
+  for (const Outcome* o : rows) {
+    if (!o->flown() || error.bars.size() >= 60) continue;
+    error.bars.push_back({.name = o->flight.name, .value = position_rmse(o->json)});
+    if (const double p = figure(o->json, "/power_W"); std::isfinite(p))
+      power.bars.push_back({.name = o->flight.name, .value = p});
+  }
+  if (!error.bars.empty()) page.bars(error);
+  if (!power.bars.empty()) page.bars(power);
+  plot_flights(page, outcomes, out);
+  return page.write(out + "/report.html");
+}
+
+}  // namespace omniflight::cli

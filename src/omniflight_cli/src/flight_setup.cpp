@@ -1,0 +1,261 @@
+#include "flight_setup.hpp"
+
+#include <fmt/format.h>
+
+#include "omniflight_bus/publisher.hpp"
+#include "omniflight_files/files.hpp"
+#include "omniflight_files/yaml.hpp"
+#include "omniflight_physics/effect.hpp"
+#include "omniflight_simulation/faults.hpp"
+#include "verbs.hpp"
+
+namespace omniflight::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kHold = 1.0, kSettle = 3.0, kAfter = 1.0;  // s around the trajectory
+
+std::string join(const std::vector<std::string>& items) {
+  std::string out;
+  for (const auto& i : items) out += (out.empty() ? "" : ";") + i;
+  return out;
+}
+
+std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
+
+}  // namespace
+
+std::string parameters(const FlightOptions& o, const Setup& s) {
+  const std::string vehicle = o.vehicle.empty() ? s.mission_vehicle : o.vehicle;
+  const auto& knot = s.plan.trajectory.knots().front().reference;
+  const Vec3 rpy = roll_pitch_yaw(knot.q_WB) * (180.0 / kPi);
+  const double alpha = to_degrees(s.plan.certificate.alpha);
+  std::map<std::string, std::map<std::string, std::string>> p;
+  const auto common = [&](const std::string& component) {
+    p[component]["vehicle"] = quoted(vehicle);
+    p[component]["vehicle_set"] = quoted(join(o.set));
+  };
+  p["recorder"] = {
+      {"file", quoted((s.out / "flight.mcap").string())},
+      {"overwrite", "true"},
+      {"record_truth", o.plant == "hardware" ? "false" : "true"},
+      {"metadata", quoted(fmt::format("vehicle={};plant={};mission={};seed={};synthetic={};map_sha256={};"
+                                      "vehicle_sha256={};mission_sha256={};inputs_sha256={}",
+                                      vehicle, o.plant, s.plan.certificate.mission, o.seed,
+                                      o.plant == "hardware" ? "no" : "yes", s.plan.certificate.map_sha256,
+                                      s.plan.certificate.vehicle_sha256, s.plan.certificate.mission_sha256,
+                                      s.fingerprint))},
+      {"attachments", quoted((s.out / "plan" / "certificate.json").string())}};
+  p["planner"] = {{"plan", quoted((s.out / "plan").string())}};
+  common("allocator");
+  p["allocator"]["alpha_deg"] = fmt::format("{:.17g}", alpha);
+  p["allocator"].insert(s.weights.begin(), s.weights.end());
+  p["allocator"]["tilt_mode"] = o.tilt_mode;
+  p["controller"]["settle_s"] = fmt::format("{}", kSettle);
+  const auto plant = [&](const std::string& component) {
+    common(component);
+    auto& q = p[component];
+    if (o.plant == "mujoco")
+      q["world"] = quoted(s.world);
+    else
+      q["model"] = quoted(s.effects);
+    q["sensors"] = quoted(s.sensors);
+    q["seed"] = std::to_string(o.seed);
+    q["hold_s"] = fmt::format("{}", kHold);
+    q["duration_s"] = fmt::format("{:.17g}", s.duration);
+    q["initial_position_m"] =
+        fmt::format("[{:.17g}, {:.17g}, {:.17g}]", knot.p_WB.x(), knot.p_WB.y(), knot.p_WB.z());
+    q["initial_rpy_deg"] = fmt::format("[{:.17g}, {:.17g}, {:.17g}]", rpy.x(), rpy.y(), rpy.z());
+    q["initial_alpha_deg"] = fmt::format("{:.17g}", alpha);
+  };
+  if (o.lockstep()) {
+    const std::string master = plant_component(o);
+    plant(master);
+    if (!s.faults.empty()) p[master]["faults_file"] = quoted(s.faults);
+    p[master]["rate"] = o.realtime ? "realtime" : "max";
+    p[master]["recorder_window_ticks"] = "200";
+  } else {
+    const std::string links = (s.out / "boards").string();
+    if (o.plant == "emulator") {
+      plant("emulator");
+      p["emulator"]["link_directory"] = quoted(links);
+      p["emulator"]["epoch_ns"] = std::to_string(s.epoch_ns);
+      // no rotor turns: a loaded machine may starve a component for longer than hardware may wait
+      p["gateway"]["stale_after_s"] = "0.3";
+      p["gateway"]["board_silence_s"] = "1.5";
+    }
+    common("gateway");
+    auto& g = p["gateway"];
+    g["devices"] = quoted(o.plant == "emulator" ? links + "/board0;" + links + "/board1;" + links + "/board2"
+                                                : o.devices);
+    g["epoch_ns"] = std::to_string(s.epoch_ns);
+    g["hold_s"] = "2.0";
+    g["flight_s"] = fmt::format("{:.17g}", kSettle + s.plan.trajectory.duration() + kAfter);
+    g["alpha_deg"] = fmt::format("{:.17g}", alpha);
+  }
+  for (const auto& [key, value] : o.parameters) {
+    const auto dot = key.find('.');
+    if (dot != std::string::npos) p[key.substr(0, dot)][key.substr(dot + 1)] = value;
+  }
+  std::string yaml = "# Parameters of this flight, on top of configs/components/default.yaml.\n";
+  for (const auto& [component, values] : p) {
+    yaml += component + ":\n  ros__parameters:\n";
+    for (const auto& [key, value] : values) yaml += "    " + key + ": " + value + "\n";
+  }
+  return yaml;
+}
+
+namespace {
+
+/// Parameters of the allocator: a name, or a file of numbers on top of a name.
+Result<std::map<std::string, std::string>> read_weights(const std::string& weights) {
+  std::map<std::string, std::string> out{{"weights", weights}};
+  if (weights == "case_a" || weights == "case_b" || weights == "dynamic") return out;
+  std::error_code ec;
+  if (!fs::is_regular_file(weights, ec))
+    return bad_input("'" + weights + "' is neither case_a, case_b, dynamic nor a file", "--weights",
+                     "A file has schema: omniflight.weights/1, base: case_b and for instance w_input: 1e-6");
+  auto yaml = files::YamlReader::load(weights);
+  if (!yaml) return Failure(yaml.error());
+  if (yaml->string("schema") != "omniflight.weights/1")
+    yaml->error_at("schema", "is not omniflight.weights/1");
+  out["weights"] =
+      yaml->choice<std::string>("base", {{"case_a", "case_a"}, {"case_b", "case_b"}, {"dynamic", "dynamic"}});
+  for (const char* key : {"w_input", "w_rate", "w_linear", "w_angular", "dynamic_threshold_m",
+                          "dynamic_growth", "dynamic_shrink", "dynamic_floor", "dynamic_ceiling"})
+    if (yaml->has(key)) out[key] = fmt::format("{:.17g}", yaml->number(key, files::non_negative()));
+  if (auto ok = yaml->finish(); !ok) return Failure(ok.error());
+  return out;
+}
+
+/// Everything a flight is made of, as one hash: the content of its files, not their names.
+Result<std::string> fingerprint_of(const FlightOptions& o, const std::string& mission_sha256, const Setup& s,
+                                   const std::string& vehicle_sha256) {
+  nlohmann::json j{{"mission", mission_sha256}, {"vehicle", vehicle_sha256},
+                   {"plant", o.plant},          {"seed", o.seed},
+                   {"realtime", o.realtime},    {"weights", s.weights},
+                   {"tilt", o.tilt_mode},       {"parameters", o.parameters}};
+  for (const std::string& file : {s.sensors, s.effects, s.faults, s.world, s.defaults}) {
+    if (file.empty()) continue;
+    auto sha = files::sha256_file(file);
+    if (!sha) return sha;
+    j["files"].push_back(*sha);
+  }
+  return files::sha256_hex(j.dump());
+}
+
+/// The world of the mujoco plant, and that nothing of the other plants is asked of it.
+Status find_world(const FlightOptions& o, std::string& file) {
+  if (o.plant != "mujoco") {
+    if (o.world.empty()) return {};
+    return bad_input("is a world of the mujoco plant, not of the " + o.plant, "--proof",
+                     "Give --plant mujoco");
+  }
+  if (!o.effects.empty())
+    return bad_input("is a model file of the simulator; the mujoco plant has a world of its own", "--effects",
+                     "Give --proof WORLD");
+  if (!find_program("omniflight_mujoco_plant"))
+    return bad_input("was built without MuJoCo", "--plant mujoco",
+                     "Install libmujoco-dev (Debian) and build omniflight_proof again");
+  if (o.world.empty()) return {};
+  auto world = find_config("proof_worlds", o.world);
+  if (!world) return Failure(world.error());
+  file = *world;
+  return {};
+}
+
+/// The schedule of faults, which only the simulator can carry out.
+Status find_faults(const FlightOptions& o, int rotor_count, std::string& file) {
+  if (o.faults.empty()) return {};
+  if (o.plant != "simulator")
+    return bad_input("breaks things in the simulator, not in the " + o.plant + " plant", "--faults",
+                     "Give --plant simulator");
+  auto found = find_config("faults", o.faults);
+  if (!found) return Failure(found.error());
+  file = *found;
+  if (auto faults = simulation::load_faults(file, rotor_count); !faults) return Failure(faults.error());
+  return {};
+}
+
+/// Checks and finds everything but the plan. Writes nothing.
+Result<Setup> find_inputs(const FlightOptions& o, planning::Mission& mission) {
+  Setup s;
+  s.out = fs::absolute(o.out);
+  auto loaded = planning::load_mission(o.mission);
+  if (!loaded) return Failure(loaded.error());
+  mission = std::move(*loaded);
+  s.mission_vehicle = mission.vehicle;
+  auto sensors = find_config("sensors", o.sensors);
+  if (!sensors) return Failure(sensors.error());
+  s.sensors = *sensors;
+  if (!o.effects.empty()) {
+    auto effects = find_config("effects", o.effects);
+    if (!effects) return Failure(effects.error());
+    s.effects = *effects;
+    if (auto model = physics::load_model(s.effects); !model) return Failure(model.error());
+  }
+  if (auto ok = find_world(o, s.world); !ok) return Failure(ok.error());
+  auto weights = read_weights(o.weights);
+  if (!weights) return Failure(weights.error());
+  s.weights = std::move(*weights);
+  auto vehicle = vehicle::load_vehicle(o.vehicle.empty() ? s.mission_vehicle : o.vehicle, o.set);
+  if (!vehicle) return Failure(vehicle.error());
+  if (auto ok = find_faults(o, vehicle->rotor_count(), s.faults); !ok) return Failure(ok.error());
+  auto configs = files::config_dir();
+  if (!configs) return Failure(configs.error());
+  s.defaults = (*configs / "components" / "default.yaml").string();
+  s.loopback = (*configs / "cyclonedds_loopback.xml").string();
+  auto print = fingerprint_of(o, mission.sha256, s, vehicle->sha256);
+  if (!print) return Failure(print.error());
+  s.fingerprint = *print;
+  return s;
+}
+
+}  // namespace
+
+std::string plant_component(const FlightOptions& o) {
+  return o.plant == "mujoco" ? "mujoco_plant" : "simulator";
+}
+
+Result<std::string> fingerprint(const FlightOptions& options) {
+  planning::Mission mission;
+  auto s = find_inputs(options, mission);
+  if (!s) return Failure(s.error());
+  return s->fingerprint;
+}
+
+Result<Setup> prepare(const FlightOptions& o) {
+  // everything that can be wrong with the input is looked at before the first file is written
+  planning::Mission mission;
+  auto found = find_inputs(o, mission);
+  if (!found) return found;
+  Setup s = std::move(*found);
+  auto plan = o.plan.empty() ? planning::plan_mission(mission, {}) : planning::read_plan(o.plan);
+  if (!plan) return Failure(plan.error());
+  s.plan = std::move(*plan);
+  s.duration = kHold + kSettle + s.plan.trajectory.duration() + kAfter;
+  s.epoch_ns = bus::wall_clock_ns();
+  if (auto ok = make_folder((s.out / "log").string()); !ok) return Failure(ok.error());
+  if (auto ok = make_folder((s.out / "plan").string()); !ok) return Failure(ok.error());
+  if (auto ok = planning::write_plan(s.plan, s.out / "plan"); !ok) return Failure(ok.error());
+  std::error_code ec;
+  fs::remove(s.out / "flight.json", ec);  // of an earlier flight into the same folder
+  return s;
+}
+
+Result<std::string> find_config(const std::string& kind, const std::string& name) {
+  std::error_code ec;
+  if (fs::is_regular_file(name, ec)) return fs::absolute(name).string();
+  auto configs = files::config_dir();
+  if (!configs) return Failure(configs.error());
+  const fs::path path = *configs / kind / (name + ".yaml");
+  if (fs::is_regular_file(path, ec)) return path.string();
+  std::vector<std::string> known;
+  for (const auto& e : fs::directory_iterator(*configs / kind, ec)) known.push_back(e.path().stem().string());
+  const std::string near = files::nearest_word(name, known);
+  return bad_input("there is neither such a file nor such a name under configs/" + kind, name,
+                   near.empty() ? "" : "Did you mean '" + near + "'?");
+}
+
+}  // namespace omniflight::cli

@@ -1,0 +1,29 @@
+// What a flight is made of, checked before anything is written or started.
+#pragma once
+
+#include <filesystem>
+
+#include "flight.hpp"
+#include "omniflight_planning/plan.hpp"
+
+namespace omniflight::cli {
+
+struct Setup {
+  planning::Plan plan;
+  std::string mission_vehicle;
+  std::filesystem::path out;
+  std::string sensors, effects, faults, world, defaults, loopback;  ///< files; without effects, ...: empty
+  std::map<std::string, std::string> weights;               ///< parameters of the allocator
+  std::string fingerprint;                                  ///< see fingerprint()
+  double duration = 0;                                      ///< s, whole flight
+  std::int64_t epoch_ns = 0;
+};
+
+/// The component that plays the plant where none is emulated or real.
+std::string plant_component(const FlightOptions& options);
+/// Checks everything, plans where there is no plan, then makes the folders and writes the plan.
+Result<Setup> prepare(const FlightOptions& options);
+/// The parameters of this flight, on top of configs/components/default.yaml.
+std::string parameters(const FlightOptions& options, const Setup& setup);
+
+}  // namespace omniflight::cli

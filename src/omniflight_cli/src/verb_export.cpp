@@ -1,0 +1,66 @@
+// `export` and `import`: recordings from and to other formats.
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "mcap_export.hpp"
+#include "omniflight_recording/formats.hpp"
+#include "verbs.hpp"
+
+namespace omniflight::cli {
+namespace {
+
+Result<int> write(const std::string& in, const std::string& map, const std::string& format,
+                  const Common& common) {
+  if (common.out.empty())
+    return bad_input("needs a file to write", "--out", "For instance --out flight." + format);
+  std::error_code ec;
+  if (std::filesystem::equivalent(in, common.out, ec))
+    return bad_input("is the recording itself", "--out " + common.out, "Choose another --out");
+  auto r = recording::load(in, {.map = map});
+  if (!r) return Failure(r.error());
+  nlohmann::json j{{"written", common.out}, {"format", format}, {"read_as", r->format}};
+  j["notes"] = nlohmann::json::array();
+  for (const auto& note : r->notes) {
+    j["notes"].push_back(note.text);
+    say(common, "note: " + note.text);
+  }
+  if (format == "csv") {
+    if (auto ok = recording::write_csv(*r, common.out); !ok) return Failure(ok.error());
+  } else {
+    auto done = format == "mcap" ? write_mcap(*r, common.out) : write_rosbag2(*r, common.out);
+    if (!done) return Failure(done.error());
+    j["messages"] = done->messages;
+    j["left_out"] = done->left_out;
+    for (const auto& [topic, count] : done->messages)
+      say(common, fmt::format("  {:26} {:8} messages", topic, count));
+    for (const std::string& name : done->left_out) say(common, "  no topic carries " + name + ": left out");
+  }
+  say(common, "written: " + common.out);
+  print_json(common, j);
+  return 0;
+}
+
+}  // namespace
+
+Action add_export(CLI::App& verb, Common& common) {
+  auto file = std::make_shared<std::string>();
+  auto format = std::make_shared<std::string>("csv");
+  verb.add_option("recording", *file, "Any supported log")->required();
+  verb.add_option("--to", *format, "csv | mcap | rosbag2 (a folder)")
+      ->check(CLI::IsMember({"csv", "mcap", "rosbag2"}));
+  return [file, format, &common] { return write(*file, {}, *format, common); };
+}
+
+Action add_import(CLI::App& verb, Common& common) {
+  auto file = std::make_shared<std::string>();
+  auto map = std::make_shared<std::string>();
+  verb.add_option("log", *file, "Log of another system, recognised by its content")->required();
+  verb.add_option("--map", *map, "YAML that says which columns of a foreign CSV are which signals");
+  return [file, map, &common]() -> Result<int> {
+    const std::string kind = std::filesystem::path(common.out).extension() == ".csv" ? "csv" : "mcap";
+    return write(*file, *map, kind, common);
+  };
+}
+
+}  // namespace omniflight::cli

@@ -1,0 +1,96 @@
+// `new effect|vehicle|mission NAME`: a file to start from, that works as it is.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <regex>
+
+#include "omniflight_files/files.hpp"
+#include "skeletons.hpp"
+#include "verbs.hpp"
+
+namespace omniflight::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+Status write_new(const fs::path& path, const std::string& text) {
+  std::error_code ec;
+  if (fs::exists(path, ec)) return bad_input("exists already", path.string(), "Choose another name");
+  fs::create_directories(path.parent_path(), ec);
+  if (ec)
+    return bad_input("its folder cannot be made: " + ec.message(), path.string(), "Choose another --out");
+  return files::write_file_atomic(path, text);
+}
+
+/// The file's text with a line put before `mark`.
+Result<std::string> with_line(const fs::path& file, const std::string& line, const std::string& mark) {
+  auto text = files::read_file(file, files::kMegabyte);
+  if (!text) return text;
+  const auto at = text->rfind(mark);
+  if (at == std::string::npos)
+    return bad_input("has no line '" + mark + "'", file.string(), "Add by hand: " + line);
+  text->insert(at, line + "\n");
+  return text;
+}
+
+/// The workspace that holds the sources: above the configuration folder.
+Result<fs::path> workspace(const Common& common) {
+  if (!common.out.empty()) return fs::path(common.out);
+  auto configs = files::config_dir();
+  if (!configs) return Failure(configs.error());
+  return configs->parent_path();
+}
+
+Result<int> run(const std::string& kind, const std::string& name, const Common& common) {
+  if (!std::regex_match(name, std::regex("[a-z][a-z0-9_]{0,48}")))
+    return bad_input("'" + name + "' is no name: small letters, digits and _ only, a letter first", "name",
+                     "For instance my_" + kind);
+  auto root = workspace(common);
+  if (!root) return Failure(root.error());
+  std::vector<std::string> written;
+  std::string next;
+  if (kind == "effect") {
+    const fs::path folder = *root / "src" / "omniflight_physics" / "src" / "effects";
+    // both edits are made in memory before the first file is written
+    auto header =
+        with_line(folder / "table.hpp", "const Effect& " + name + "_effect();", "\n}  // namespace");
+    if (!header) return Failure(header.error());
+    auto table = with_line(folder / "table.cpp", "      &" + name + "_effect(),", "  };\n  return table;");
+    if (!table) return Failure(table.error());
+    if (auto ok = write_new(folder / (name + ".cpp"), effect_skeleton(name)); !ok) return Failure(ok.error());
+    if (auto ok = files::write_file_atomic(folder / "table.hpp", *header); !ok) return Failure(ok.error());
+    if (auto ok = files::write_file_atomic(folder / "table.cpp", *table); !ok) return Failure(ok.error());
+    written = {(folder / (name + ".cpp")).string(), (folder / "table.hpp").string(),
+               (folder / "table.cpp").string()};
+    next = "write its equation, build omniflight_physics and run its tests; then `omniflight effects " +
+           name + "`";
+  } else if (kind == "vehicle") {
+    const fs::path file = *root / "configs" / "vehicles" / name / (name + ".yaml");
+    if (auto ok = write_new(file, vehicle_skeleton(name)); !ok) return Failure(ok.error());
+    written = {file.string()};
+    next = "omniflight design " + file.string() + " --alpha 0";
+  } else {
+    const fs::path file = *root / "configs" / "missions" / (name + ".yaml");
+    if (auto ok = write_new(file, mission_skeleton(name)); !ok) return Failure(ok.error());
+    written = {file.string()};
+    next = "omniflight plan " + file.string();
+  }
+  for (const auto& file : written) say(common, "written: " + file);
+  say(common, "next: " + next);
+  print_json(common, {{"written", written}, {"next", next}});
+  return 0;
+}
+
+}  // namespace
+
+Action add_new(CLI::App& verb, Common& common) {
+  auto kind = std::make_shared<std::string>();
+  auto name = std::make_shared<std::string>();
+  verb.add_option("kind", *kind, "effect | vehicle | mission")
+      ->required()
+      ->check(CLI::IsMember({"effect", "vehicle", "mission"}));
+  verb.add_option("name", *name, "Small letters, digits and _")->required();
+  return [kind, name, &common] { return run(*kind, *name, common); };
+}
+
+}  // namespace omniflight::cli
