@@ -87,7 +87,8 @@ class Emulator final : public ThreadedComponent {
 
   Status run() override {
     const WallPace pace(epoch_ns_);
-    const double step = parameters_.plant.step, offset = pace.now();
+    const double step = parameters_.plant.step;
+    double offset = pace.now();
     simulation::SensorFrame frame;
     for (std::uint64_t k = 0; running(); ++k) {
       // the plant counts from zero; its samples carry flight time
@@ -104,6 +105,8 @@ class Emulator final : public ThreadedComponent {
         if (auto ok = publisher_.truth(*plant_, offset); !ok) return ok;
       if (auto ok = boards_->step(t); !ok) return ok;
       if (auto ok = plant_->step(!free); !ok) return ok;
+      // time that the machine slept through is left out: a burst of samples would carry one time
+      if (const double late = pace.now() - (t + step); late > 0.05) offset += late;
       pace.sleep_until(t + step);
     }
     return {};

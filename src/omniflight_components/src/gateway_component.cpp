@@ -35,6 +35,7 @@ class GatewayComponent final : public ThreadedComponent {
     connect_timeout_ = p.number("connect_timeout_s", 20.0, 1, 120);
     gateway::GateConfig gate;
     gate.stale_after_s = p.number("stale_after_s", 0.1, 0.005, 2.0);
+    const double silence = p.number("board_silence_s", gateway::LinkConfig{}.silence_s, 0.02, 10);
     gate.ramp_s = p.number("ramp_s", 0.5, 0.01, 10);
     gate.max_acceleration_radps2 = p.number("max_rotor_acceleration_radps2", 1e5, 1, 1e8);
     if (auto ok = p.finish(); !ok) return ok;
@@ -50,6 +51,7 @@ class GatewayComponent final : public ThreadedComponent {
     gateway::GatewayConfig config;
     config.rotors = rotors_;
     config.motor_rate_hz = 250;
+    config.link.silence_s = silence;
     for (const std::string& device : split(devices)) config.boards.push_back({.device = device});
     auto made = gateway::Gateway::create(std::move(config));
     if (!made) return Failure(made.error());

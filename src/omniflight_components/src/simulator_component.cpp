@@ -5,6 +5,7 @@
 #include "command_inbox.hpp"
 #include "conversions.hpp"
 #include "factories.hpp"
+#include "omniflight_simulation/faults.hpp"
 #include "plant_parameters.hpp"
 #include "plant_publisher.hpp"
 #include "threaded_component.hpp"
@@ -27,9 +28,16 @@ class Simulator final : public ThreadedComponent {
     recorder_window_ = static_cast<std::uint64_t>(p.integer("recorder_window_ticks", 0, 0, 100000));
     command_timeout_ = p.number("command_timeout_s", 2.0, 0.01, 60.0);
     stale_after_ = p.number("stale_after_s", 0.3, 0.005, 10.0);
+    const std::string faults_file = p.text("faults_file", "");
     auto read = read_plant_parameters(p);
     if (!read) return Failure(read.error());
     parameters_ = std::move(*read);
+    faults_.reset();
+    if (!faults_file.empty()) {
+      auto faults = simulation::load_faults(faults_file, parameters_.vehicle.rotor_count());
+      if (!faults) return Failure(faults.error());
+      faults_.emplace(std::move(*faults));
+    }
     if (auto ok = make_plant(parameters_, plant_, sensors_); !ok) return ok;
     if (auto ok = create_publishers(publisher_, parameters_.vehicle.rotor_count(), PlantPublisher::Part::all);
         !ok)
@@ -114,10 +122,11 @@ class Simulator final : public ThreadedComponent {
     return {};
   }
 
-  Status follow_recorder() {
+  /// Waits while the recorder is more than `window` ticks behind.
+  Status follow_recorder(std::uint64_t window) {
     if (recorder_window_ == 0 || !lockstep_) return {};
     const auto deadline = std::chrono::steady_clock::now() + 10s;
-    while (publisher_.ticks() > recorded_ticks_.load() + recorder_window_) {
+    while (publisher_.ticks() > recorded_ticks_.load() + window) {
       if (!running()) return fail(ErrorCode::incomplete, "stopped in flight", "simulator");
       if (std::chrono::steady_clock::now() > deadline)
         return fail(ErrorCode::incomplete, "the recorder has not kept up for 10 s", "simulator",
@@ -149,6 +158,7 @@ class Simulator final : public ThreadedComponent {
       const double t = plant_->time();
       const bool held = t < parameters_.hold - 1e-9;
       sensors_->sample(*plant_, frame);
+      if (faults_) faults_->alter(t, frame);
       if (auto ok = publisher_.frame(frame, *plant_); !ok) return ok;
       if (k % steps_a_tick == 0) {
         if (auto ok = publisher_.truth(*plant_); !ok) return ok;
@@ -159,10 +169,11 @@ class Simulator final : public ThreadedComponent {
                                 last ? FlightPhase::ended : (held ? FlightPhase::held : FlightPhase::free));
             !ok)
           return ok;
-        if (last) break;
+        if (last) return follow_recorder(0);  // nobody ends before everything is recorded
         if (auto ok = obey(to_ns(t)); !ok) return ok;
-        if (auto ok = follow_recorder(); !ok) return ok;
+        if (auto ok = follow_recorder(recorder_window_); !ok) return ok;
       }
+      if (faults_) faults_->before_step(*plant_);
       if (auto ok = plant_->step(held); !ok) {
         (void)publisher_.tick(plant_->time(), parameters_.control_period, FlightPhase::ended);
         return ok;
@@ -174,6 +185,7 @@ class Simulator final : public ThreadedComponent {
   PlantParameters parameters_;
   std::optional<simulation::Plant> plant_;
   std::optional<simulation::SensorSuite> sensors_;
+  std::optional<simulation::FaultInjector> faults_;
   PlantPublisher publisher_;
   CommandInbox inbox_;
   std::optional<bus::Subscription<RecorderState>> recorder_;
