@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "assets.hpp"
+#include "omniflight_files/files.hpp"
 #include "omniflight_report/escape.hpp"
-#include "omniflight_report/write_file.hpp"
 #include "render.hpp"
 
 namespace omniflight::report {
@@ -210,7 +210,7 @@ Result<std::string> Page::html() const {
 Status Page::write(const std::filesystem::path& path) const {
   const auto content = html();
   if (!content) return Failure(content.error());
-  return write_file(path, *content);
+  return files::write_file_atomic(path, *content);
 }
 
 }  // namespace omniflight::report
