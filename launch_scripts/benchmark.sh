@@ -9,26 +9,30 @@ source "$(dirname "$0")/common.sh"
 case "${1:-}" in -*) sed -n '2,7p' "$0"; exit 4 ;; esac
 ./launch_scripts/install_dependencies.sh --benchmarks
 base="${OMNIFLIGHT_BENCHMARK_BASE:-$OMNIFLIGHT_ROOT/build/benchmark}"
-if [ "$#" -gt 0 ]; then
-  select=(--packages-up-to "$@")
-  packages=("$@")
-else
-  select=()
-  packages=()
+packages=("$@")
+if [ "$#" -eq 0 ]; then
   for dir in src/*/benchmark; do packages+=("$(basename "$(dirname "$dir")")"); done
-  select=(--packages-up-to "${packages[@]}")
 fi
 say "building the benchmarks of ${packages[*]}"
-OMNIFLIGHT_COLCON_SELECT="${select[*]}" omniflight_build "$base" -DBUILD_TESTING=OFF -DOMNIFLIGHT_BENCHMARKS=ON
+OMNIFLIGHT_COLCON_SELECT="--packages-up-to ${packages[*]}" omniflight_build "$base" -DBUILD_TESTING=OFF -DOMNIFLIGHT_BENCHMARKS=ON
 results="$base/results"
+rm -rf "$results"  # never a figure of another run
 mkdir -p "$results"
+failed=()
 export OMNIFLIGHT_CONFIGS="$OMNIFLIGHT_ROOT/configs"
 for package in "${packages[@]}"; do
   for program in "$base/install/$package/lib/$package"/bench_*; do
     [ -x "$program" ] || continue
     say "$package: $(basename "$program")"
-    "$program" | tee "$results/$(basename "$program").txt"
+    name="$results/$(basename "$program")"
+    if ! "$program" "--benchmark_out=$name.json" --benchmark_out_format=json | tee "$name.txt"; then
+      failed+=("$(basename "$program")")
+    fi
   done
 done
 say "ratios (peer's time over ours in the same run; above 1 we are faster)"
-python3 launch_scripts/benchmark_table.py "$results"/bench_*.txt
+python3 launch_scripts/benchmark_table.py "$results"/bench_*
+if [ "${#failed[@]}" -gt 0 ]; then
+  echo "these benchmarks failed: ${failed[*]}" >&2
+  exit 1
+fi

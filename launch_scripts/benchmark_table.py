@@ -1,24 +1,65 @@
 #!/usr/bin/env python3
 """Prints the table of ratios from what the benchmarks wrote.
 
-A line of a benchmark that counts is a JSON object with id, what, ours, ours_value, peer, peer_value, unit, ratio
-(theirs over ours), must and stretch (0: no goal), or with `skipped` and the reason. Other lines are left alone.
+Two kinds of files are read. Text: a line that counts is a JSON object with id, what, ours, ours_value, peer,
+peer_value, unit, ratio (theirs over ours), must and stretch (0: no goal), or with `skipped` and the reason; other lines
+are left alone. JSON of Google Benchmark: PAIRS below says which of its figures are compared.
 
-Example: benchmark_table.py build/benchmark/results/bench_simulation.txt
+Example: benchmark_table.py build/benchmark/results/bench_*
 """
 import json
+import os
 import sys
+
+# id, what, (program, our benchmark), figure, (peers: name, benchmark), must, stretch. A peer that is not installed is not
+# in the file, and skipped.
+QP_PEERS = [("quadprog", "peer<QuadprogPeer>"), ("dlib", "peer<DlibPeer>"), ("NLopt SLSQP", "peer<NloptPeer>")]
+PAIRS = [
+    ("A-1", "one quadratic program, median", ("bench_allocation", "ours/warm"), "median_ns", QP_PEERS, 2, 3),
+    ("A-1", "one quadratic program, 99 %", ("bench_allocation", "ours/warm"), "p99_ns", QP_PEERS, 2.5, 4),
+    ("A-3", "period with three tilts, median", ("bench_allocation", "period/search_of_three_tilts"), "median_ns",
+     [("quadprog", "peer_period_search_of_three_tilts")], 4, 8),
+    ("P-1", "is a pose free", ("bench_planning", "PoseIsFree"), "real_time", [("FCL", "PeerPoseIsFreeFcl")], 0, 0),
+]
+
+
+def read_lines(path):
+    with open(path, encoding="utf-8") as file:
+        for line in file:
+            if line.startswith('{"id"'):
+                try:
+                    yield json.loads(line)
+                except ValueError:
+                    print(f"{path}: not JSON: {line.strip()}", file=sys.stderr)
+
+
+def read_pairs(path):
+    """Rows of PAIRS that concern one program."""
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    if not text.strip():
+        return
+    runs = {}
+    for run in json.loads(text)["benchmarks"]:
+        runs[run["name"].split("/iterations:")[0].removesuffix("/real_time")] = run
+    program = os.path.basename(path).removesuffix(".json")
+    for identity, what, (of, ours), figure, peers, must, stretch in PAIRS:
+        if of != program or ours not in runs:
+            continue
+        own = runs[ours][figure]
+        for name, peer in peers:
+            row = {"id": identity, "what": what, "peer": name}
+            if peer not in runs:
+                yield row | {"skipped": "not installed when it was built"}
+                continue
+            theirs = runs[peer][figure]
+            yield row | {"ours": ours, "ours_value": own, "peer_value": theirs, "unit": "ns", "ratio": theirs / own,
+                         "must": must, "stretch": stretch}
 
 
 def read(paths):
     for path in paths:
-        with open(path, encoding="utf-8") as file:
-            for line in file:
-                if line.startswith('{"id"'):
-                    try:
-                        yield json.loads(line)
-                    except ValueError:
-                        print(f"{path}: not JSON: {line.strip()}", file=sys.stderr)
+        yield from (read_pairs if path.endswith(".json") else read_lines)(path)
 
 
 def time(value, unit):

@@ -24,7 +24,9 @@ packages=(
   libgtest-dev
 )
 # peers of the benchmarks, used for nothing else
-benchmark_packages=(libbenchmark-dev libnlopt-dev libode-dev libbullet-dev libmujoco-dev)
+benchmark_packages=(
+  libbenchmark-dev libnlopt-dev libdlib-dev r-cran-quadprog libfcl-dev libode-dev libbullet-dev libmujoco-dev
+)
 case "${1:-}" in
   --benchmarks) packages+=("${benchmark_packages[@]}") ;;
   --list) printf '%s\n' "${packages[@]}"; exit 0 ;;

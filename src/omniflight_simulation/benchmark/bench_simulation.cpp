@@ -61,9 +61,12 @@ Contender chain(const vehicle::Vehicle& vehicle) {
   const physics::Effect* effect = physics::find_effect("cable_chain");
   if (!effect) return {"Plant", {}, 1, "the library has no chain yet"};
   Model m;
-  m.effects.push_back({effect, {}});
-  for (const auto& p : effect->info().parameters) m.effects.back().theta.push_back(p.typical);
+  m.effects.push_back({effect, {kCableMass / kCableLength, kCableLength, 0.0, 0.5, 0.2}});
   return plant(vehicle, "Plant with chain", m);
+}
+});
+for (const auto& p : effect->info().parameters) m.effects.back().theta.push_back(p.typical);
+return plant(vehicle, "Plant with chain", m);
 }
 
 int run() {
@@ -75,10 +78,13 @@ int run() {
   const vehicle::Vehicle& v = *loaded;
   pin_to_one_processor();
   std::fprintf(stderr, "lanes run on %s\n", simulation::lane_instruction_set().c_str());
-  const Model some = model({{"tilt_efficiency", {0.34, 0.334}},
-                            {"rotor_drag", {1e-5}},
-                            {"parasitic_drag", {0.01}},
-                            {"hung_cable", {0.1, 0, 5}}});
+  // interference between the rotors, drag, tether: what a tethered flight has
+  const Model tethered =
+      model({{"tilt_efficiency", {0.34, 0.334}}, {"parasitic_drag", {0.01}}, {"hung_cable", {0.1, 0, 5}}});
+  const Model bladed = model({{"tilt_efficiency", {0.34, 0.334}},
+                              {"parasitic_drag", {0.01}},
+                              {"hung_cable", {0.1, 0, 5}},
+                              {"rotor_drag", {1e-5}}});
   const auto ode = [&] { return ode_free_body(v, false); };
   const auto mujoco = [&](MujocoOptions o) { return mujoco_free_body(v, MujocoIntegrator::rk4, o); };
 
@@ -86,14 +92,16 @@ int run() {
           {ode(), ode_free_body(v, true), bullet_free_body(v),
            mujoco_free_body(v, MujocoIntegrator::euler, MujocoOptions::ordinary)},
           1.0, 1.5);
-  compare("B-1", "one plant, 4 effects", plant(v, "Plant", some), {ode()}, 1.0, 1.5);
+  compare("B-1", "one plant, interference, drag, tether", plant(v, "Plant", tethered), {ode()}, 1.0, 1.5);
   compare("B-1", "one plant, every effect without memory", plant(v, "Plant", every(false)), {ode()}, 1.0,
           1.5);
   compare("B-1", "one vehicle in a lane, nominal", batch(v, "Batch of 1", {}, 1), {ode()}, 1.0, 1.5);
-  compare("B-1", "one vehicle in a lane, 4 effects", batch(v, "Batch of 1", some, 1), {ode()}, 1.0, 1.5);
+  compare("B-1", "one vehicle in a lane, interference, drag, tether", batch(v, "Batch of 1", tethered, 1),
+          {ode()}, 1.0, 1.5);
   compare("B-1", "one vehicle in a lane, every effect of lanes", batch(v, "Batch of 1", every(true), 1),
           {ode()}, 1.0, 1.5);
-  for (const auto& [what, m] : {std::pair("nominal", Model{}), std::pair("4 effects", some)}) {
+  for (const auto& [what, m] :
+       {std::pair("nominal", Model{}), std::pair("interference, drag, tether", tethered)}) {
     const std::string of = std::string("64 vehicles in lanes, ") + what;
     compare("B-2", of, batch(v, "Batch of 64", m, 64), {ode()}, 8, 12);
     compare("B-2", of, batch(v, "Batch of 64", m, 64), {mujoco(MujocoOptions::ordinary)}, 200, 0);
@@ -101,6 +109,8 @@ int run() {
     compare("A-6", of + ", portable over native", batch(v, "portable", m, 64),
             {native_batch(v, "-march=native", m, 64)}, 0.8, 1.0);
   }
+  compare("B-2", "64 vehicles in lanes, the same and rotor drag", batch(v, "Batch of 64", bladed, 64),
+          {ode()}, 0, 0);
   compare("B-2", "64 vehicles in lanes, every effect of lanes", batch(v, "Batch of 64", every(true), 64),
           {ode()}, 0, 0);
   compare(
