@@ -19,10 +19,27 @@ class Collector final : public console_bridge::OutputHandler {
   std::string first_;
 };
 
-/// Linear scan before the recursive parser: depth and number of links.
+/// Where the tag that starts at `from` ends: the '>' outside quotes; npos when there is none.
+std::size_t tag_end(const std::string& text, std::size_t from) {
+  char quote = 0;
+  for (std::size_t i = from; i < text.size(); ++i) {
+    const char c = text[i];
+    if (quote != 0)
+      quote = c == quote ? char{0} : quote;
+    else if (c == '"' || c == '\'')
+      quote = c;
+    else if (c == '>')
+      return i;
+  }
+  return std::string::npos;
+}
+
+/// Linear scan before the recursive parser: depth and number of links. It must never see fewer open elements
+/// than that parser, so whatever the two could read differently is refused.
 Status pre_scan(const std::string& text, const std::string& name) {
   int depth = 0, links = 0;
-  for (std::size_t i = 0; i + 1 < text.size(); ++i) {
+  bool begun = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] != '<') continue;
     if (text.compare(i, 4, "<!--") == 0) {
       const auto end = text.find("-->", i + 4);
@@ -30,13 +47,17 @@ Status pre_scan(const std::string& text, const std::string& name) {
       i = end + 2;
       continue;
     }
-    if (text.compare(i, 2, "<?") == 0) continue;
-    if (text.compare(i, 2, "<!") == 0) return bad_input("DOCTYPE and ENTITY are refused", name);
-    const auto end = text.find('>', i);
+    if (text.compare(i, 2, "<!") == 0) return bad_input("DOCTYPE, ENTITY and CDATA are refused", name);
+    const bool declaration = text.compare(i, 2, "<?") == 0, closing = text.compare(i, 2, "</") == 0;
+    if (declaration && begun) return bad_input("an XML declaration may only come first", name);
+    begun = true;
+    const char first = i + 1 < text.size() ? text[i + 1] : ' ';
+    const bool letter = (first >= 'a' && first <= 'z') || (first >= 'A' && first <= 'Z') || first == '_';
+    if (!declaration && !closing && !letter) return bad_input("a tag does not begin with a letter", name);
+    const auto end = declaration || closing ? text.find('>', i) : tag_end(text, i);
     if (end == std::string::npos) return bad_input("a tag does not end", name);
-    if (text[i + 1] == '/') {
-      --depth;
-    } else {
+    if (closing && --depth < 0) return bad_input("tags are not balanced", name, "Close what was opened");
+    if (!closing && !declaration) {
       if (text.compare(i, 5, "<link") == 0) ++links;
       if (text[end - 1] != '/' && ++depth > 64) return bad_input("elements are nested deeper than 64", name);
     }
@@ -47,6 +68,24 @@ Status pre_scan(const std::string& text, const std::string& name) {
   return {};
 }
 
+/// urdfdom's links own each other along joints, so a cycle of joints would never be freed.
+class OwnershipCut {
+ public:
+  explicit OwnershipCut(const urdf::ModelInterfaceSharedPtr& model) : model_(model) {}
+  ~OwnershipCut() {
+    if (!model_) return;
+    for (auto& [name, link] : model_->links_) {
+      link->child_links.clear();
+      link->child_joints.clear();
+    }
+  }
+  OwnershipCut(const OwnershipCut&) = delete;
+  OwnershipCut& operator=(const OwnershipCut&) = delete;
+
+ private:
+  const urdf::ModelInterfaceSharedPtr& model_;
+};
+
 Vec3 to_vec(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
 Quat to_quat(const urdf::Rotation& r) { return Quat(r.w, r.x, r.y, r.z); }
 
@@ -55,6 +94,7 @@ Quat to_quat(const urdf::Rotation& r) { return Quat(r.w, r.x, r.y, r.z); }
 Result<UrdfBody> read_urdf(const std::string& text, const std::string& name) {
   if (auto ok = pre_scan(text, name); !ok) return Failure(ok.error());
   urdf::ModelInterfaceSharedPtr model;
+  const OwnershipCut cut(model);
   Collector collector;
   {
     static std::mutex mutex;  // console_bridge's handler is global

@@ -99,5 +99,30 @@ TEST(Urdf, HostileFilesAreRefusedWithAReason) {
   }
 }
 
+TEST(Urdf, NothingHidesElementsFromTheDepthScan) {
+  // Attributes, declarations and stray tags must not make the scan see fewer open elements than the recursive
+  // parser does, whose stack then overflows.
+  const auto repeated = [](const std::string& piece, const std::string& before = {}) {
+    std::string text = before;
+    for (int i = 0; i < 100000; ++i) text += piece;
+    return text;
+  };
+  for (const std::string& text :
+       {repeated("<a x=\"/>\">"), repeated("<a x='/>'>"), repeated("<a></b x=\"<a>\">"),
+        repeated("<a>", "<1 \">") + "\">", repeated("<a><?xml version=\"?>\" </a>"),
+        repeated("</a>") + repeated("<a>"), repeated("<a>", "<?xml version=\"1.0\"?>"),
+        repeated("<a", "<?xml version=\"?>\" "), repeated("<a><![CDATA[</a>]]>"), std::string("<")}) {
+    const auto body = read_urdf(text, "hidden.urdf");
+    ASSERT_FALSE(body) << text.substr(0, 60);
+    EXPECT_NE(body.error().text().find("hidden.urdf"), std::string::npos);
+  }
+  const auto quoted =
+      read_urdf("<?xml version=\"1.0\"?><!-- <a> -->\n" +
+                    robot("<link name=\"a > b\"><inertial><mass value='1'/><inertia ixx=\"1\" "
+                          "ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>"),
+                "quoted.urdf");
+  EXPECT_TRUE(quoted) << quoted.error().text();
+}
+
 }  // namespace
 }  // namespace omniflight::vehicle
