@@ -27,7 +27,7 @@ struct FlightSetup {
 
 struct Flown {
   recording::Recording recording;
-  std::array<double, 6> wrench{};         ///< N, N m RMS, body: beyond nominal, whole flight
+  std::array<double, 6> wrench{};    ///< N, N m RMS, body: beyond nominal, whole flight
   std::array<double, 6> variance{};  ///< N^2, (N m)^2: the same without its mean
   std::array<double, 6> command{};  ///< the same of thrusts: true less what commands and the nominal lag give
   std::array<double, 6> control{};  ///< of demands times mass and inertia: flown less told gains

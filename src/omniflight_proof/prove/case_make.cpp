@@ -30,9 +30,9 @@ SensorConfig laboratory() {
 
 /// What an operator may know; true as far as it goes. Every number has the same width.
 std::string told_yaml(const FlightSetup& s) {
-  const auto number = [](double x) { return fmt::format("{:+.6f}", x); };
+  const auto number = [](double x) { return fmt::format("{:<12.6f}", x); };
   const auto gain = [&](const Vec3& v) {
-    return fmt::format("[{:+012.6f}, {:+012.6f}, {:+012.6f}]", v.x(), v.y(), v.z());
+    return "[" + number(v.x()) + ", " + number(v.y()) + ", " + number(v.z()) + "]";
   };
   const Turbulence& t = *s.world.turbulence;
   const SensorConfig& c = s.sensors;
@@ -66,7 +66,7 @@ std::vector<std::string> add_nuisances(FlightSetup& s, Random& random) {
   c.noise_correlation_time = random.uniform(0.004, 0.03);
   c.mocap_extra_latency = 0.002 * std::round(random.uniform(1, 6));
   c.board_clock_skew = random.uniform(-60e-6, 60e-6);
-  c.board_clock_offset = random.uniform(-0.004, 0.004);
+  c.board_clock_offset = random.uniform(0, 0.006);
   c.rotor_dropout = random.uniform(0, 0.01);
   c.imu_dropout = random.uniform(0, 0.01);
   const double at = random.uniform(15, 45);

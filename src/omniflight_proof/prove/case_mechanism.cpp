@@ -305,7 +305,7 @@ void air(std::vector<Mechanism>& out) {
                  .level = "L3",
                  .smallest = 0.05,
                  .typical = 0.6,
-                 .largest = 6,
+                 .largest = 3,
                  .apply =
                      [](Setup& s, double a, const Shape&) {
                        Blades b;
@@ -335,7 +335,7 @@ void air(std::vector<Mechanism>& out) {
                  .level = "L3",
                  .smallest = 0.05,
                  .typical = 2,
-                 .largest = 12,
+                 .largest = 8,
                  .apply =
                      [](Setup& s, double a, const Shape&) {
                        Planes p;

@@ -1,4 +1,6 @@
 // Mechanisms that no effect library has: what must be called unknown.
+#include <algorithm>
+
 #include "case_mechanism.hpp"
 
 namespace omniflight::proof {
@@ -12,7 +14,7 @@ Mechanism law(const char* realisation, Law::Kind kind, double typical, std::vect
   Mechanism m{.id = "unknown", .stage = "wrench", .realisation = realisation, .level = "L5"};
   m.smallest = typical * 1e-4;
   m.typical = typical;
-  m.largest = typical * 1e4;
+  m.largest = std::min(1000.0, typical * 1e4);
   m.apply = [kind, shape](FlightSetup& s, double a, const Shape& k) {
     Law l;
     l.kind = kind;

@@ -212,9 +212,8 @@ ProbeResult probe(const fs::path& seal, const fs::path& secret_file, const fs::p
   const bool unmounted = umount2(seal.c_str(), MNT_DETACH) == 0;
   try_to("take the empty file system away", unmounted && opens(secret_file));
   try_to("become root", setuid(0) == 0 && opens(secret_file));
-  const bool traced = ptrace(PTRACE_ATTACH, parent, nullptr, nullptr) == 0;
-  try_to("trace its parent", traced);
-  if (traced) ptrace(PTRACE_DETACH, parent, nullptr, nullptr);
+  // seized, not attached: a parent that is attached would stop; it is let go when this process ends
+  try_to("trace its parent", ptrace(PTRACE_SEIZE, parent, nullptr, nullptr) == 0);
   const bool unshared = unshare(CLONE_NEWUSER | CLONE_NEWNS) == 0;
   try_to("get out by another namespace",
          unshared && (umount2(seal.c_str(), MNT_DETACH) == 0 || true) && opens(secret_file));

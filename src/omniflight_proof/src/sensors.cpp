@@ -3,42 +3,9 @@
 #include <cmath>
 
 #include "omniflight_core/half_period.hpp"
-#include "omniflight_files/yaml.hpp"
 #include "omniflight_proof/plant.hpp"
 
 namespace omniflight::proof {
-
-Result<SensorConfig> load_sensors(const std::filesystem::path& path) {
-  auto yaml = files::YamlReader::load(path);
-  if (!yaml) return Failure(yaml.error());
-  if (yaml->string("schema") != "omniflight.sensors/1")
-    yaml->error_at("schema", "is not omniflight.sensors/1");
-  SensorConfig c;
-  const auto number = [&](const char* key, double& x, double low, double high, const char* unit) {
-    x = yaml->number(key, files::between(low, high, unit), x);
-  };
-  number("imu_rate_hz", c.imu_rate, 1, 8000, "Hz");
-  number("accelerometer_noise_mps2", c.accelerometer_noise, 0, 10, "m/s2");
-  c.accelerometer_bias =
-      yaml->vec3("accelerometer_bias_mps2", files::between(-5, 5, "m/s2"), c.accelerometer_bias);
-  number("gyro_noise_radps", c.gyro_noise, 0, 5, "rad/s");
-  c.gyro_bias = yaml->vec3("gyro_bias_radps", files::between(-1, 1, "rad/s"), c.gyro_bias);
-  number("mocap_rate_hz", c.mocap_rate, 1, 1000, "Hz");
-  number("mocap_position_noise_m", c.mocap_position_noise, 0, 0.1, "m");
-  number("mocap_attitude_noise_rad", c.mocap_attitude_noise, 0, 0.2, "rad");
-  number("mocap_latency_s", c.mocap_latency, 0, 0.2, "s");
-  number("mocap_dropout", c.mocap_dropout, 0, 0.9, "1");
-  number("rotor_rate_hz", c.rotor_rate, 1, 4000, "Hz");
-  number("rotor_noise_radps", c.rotor_noise, 0, 50, "rad/s");
-  c.half_period_quantisation = yaml->boolean("half_period_quantisation", c.half_period_quantisation);
-  number("battery_rate_hz", c.battery_rate, 0.1, 100, "Hz");
-  number("battery_voltage_V", c.battery_voltage, 1, 100, "V");
-  number("battery_resistance_ohm", c.battery_resistance, 0, 10, "ohm");
-  number("battery_sag_V_per_J", c.battery_sag, 0, 1, "V/J");
-  number("drive_efficiency", c.drive_efficiency, 0.05, 1, "1");
-  if (auto ok = yaml->finish(); !ok) return Failure(ok.error());
-  return c;
-}
 
 SensorSuite::SensorSuite(const SensorConfig& config, const SensorChange& change, double step,
                          std::uint64_t seed)
@@ -52,7 +19,10 @@ SensorSuite::SensorSuite(const SensorConfig& config, const SensorChange& change,
       speed_{Random(seed, "proof rotor speed"), {}},
       chance_imu_(seed, "proof imu dropout"),
       chance_mocap_(seed, "proof mocap dropout"),
-      chance_rotor_(seed, "proof rotor dropout") {
+      chance_rotor_(seed, "proof rotor dropout"),
+      walk_(seed, "proof bias walk"),
+      jitter_(seed, "proof stamp jitter"),
+      voltage_(seed, "proof battery") {
   const double latency = config.mocap_latency + change.mocap_extra_latency;
   in_flight_.resize(static_cast<std::size_t>(latency * config.mocap_rate) + 4);
 }
@@ -84,11 +54,21 @@ const SensorFault* SensorSuite::fault(SensorFault::Sensor sensor, double t, int 
 }
 
 double SensorSuite::board_time(double t) const {
-  return (1 + change_.board_clock_skew) * t + change_.board_clock_offset;
+  const double skew = config_.board_clock_skew + change_.board_clock_skew;
+  return std::max(0.0, (1 + skew) * t + config_.board_clock_offset + change_.board_clock_offset);
+}
+
+Vec3 SensorSuite::LowPass::operator()(const Vec3& input, double pass) {
+  if (!begun) first = second = input;
+  begun = true;
+  first += pass * (input - first);
+  second += pass * (first - second);
+  return second;
 }
 
 void SensorSuite::imu(const MujocoPlant& plant, SensorFrame& frame) {
-  const Vec3 &w = plant.body().w_WB_B, &r = change_.imu_p_B;
+  const Vec3& w = plant.body().w_WB_B;
+  const Vec3 r = config_.imu_position + change_.imu_p_B;
   Vec3 f = plant.specific_force() + plant.angular_acceleration().cross(r) + w.cross(w.cross(r));
   if (change_.vibration > 0) {
     for (std::size_t i = 0; i < plant.rotor_speed().size(); ++i) {
@@ -99,26 +79,36 @@ void SensorSuite::imu(const MujocoPlant& plant, SensorFrame& frame) {
     }
   }
   Vec3 gyro = w;
-  if (change_.imu_low_pass > 0) {
-    const double pass = 1 - std::exp(-2 * kPi * change_.imu_low_pass * step_);
-    if (!filtering_) filter_[0] = filter_[1] = f, filter_[2] = filter_[3] = gyro;
-    filtering_ = true;
-    filter_[0] += pass * (f - filter_[0]);
-    filter_[1] += pass * (filter_[0] - filter_[1]);
-    filter_[2] += pass * (gyro - filter_[2]);
-    filter_[3] += pass * (filter_[2] - filter_[3]);
-    f = filter_[1];
-    gyro = filter_[3];
-  }
+  const auto smooth = [&](int k, double cut_off, Vec3& value) {
+    // two equal poles are 3 dB down together where each is 1.554 times lower
+    if (cut_off > 0) value = filters_[k](value, 1 - std::exp(-2 * kPi * 1.554 * cut_off * step_));
+  };
+  smooth(0, config_.accelerometer_filter, f);
+  smooth(1, config_.gyro_filter, gyro);
+  smooth(2, change_.imu_low_pass, f);
+  smooth(3, change_.imu_low_pass, gyro);
+  const auto walk = [&](double density, Vec3& bias) {
+    if (density > 0)
+      bias += density * std::sqrt(step_) * Vec3(walk_.normal(), walk_.normal(), walk_.normal());
+  };
+  walk(config_.accelerometer_bias_walk, accelerometer_walk_);
+  walk(config_.gyro_bias_walk, gyro_walk_);
   if (!due(config_.imu_rate)) return;
   const bool lost = chance_imu_.uniform() < change_.imu_dropout;
   ImuSample s;
   s.t = board_time(plant.time());
-  s.specific_force_B = f + change_.accelerometer_scale.cwiseProduct(f) + change_.accelerometer_bias +
-                       config_.accelerometer_bias +
-                       draw3(accelerometer_, config_.accelerometer_noise, config_.imu_rate);
-  s.gyro_B = gyro + change_.gyro_scale.cwiseProduct(gyro) + change_.gyro_bias + config_.gyro_bias +
-             draw3(gyro_, config_.gyro_noise, config_.imu_rate);
+  const auto rms = [&](double sample, double density) {
+    return std::hypot(sample, density * std::sqrt(0.5 * config_.imu_rate));
+  };
+  s.specific_force_B =
+      f + (config_.accelerometer_scale + change_.accelerometer_scale).cwiseProduct(f) +
+      config_.accelerometer_misalignment.cross(f) + config_.accelerometer_bias + change_.accelerometer_bias +
+      accelerometer_walk_ +
+      draw3(accelerometer_, rms(config_.accelerometer_noise, config_.accelerometer_noise_density),
+            config_.imu_rate);
+  s.gyro_B = gyro + (config_.gyro_scale + change_.gyro_scale).cwiseProduct(gyro) + config_.gyro_bias +
+             change_.gyro_bias + gyro_walk_ +
+             draw3(gyro_, rms(config_.gyro_noise, config_.gyro_noise_density), config_.imu_rate);
   if (const SensorFault* bad = fault(SensorFault::Sensor::imu, plant.time())) {
     if (bad->silent) return;
     if (bad->frozen) {
@@ -143,7 +133,13 @@ void SensorSuite::mocap(const MujocoPlant& plant, SensorFrame& frame) {
                     draw3(position_, config_.mocap_position_noise, config_.mocap_rate);
     d.sample.q_WB =
         turn * b.q_WB * exp_rotation(draw3(attitude_, config_.mocap_attitude_noise, config_.mocap_rate));
-    bool sent = chance_mocap_.uniform() >= config_.mocap_dropout;
+    if (config_.mocap_stamp_jitter > 0)
+      d.sample.t = std::max(0.0, d.sample.t + config_.mocap_stamp_jitter * jitter_.normal());
+    // gaps of a mean length, and between them as long as the share of missing frames asks
+    const double chance = chance_mocap_.uniform(), length = config_.mocap_dropout_length,
+                 lost = config_.mocap_dropout;
+    in_gap_ = in_gap_ ? chance >= 1 / length : chance < lost / ((1 - lost) * length);
+    bool sent = !in_gap_;
     if (const SensorFault* bad = fault(SensorFault::Sensor::mocap, plant.time())) {
       sent = sent && !bad->silent;
       if (bad->frozen) {
@@ -196,6 +192,7 @@ void SensorSuite::battery(const MujocoPlant& plant, SensorFrame& frame) {
     s.current = power / std::max(1.0, open);
     s.voltage = open - config_.battery_resistance * s.current;
   }
+  if (config_.battery_noise > 0) s.voltage += config_.battery_noise * voltage_.normal();
   if (const SensorFault* bad = fault(SensorFault::Sensor::battery, plant.time())) {
     if (bad->silent) return;
     if (bad->frozen) {

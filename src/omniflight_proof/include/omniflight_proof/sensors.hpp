@@ -18,23 +18,38 @@ class MujocoPlant;
 /// What is known about the sensors: the fields of a sensor file (omniflight.sensors/1).
 struct SensorConfig {
   double imu_rate = 1000;                  ///< Hz
+  Vec3 imu_position = Vec3::Zero();        ///< m, body
   double accelerometer_noise = 0;          ///< m/s^2 rms an axis and sample
+  double accelerometer_noise_density = 0;  ///< m/s^2/sqrt(Hz), one-sided: rms density * sqrt(rate / 2) on top
   Vec3 accelerometer_bias = Vec3::Zero();  ///< m/s^2
-  double gyro_noise = 0;                   ///< rad/s rms an axis and sample
-  Vec3 gyro_bias = Vec3::Zero();           ///< rad/s
-  double mocap_rate = 250;                 ///< Hz
-  double mocap_position_noise = 0;         ///< m rms an axis
-  double mocap_attitude_noise = 0;         ///< rad rms an axis
-  double mocap_latency = 0;                ///< s from exposure to arrival; the stamp is of the exposure
-  double mocap_dropout = 0;                ///< probability of a missing frame
-  double rotor_rate = 250;                 ///< Hz
-  double rotor_noise = 0;                  ///< rad/s rms
-  bool half_period_quantisation = false;   ///< speeds in whole microseconds of half a period
-  double battery_rate = 1;                 ///< Hz
-  double battery_voltage = 16.8;           ///< V, full, without load
-  double battery_resistance = 0.03;        ///< ohm
-  double battery_sag = 2e-5;               ///< V per J drawn
-  double drive_efficiency = 0.7;           ///< mechanical per electrical power
+  double accelerometer_bias_walk = 0;      ///< m/s^2/sqrt(s)
+  Vec3 accelerometer_scale = Vec3::Zero();         ///< relative error
+  Vec3 accelerometer_misalignment = Vec3::Zero();  ///< rad, reads f + d x f
+  double accelerometer_filter = 0;                 ///< Hz, two equal poles, -3 dB; 0: none
+  double gyro_noise = 0;                           ///< rad/s rms an axis and sample
+  double gyro_noise_density = 0;                   ///< rad/s/sqrt(Hz)
+  Vec3 gyro_bias = Vec3::Zero();                   ///< rad/s
+  double gyro_bias_walk = 0;                       ///< rad/s/sqrt(s)
+  Vec3 gyro_scale = Vec3::Zero();                  ///< relative error
+  double gyro_filter = 0;                          ///< Hz, two equal poles, -3 dB; 0: none
+  double mocap_rate = 250;                         ///< Hz
+  double mocap_position_noise = 0;                 ///< m rms an axis
+  double mocap_attitude_noise = 0;                 ///< rad rms an axis
+  double mocap_latency = 0;               ///< s from exposure to arrival; the stamp is of the exposure
+  double mocap_dropout = 0;               ///< share of missing frames
+  double mocap_dropout_length = 1;        ///< frames, mean length of a gap
+  double mocap_stamp_jitter = 0;          ///< s rms
+  double rotor_rate = 250;                ///< Hz
+  double rotor_noise = 0;                 ///< rad/s rms
+  bool half_period_quantisation = false;  ///< speeds in whole microseconds of half a period
+  double battery_rate = 1;                ///< Hz
+  double battery_voltage = 16.8;          ///< V, full, without load
+  double battery_resistance = 0.03;       ///< ohm
+  double battery_sag = 2e-5;              ///< V per J drawn
+  double battery_noise = 0;               ///< V rms
+  double drive_efficiency = 0.7;          ///< mechanical per electrical power
+  double board_clock_offset = 0;          ///< s, stamps of IMU, rotors and battery are (1 + skew) t + offset
+  double board_clock_skew = 0;
 };
 /// Reads a sensor file; an unknown key or a number out of range is refused with file, line, field and unit.
 Result<SensorConfig> load_sensors(const std::filesystem::path& path);
@@ -79,6 +94,11 @@ class SensorSuite {
     Random rng;
     std::array<double, vehicle::kMaxRotors> state{};
   };
+  struct LowPass {  ///< two equal poles
+    Vec3 first = Vec3::Zero(), second = Vec3::Zero();
+    bool begun = false;
+    Vec3 operator()(const Vec3& input, double pass);
+  };
   struct Delayed {
     std::uint64_t arrival = 0;
     MocapSample sample;
@@ -98,9 +118,10 @@ class SensorSuite {
   double step_;
   std::uint64_t count_ = 0;
   Noise accelerometer_, gyro_, position_, attitude_, speed_;
-  Random chance_imu_, chance_mocap_, chance_rotor_;
-  Vec3 filter_[4] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
-  bool filtering_ = false;
+  Random chance_imu_, chance_mocap_, chance_rotor_, walk_, jitter_, voltage_;
+  Vec3 accelerometer_walk_ = Vec3::Zero(), gyro_walk_ = Vec3::Zero();
+  LowPass filters_[4];  ///< accelerometer and gyro of the file, then both of the change
+  bool in_gap_ = false;
   std::array<double, vehicle::kMaxRotors> phase_{};
   double energy_ = 0;
   SensorFrame last_;  ///< what a frozen sensor repeats

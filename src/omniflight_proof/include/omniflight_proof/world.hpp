@@ -124,7 +124,7 @@ struct Wind {
   double profile_exponent = 0;     ///< speed ~ (height / reference)^exponent
   double gust_rms = 0;             ///< m/s an axis, first-order shaped turbulence
   double gust_length = 1;          ///< m; correlation time = length / max(speed, 0.5 m/s)
-  std::vector<Gust> gusts;
+  std::vector<Gust> gusts = {};
 };
 /// Random wrench nobody models: what remains in every flight.
 struct Turbulence {
@@ -228,7 +228,7 @@ struct SensorChange {
   double board_clock_offset = 0;              ///< s
   double noise_correlation_time = 0;          ///< s; > 0 colours all noise, same rms
   double rotor_dropout = 0, imu_dropout = 0;  ///< probability of a missing sample
-  std::vector<SensorFault> faults;
+  std::vector<SensorFault> faults = {};
 };
 
 struct World {

@@ -1,0 +1,61 @@
+// The articulated cable weighs what hangs, within 5 %, and shows on the free vehicle.
+#include <algorithm>
+#include <cmath>
+
+#include "fixture.hpp"
+#include "hung_mass.hpp"
+
+namespace omniflight::proof {
+namespace {
+
+TEST(Cable, HungMassFollowsTheHeight) {
+  World world;
+  world.cable = Cable{.linear_density = 0.15, .length = 1.44, .links = 24};
+  world.settle = 2;
+  const auto measured =
+      measure_hung_mass(omnimorph(), world, {.heights = {1.5, 1.2, 0.9}, .speed = 0.25, .pause = 1.0});
+  ASSERT_TRUE(measured) << measured.error().text();
+  ASSERT_EQ(measured->rests.size(), 5u);
+  for (const auto& r : measured->rests) {
+    EXPECT_NEAR(r.mass / r.expected, 1, 0.05) << r.height << (r.upward ? " up" : " down");
+    std::printf("%.2f m %s: %.4f kg, law %.4f kg\n", r.height, r.upward ? "up" : "down", r.mass, r.expected);
+  }
+  EXPECT_NEAR(measured->rests[0].expected, 0.15 * (1.5 - 0.12), 1e-12);
+}
+
+TEST(Cable, LiesOnTheFloorAndNotInIt) {
+  World world;
+  world.cable = Cable{.length = 1.44, .links = 16};
+  world.settle = 2;
+  MujocoPlant plant = make(world, {.p_WB = Vec3(0, 0, 0.8)});
+  const auto shape = plant.cable_shape();
+  ASSERT_EQ(shape.size(), 17u);
+  EXPECT_NEAR((shape.front() - Vec3(0, 0, 0.68)).norm(), 0, 1e-9);
+  int lying = 0;
+  for (const Vec3& p : shape) {
+    EXPECT_GT(p.z(), 0.002);
+    if (p.z() < 0.006) ++lying;
+  }
+  EXPECT_GE(lying, 7);
+}
+
+TEST(Cable, TheFreeVehicleFeelsIt) {
+  World world;
+  world.cable = Cable{.linear_density = 0.15, .length = 0.8, .links = 10};
+  world.settle = 1;
+  MujocoPlant plant = make(world, {.p_WB = Vec3(0, 0, 2)});  // hangs free
+  plant.set_command(hover_speeds(plant.vehicle(), 1 + 0.12 / 1.315), 0);
+  run(plant, 0.5, true);
+  run(plant, 0.5, false);
+  double mean = 0;
+  for (int k = 0; k < 200; ++k) {
+    ASSERT_TRUE(plant.step());
+    mean += plant.unmodelled_wrench()[2] / 200;
+  }
+  EXPECT_NEAR(mean, -0.12 * kGravity, 0.02);
+  EXPECT_NEAR(plant.cable_force_W().z(), -0.12 * kGravity, 0.05);
+  EXPECT_EQ(make({}).cable_force_W(), Vec3(Vec3::Zero()));
+}
+
+}  // namespace
+}  // namespace omniflight::proof
