@@ -27,6 +27,9 @@ if [ -n "$label" ]; then ctest_args+=(-L "$label"); else ctest_args+=(-LE long);
 status=0
 say "layout of the packages"
 python3 tests/test_architecture.py | tail -n 1 || status=1
+if [[ "$sanitize" == *thread* ]]; then
+  export TSAN_OPTIONS="suppressions='$OMNIFLIGHT_ROOT/tests/thread_sanitizer.supp' ${TSAN_OPTIONS:-}"
+fi
 export OMNIFLIGHT_CONFIGS="$OMNIFLIGHT_ROOT/configs"
 export OMNIFLIGHT_BIN="$base/install"
 colcon --log-base "$base/log" test --metas "$OMNIFLIGHT_ROOT/colcon.meta" \
