@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <set>
 
+#include "omniflight_diagnosis/filter.hpp"
+
 namespace omniflight::diagnosis {
 namespace {
 
@@ -129,6 +131,11 @@ std::vector<ActuationFit> fit_actuation(const recording::Recording& recording,
       } else {
         one.input = u.col(r);
       }
+      // what a motor does slowly (warming up, sagging supply) would pass for a longer lag
+      if (pwm) {
+        one.input -= low_pass(one.input, 1 / dt, 2.0);
+        one.speed -= low_pass(one.speed, 1 / dt, 2.0);
+      }
       variance += (one.speed.array() - one.speed.mean()).square().sum();
       rotors.push_back(std::move(one));
     }
@@ -145,7 +152,9 @@ std::vector<ActuationFit> fit_actuation(const recording::Recording& recording,
     fit.delay_se = std::sqrt(std::max(0.0, delay2 - delay * delay) / std::max(1, blocks - 1));
     std::tie(fit.lag_s, fit.delay_s) = search(rotors, dt, {0, n});
     fit.explained = 1.0 - misfit_all(rotors, dt, fit.lag_s, fit.delay_s, {0, n}) / std::max(1e-12, variance);
-    // linear interpolation of a held command comes half a period early
+    const double count = static_cast<double>(n) * static_cast<double>(rotors.size());
+    fit.rms_fitted = std::sqrt(std::max(0.0, misfit_all(rotors, dt, fit.lag_s, fit.delay_s, {0, n})) / count);
+    fit.rms_nominal = std::sqrt(std::max(0.0, misfit_all(rotors, dt, fit.nominal_lag_s, 0, {0, n})) / count);
     if (fit.explained > 0.3) out.push_back(fit);
   }
   return out;
@@ -161,8 +170,13 @@ void add_actuation(const std::vector<std::vector<ActuationFit>>& flights, Diagno
   const physics::Effect* delay_effect = physics::find_effect("transport_delay");
   physics::ActiveEffect late{delay_effect, {}};
   if (delay_effect) late.theta.assign(static_cast<std::size_t>(delay_effect->parameter_count()), 0.0);
-  const auto mismatch = [&](const std::string& where, double p) {
+  const auto mismatch = [&](const std::string& where, double p,
+                            const std::vector<const ActuationFit*>& fits) {
     Mismatch m;
+    for (const ActuationFit* a : fits) {
+      m.rms = std::max(m.rms, a->rms_nominal);
+      m.noise_rms = std::max(m.noise_rms, a->rms_fitted);
+    }
     m.stage = physics::Stage::actuation;
     m.channel = "rotor_speed";
     m.frame = "rotor";
@@ -194,7 +208,7 @@ void add_actuation(const std::vector<std::vector<ActuationFit>>& flights, Diagno
       std::snprintf(text, sizeof text,
                     "board %d follows its command with %.0f ms lag, the vehicle says %.0f ms", board,
                     1e3 * tau, 1e3 * nominal);
-      mismatch(text, std::erfc(difference / std::max(1e-6, tau_se) / std::sqrt(2.0)));
+      mismatch(text, std::erfc(difference / std::max(1e-6, tau_se) / std::sqrt(2.0)), fits);
     }
     if (d > std::max(4 * d_se, 0.004) && delay_effect &&
         static_cast<std::size_t>(board) < late.theta.size()) {
@@ -204,7 +218,7 @@ void add_actuation(const std::vector<std::vector<ActuationFit>>& flights, Diagno
       delay.parameters.push_back(
           {p.name, p.symbol, p.unit, d, std::max(0.0, d - 1.96 * d_se), d + 1.96 * d_se});
       std::snprintf(text, sizeof text, "board %d acts %.0f ms after its command", board, 1e3 * d);
-      mismatch(text, std::erfc(d / std::max(1e-6, d_se) / std::sqrt(2.0)));
+      mismatch(text, std::erfc(d / std::max(1e-6, d_se) / std::sqrt(2.0)), fits);
     }
   }
   const auto complete = [&](Finding& f, const physics::Effect& effect, const std::string& sentence) {

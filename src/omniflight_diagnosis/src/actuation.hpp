@@ -12,7 +12,9 @@ struct ActuationFit {
   double lag_s = 0, lag_se = 0;      ///< first-order time constant
   double delay_s = 0, delay_se = 0;  ///< pure delay
   double nominal_lag_s = 0;
-  double explained = 0;   ///< share of the speed's variance
+  double explained = 0;  ///< share of the speed's variance
+  double rms_nominal = 0,
+         rms_fitted = 0;  ///< rad/s, of the speed: with the vehicle's lag and no delay, and fitted
   bool from_pwm = false;  ///< the command is a duty cycle; a gain with battery voltage is fitted along
 };
 

@@ -3,11 +3,18 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 
 #include "actuation.hpp"
+#include "balance.hpp"
+#include "bursts.hpp"
+#include "control_replay.hpp"
+#include "intake.hpp"
 #include "locate.hpp"
 #include "naming.hpp"
+#include "propose.hpp"
 #include "rollout.hpp"
+#include "sanity.hpp"
 #include "statistics.hpp"
 
 namespace omniflight::diagnosis {
@@ -57,7 +64,7 @@ std::vector<ChannelFit> compare(const Flight& flight, const vehicle::Vehicle& ve
   if (n == 0) return out;
   std::vector<ActiveEffect> wrench;
   for (const ActiveEffect& e : effects)
-    if (e.effect->acts_on_wrench()) wrench.push_back(e);
+    if (e.effect->can_replay()) wrench.push_back(e);
   Eigen::VectorXd after;
   problem.predict(wrench, Eigen::VectorXd::Zero(problem.offset_sigma().size()), after, nullptr);
   const Eigen::VectorXd& before = problem.residual();
@@ -121,6 +128,8 @@ void add_wrench_findings(const Problem& problem, const Naming& naming, const Opt
     f.latex = info.latex;
     f.probability = naming.named[k].probability;
     for (const Alternative& a : naming.named[k].set) f.cannot_be_told_apart_from.push_back(a.effect);
+    f.rivals = static_cast<int>(f.cannot_be_told_apart_from.size());
+    for (const Alternative& a : naming.named[k].alike) f.cannot_be_told_apart_from.push_back(a.effect);
     const Eigen::VectorXd own = contribution_of(problem, naming.model, k);
     for (int c = 0; c < 6; ++c)
       if (rms(own.segment(c * n, n)) > 0.2 * rms(naming.model.residual.segment(c * n, n)))
@@ -137,12 +146,19 @@ void add_wrench_findings(const Problem& problem, const Naming& naming, const Opt
                               std::max(info_p.lower, low), std::min(info_p.upper, high)});
     }
     f.sentence = info.term + ": " + values_in_words(f.parameters) + ".";
-    if (!f.cannot_be_told_apart_from.empty()) {
+    if (f.rivals == 0 && !f.cannot_be_told_apart_from.empty()) {
+      f.sentence += " Nearly alike on this flight, but less likely:";
+      for (const std::string& id : f.cannot_be_told_apart_from) f.sentence += " " + id;
+      f.sentence += ".";
+    }
+    if (f.rivals > 0) {
       f.sentence += " On this flight it cannot be told apart from";
       for (const std::string& id : f.cannot_be_told_apart_from) f.sentence += " " + id;
       f.sentence += "; " + info.separated_by + " would tell.";
-      for (const std::string& id : f.cannot_be_told_apart_from)
+      for (const Alternative& a : naming.named[k].set) {
+        const std::string& id = a.effect;
         d.next_flight.separates.emplace_back(info.id, id);
+      }
       d.next_flight.manoeuvres.push_back(info.separated_by);
     }
     d.findings.push_back(std::move(f));
@@ -176,10 +192,10 @@ void add_faults(const std::vector<Flight>& flights, Diagnosis& d) {
 
 std::string summarise(const Diagnosis& d, const std::vector<Flight>& flights) {
   std::string s;
-  if (d.findings.empty())
+  if (d.findings.empty() && d.unexplained.empty() && d.mismatch.empty())
     s = "Nothing is missing: the rotors, the mass and the inertia of the vehicle file explain what was "
         "measured, "
-        "within the noise and the tolerances of the sensors.";
+        "within the noise and the tolerances of the sensors. ";
   for (const Mismatch& m : d.mismatch)
     if (m.stage == physics::Stage::wrench)
       s += format("%s (%s frame) differs by %.3g %s where %.3g is noise%s%s. ", m.channel.c_str(),
@@ -189,6 +205,11 @@ std::string summarise(const Diagnosis& d, const std::vector<Flight>& flights) {
   for (const Unexplained& u : d.unexplained)
     s += format("Something in %s is not in the library: %.0f %% of what remains can still be predicted. ",
                 u.channel.c_str(), 100 * u.share_of_residual);
+  if (!d.left_out.empty()) {
+    s += "Time was up; left out: ";
+    for (std::size_t k = 0; k < d.left_out.size(); ++k) s += (k > 0 ? ", " : "") + d.left_out[k];
+    s += ". ";
+  }
   for (const Flight& f : flights) {
     for (const std::string& note : f.notes) s += note + " ";
     if (!f.notes.empty()) break;
@@ -199,6 +220,19 @@ std::string summarise(const Diagnosis& d, const std::vector<Flight>& flights) {
   return s;
 }
 
+/// The answer about a recording that cannot be believed.
+Diagnosis unusable(const recording::Recording& r, const std::vector<std::string>& against) {
+  Diagnosis d;
+  d.verdict = Verdict::unusable;
+  d.inputs.push_back({r.file, r.sha256, r.duration_s, {}, {}});
+  for (const std::string& name : r.signal_names())
+    if (name.rfind("truth_", 0) != 0) d.inputs.back().signals.push_back(name);
+  d.summary = "This recording cannot be used as it is:";
+  for (const std::string& text : against) d.summary += " " + text + ".";
+  d.summary += " Nothing was fitted.";
+  return d;
+}
+
 }  // namespace
 
 Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
@@ -207,6 +241,20 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   if (fit.empty()) return bad_input("no recording to diagnose", "", "Name at least one recording");
   if (auto valid = vehicle::validate(vehicle); !valid) return tl::unexpected(valid.error());
   Diagnosis d;
+  if (fit.size() == 1 && only_motors(fit[0])) {
+    if (auto against = objections(fit[0], vehicle, o); !against)
+      return tl::unexpected(against.error());
+    else if (!against->empty())
+      return unusable(fit[0], *against);
+    return diagnose_balance(fit[0], vehicle, o);
+  }
+  for (const auto* list : {&fit, &held_out}) {
+    for (const recording::Recording& r : *list) {
+      auto against = objections(r, vehicle, o);
+      if (!against) return tl::unexpected(against.error());
+      if (!against->empty()) return unusable(r, *against);
+    }
+  }
   std::vector<Flight> flights, unseen;
   for (const auto* list : {&fit, &held_out}) {
     for (const recording::Recording& r : *list) {
@@ -228,15 +276,43 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     flights[0].notes.push_back(
         "With a stuck rotor speed the wrench cannot be judged; only the sensors were.");
   }
-  const Problem problem(used, vehicle, o);
+  const Problem all(used, vehicle, o);
   const auto candidates = blind ? std::vector<const physics::Effect*>{} : offered_effects(used, vehicle, o);
-  Naming naming = name_effects(problem, candidates, o);
+  d.intake = describe(fit[0], flights[0]);
+  Naming naming = name_effects(all, candidates, o);
+  // what comes and goes from outside must not be bent into an effect of the vehicle's own state
+  std::vector<Flight> calm_flights;
+  std::unique_ptr<const Problem> calm;
+  const std::vector<Burst> bursts =
+      blind ? std::vector<Burst>{} : find_bursts(all, naming.null_model.residual);
+  if (!bursts.empty() &&
+      explained_in_bursts(all, naming.null_model.residual, naming.model.residual, bursts) < 0.7) {
+    for (std::size_t k = 0; k < used.size(); ++k) {
+      calm_flights.push_back(*used[k]);
+      for (const Burst& b : bursts)
+        if (b.flight == static_cast<int>(k))
+          calm_flights.back() = part_of(calm_flights.back(), b.from_s - 0.5, b.to_s + 0.5, false);
+    }
+    const auto rest = pointers(calm_flights);
+    calm = std::make_unique<const Problem>(rest, vehicle, o);
+    if (calm->samples() < 4 * o.grid_hz)
+      calm.reset();
+    else
+      naming = name_effects(*calm, candidates, o);
+  }
+  const Problem& problem = calm ? *calm : all;
   if (!naming.model.effects.empty()) naming.model = settle(problem, naming.model, o);
   d.candidates = naming.candidates;
   d.aliases = naming.aliases;
   if (!blind) d.mismatch = locate_wrench(problem, naming.null_model, naming.model, used, o);
   add_wrench_findings(problem, naming, o, d);
-  if (!blind) d.unexplained = locate_unexplained(problem, naming.model, o);
+  if (!blind) {
+    d.unexplained = locate_unexplained(problem, naming.model, o);
+    Eigen::VectorXd before, after;
+    all.predict({}, naming.model.offsets, before, nullptr);
+    all.predict(naming.model.effects, naming.model.offsets, after, nullptr);
+    add_bursts(all, before, after, d);
+  }
   const std::vector<ActiveEffect> wrench = naming.model.effects;
 
   std::vector<std::vector<ActuationFit>> actuation;
@@ -246,6 +322,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
       for (Mismatch& m : locate_allocation(fit[k])) d.mismatch.push_back(std::move(m));
   }
   add_actuation(actuation, d);
+  if (o.has_controller) add_control(fit[0], o.controller, d);
   add_faults(flights, d);
 
   // before and after, on what the fit saw and on what it did not see
@@ -257,7 +334,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   }
   for (const Flight& f : unseen)
     for (ChannelFit& c : compare(f, vehicle, o, wrench, f.file)) d.fit.held_out.push_back(std::move(c));
-  if (unseen.empty() && flights.size() == 1 && !wrench.empty()) {
+  if (unseen.empty() && flights.size() == 1 && !wrench.empty() && !o.stopped()) {
     constexpr int kFolds = 3;
     const double from = flights[0].t.front(), span = flights[0].t.back() - from;
     for (int k = 0; k < kFolds; ++k) {
@@ -273,7 +350,8 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
         d.fit.held_out.push_back(std::move(c));
     }
   }
-  if (o.rollouts) d.fit.rollout = rollouts(unseen.empty() ? used : pointers(unseen), vehicle, wrench, o);
+  if (o.rollouts && !o.stopped())
+    d.fit.rollout = rollouts(unseen.empty() ? used : pointers(unseen), vehicle, wrench, o);
   for (const Flight& f : flights) d.series.push_back(series_of(f, vehicle, o, naming.model));
   if (flights[0].tracking_error.rows() > 0) {
     static constexpr const char* kAxis[] = {"px", "py", "pz"};
@@ -290,8 +368,16 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     }
   }
 
-  const bool ambiguous = std::any_of(d.findings.begin(), d.findings.end(),
-                                     [](const Finding& f) { return !f.cannot_be_told_apart_from.empty(); });
+  const bool ambiguous =
+      std::any_of(d.findings.begin(), d.findings.end(), [](const Finding& f) { return f.rivals > 0; });
+  if (ambiguous && !o.stopped()) {
+    std::vector<Rivals> pairs;
+    for (std::size_t k = 0; k < naming.model.effects.size(); ++k)
+      for (const Alternative& a : naming.named[k].set)
+        pairs.push_back({naming.model.effects[k], {physics::find_effect(a.effect), a.theta}});
+    d.next_flight.proposed = propose_flights(problem, *used.front(), vehicle, pairs, o);
+  }
+  d.left_out = naming.left_out;
   if (!d.unexplained.empty())
     d.verdict = Verdict::unexplained;
   else if (ambiguous)
@@ -301,6 +387,53 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   else
     d.verdict = Verdict::nothing_missing;
   d.summary = summarise(d, flights);
+  return d;
+}
+
+Result<Diagnosis> check(const recording::Recording& r, const vehicle::Vehicle& vehicle, const Options& o) {
+  if (auto valid = vehicle::validate(vehicle); !valid) return tl::unexpected(valid.error());
+  auto against = objections(r, vehicle, o);
+  if (!against) return tl::unexpected(against.error());
+  if (!against->empty()) return unusable(r, *against);
+  Diagnosis d;
+  if (only_motors(r)) {
+    Flight none;
+    d.intake = describe(r, none);
+    d.inputs.push_back({r.file, r.sha256, r.duration_s, r.signal_names(), {}});
+    d.summary =
+        "No attitude or no force: only the balance of the motors in steady flight can be judged, that is a "
+        "weak or "
+        "damaged rotor and an offset centre of mass.";
+    return d;
+  }
+  auto flight = prepare_flight(r, vehicle, o);
+  if (!flight) return tl::unexpected(flight.error());
+  std::vector<Flight> flights;
+  flights.push_back(std::move(*flight));
+  const Flight& f = flights[0];
+  d.inputs.push_back({f.file, f.sha256, f.duration_s, f.signals, f.excluded});
+  const auto used = pointers(flights);
+  const Problem problem(used, vehicle, o);
+  d.intake = describe(r, f);
+  const auto candidates = offered_effects(used, vehicle, o);
+  describe_candidates(problem, candidates, d.intake);
+  add_faults(flights, d);
+  double cut = 0;
+  for (const Window& w : f.excluded) cut += w.to_s - w.from_s;
+  d.summary = format("%.1f s of %.1f s can be used (%zu windows cut out). ", f.usable() / f.rate_hz,
+                     f.duration_s, f.excluded.size());
+  for (const Finding& x : d.findings) d.summary += x.sentence + " ";
+  std::string blind;
+  for (const Detectability& x : d.intake.detectability)
+    if (x.sigma < 3) blind += (blind.empty() ? "" : ", ") + x.effect;
+  if (!blind.empty()) d.summary += "Of ordinary size, this flight cannot show: " + blind + ". ";
+  for (const auto& group : d.intake.alias_groups) {
+    d.summary += "Look alike: ";
+    for (std::size_t k = 0; k < group.size(); ++k) d.summary += (k > 0 ? ", " : "") + group[k];
+    d.summary += ". ";
+  }
+  for (const std::string& note : f.notes) d.summary += note + " ";
+  d.summary += "Nothing was fitted.";
   return d;
 }
 

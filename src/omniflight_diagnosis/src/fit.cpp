@@ -20,8 +20,9 @@ struct Unknowns {
       for (std::size_t k = 0; k < e.theta.size(); ++k) {
         const Parameter& p = e.effect->info().parameters[k];
         lo.push_back(std::max(p.lower, problem.lower_limit(*e.effect, k)));
-        v.push_back(std::clamp(e.theta[k], lo.back(), p.upper));
-        hi.push_back(p.upper);
+        hi.push_back(std::max(lo.back(), std::min(p.upper, problem.upper_limit(*e.effect, k))));
+        if (e.effect->info().id == "com_offset") lo.back() = std::max(lo.back(), -hi.back());
+        v.push_back(std::clamp(e.theta[k], lo.back(), hi.back()));
       }
     }
     const auto m = static_cast<Eigen::Index>(v.size());
@@ -47,6 +48,24 @@ struct Unknowns {
     upper.tail(sigma.size()) = 3 * sigma;
   }
 };
+
+}  // namespace
+
+bool at_limit(const Problem& problem, const ActiveEffect& e) {
+  for (std::size_t k = 0; k < e.theta.size(); ++k) {
+    const Parameter& p = e.effect->info().parameters[k];
+    if (!p.linear && p.typical == p.neutral) continue;  // the bend of a law may lie outside the flight
+    double high = std::min(p.upper, problem.upper_limit(*e.effect, k));
+    double low = std::max(p.lower, problem.lower_limit(*e.effect, k));
+    if (e.effect->info().id == "com_offset") low = std::max(low, -high);
+    const double near = 1e-3 * (high - low);
+    if (high != p.neutral && e.theta[k] > high - near) return true;
+    if (low != p.neutral && e.theta[k] < low + near) return true;
+  }
+  return false;
+}
+
+namespace {
 
 void take(const Eigen::VectorXd& x, std::vector<ActiveEffect>& effects) {
   Eigen::Index k = 0;
@@ -165,7 +184,9 @@ Fit fit_under(const Problem& problem, const std::vector<ActiveEffect>& start, in
 }
 
 /// The base's effects and one more, its shape parameters at their best on a grid.
-std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, const Effect& effect) {
+/// With a hint the shapes are taken from it and only the amplitudes are solved for.
+std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, const Effect& effect,
+                                     const std::vector<double>* hint) {
   const auto& parameters = effect.info().parameters;
   std::vector<double> theta;
   std::vector<std::size_t> shapes;
@@ -213,17 +234,28 @@ std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, co
     for (std::size_t c = 0; c < parameters.size(); ++c)
       if (amplitude(c)) theta_now[c] = parameters[c].neutral;
     std::vector<double> amplitudes(parameters.size(), 0.0);
+    if (hint)
+      for (std::size_t shape : shapes) theta_now[shape] = (*hint)[shape];
+    const bool heavy = adds_inertia(effect);
+    if (hint) shapes.resize(1);
     for (std::size_t shape : shapes) {
       const Parameter& p = parameters[shape];
       double best = -1, chosen = theta_now[shape];
-      for (int k = 0; k <= 24; ++k) {
+      const int points = hint ? 0 : 24;
+      for (int k = 0; k <= points; ++k) {
         const double share = k / 24.0;
-        theta_now[shape] = p.lower > 0 ? p.lower * std::pow(p.upper / p.lower, share)
-                                       : p.lower + share * (p.upper - p.lower);
-        problem.predict(alone, none, rest, &jacobian);
-        Eigen::MatrixXd columns(jacobian.rows(), own);
-        for (Eigen::Index c = 0; c < own; ++c)
-          columns.col(c) = jacobian.col(free[static_cast<std::size_t>(c)]);
+        if (!hint)
+          theta_now[shape] = p.lower > 0 ? p.lower * std::pow(p.upper / p.lower, share)
+                                         : p.lower + share * (p.upper - p.lower);
+        Eigen::MatrixXd columns;
+        if (heavy) {
+          problem.predict(alone, none, rest, &jacobian);
+          columns.resize(jacobian.rows(), own);
+          for (Eigen::Index c = 0; c < own; ++c)
+            columns.col(c) = jacobian.col(free[static_cast<std::size_t>(c)]);
+        } else {
+          problem.amplitude_columns(effect, theta_now, free, columns);
+        }
         const Eigen::MatrixXd X = whitening.apply(problem, columns);
         H.topLeftCorner(own, own) = X.transpose() * X;
         H.topRightCorner(own, rest_size) = X.transpose() * Z;
@@ -256,7 +288,7 @@ Fit fit_effects(const Problem& problem, const std::vector<ActiveEffect>& start, 
 }
 
 Fit fit_with(const Problem& problem, const Fit& base, const Effect& effect, const Options&) {
-  return fit_under(problem, start_with(problem, base, effect), 12);
+  return fit_under(problem, start_with(problem, base, effect, nullptr), 12);
 }
 
 Fit profile_shapes(const Problem& problem, const Fit& fit, const Options&) {
@@ -302,18 +334,20 @@ Fit settle(const Problem& problem, const Fit& fit, const Options&) {
     lifts = lifts || moves("Fz");
   }
   Eigen::VectorXd sigma = problem.offset_sigma();
-  if (lifts) {
+  if (lifts && sigma[0] < 0.1) {  // a scale that nobody knows stays free
     sigma[0] *= 0.05;
     sigma.segment(4, 3) *= 0.05;
   }
-  if (pitches) sigma.segment(1, 3) *= 0.05;
+  if (pitches && sigma[1] < 0.1) sigma.segment(1, 3) *= 0.05;
   Fit out = fit_under(problem, fit.effects, 12, &sigma);
   out.plausible = fit.plausible;
   return out;
 }
 
-Fit quick_with(const Problem& problem, const Fit& base, const Effect& effect, const Options&) {
-  return fit_under(problem, start_with(problem, base, effect), 1);
+Fit quick_with(const Problem& problem, const Fit& base, const Effect& effect, const Options&,
+               const std::vector<double>* hint) {
+  // the change of a mass is far from linear
+  return fit_under(problem, start_with(problem, base, effect, hint), adds_inertia(effect) ? 4 : 1);
 }
 
 Eigen::MatrixXd jacobian_of(const Problem& problem, const Fit& fit) {

@@ -16,6 +16,9 @@ struct Fit {
   int parameters = 0;  ///< free parameters of the effects
 };
 
+/// An amplitude stands at the end of what makes sense: then it is not this effect that the flight shows.
+bool at_limit(const Problem& problem, const physics::ActiveEffect& effect);
+
 /// Starts from the given parameter values (linear parameters need no good start).
 Fit fit_effects(const Problem& problem, const std::vector<physics::ActiveEffect>& start,
                 const Options& options);
@@ -27,10 +30,10 @@ Fit fit_with(const Problem& problem, const Fit& base, const physics::Effect& eff
 /// in the standard errors), so that the effects alone, as a model file lists them, predict best.
 Fit settle(const Problem& problem, const Fit& fit, const Options& options);
 
-/// A cheap preview of fit_with: one Gauss-Newton step, whitening refitted once. Its likelihood ranks
-/// candidates.
-Fit quick_with(const Problem& problem, const Fit& base, const physics::Effect& effect,
-               const Options& options);
+/// A cheap preview of fit_with: one Gauss-Newton step from the shape parameters in `hint` (searched on a grid
+/// when there is none). Its likelihood ranks candidates.
+Fit quick_with(const Problem& problem, const Fit& base, const physics::Effect& effect, const Options& options,
+               const std::vector<double>* hint = nullptr);
 
 /// Restarts every shape parameter from values around its own: a bend in a law makes local minima. Fills
 /// plausible.

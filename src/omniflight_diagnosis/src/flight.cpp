@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "faults.hpp"
+#include "ground.hpp"
 #include "omniflight_diagnosis/filter.hpp"
+#include "thrust_source.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -149,21 +151,14 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   auto attitude = need(measured_or_estimated(recording, "attitude", o, f.notes), "attitude",
                        "so forces cannot be told from gravity");
   if (!attitude) return tl::unexpected(attitude.error());
-  const Signal* rotor = recording.find("rotor_speed");
-  f.speed_from_command = rotor == nullptr;
-  if (!rotor) {
-    auto command = need(recording.find("rotor_command"), "rotor_command",
-                        "and no 'rotor_speed': the wrench of the rotors is unknown");
-    if (!command) return tl::unexpected(command.error());
-    rotor = *command;
-    f.notes.push_back(
-        "No rotor speeds: they are computed from the commands with the vehicle's time constants, "
-        "so actuation cannot be told from the wrench.");
-  }
-  if (rotor->width() != vehicle.rotor_count())
-    return bad_input("the recording has " + std::to_string(rotor->width()) + " rotors, vehicle '" +
-                         vehicle.name + "' has " + std::to_string(vehicle.rotor_count()),
-                     recording.file, "Name the right vehicle with --vehicle");
+  const auto source = thrust_source(recording, vehicle);
+  if (!source)
+    return bad_input("no 'rotor_speed', 'rotor_command' or 'pwm': the wrench of the rotors is unknown",
+                     recording.file, "Record one of them, or name the columns with --map");
+  const Signal* rotor = &source->speed;
+  f.speed_from_command = source->kind != SpeedSource::measured;
+  f.thrust_modelled = source->kind == SpeedSource::modelled;
+  if (!source->note.empty()) f.notes.push_back(source->note);
   const Signal* acc = recording.find("acc");
   const Signal* gyro = recording.find("gyro");
   const Signal* position = measured_or_estimated(recording, "position", o, f.notes);
@@ -172,9 +167,26 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
     return bad_input("neither accelerometer nor velocity nor position was recorded", recording.file,
                      "The force residual needs one of 'acc', 'velocity', 'position'");
 
+  // the pose of a motion capture is put on the clock of the gyro
+  f.alignment = align_signals(recording);
+  Signal shifted_attitude = **attitude, shifted_position;
+  for (const Alignment& a : f.alignment) {
+    if (a.early != "gyro" || a.late != shifted_attitude.name || !(a.lag_se < 0.002)) continue;
+    const auto shift = [&](Signal& s) {
+      for (double& t : s.t_s) t -= a.lag_s;
+    };
+    shift(shifted_attitude);
+    if (position && position->name == "position" && a.late == "attitude") {
+      shifted_position = *position;
+      shift(shifted_position);
+      position = &shifted_position;
+    }
+  }
+  const Signal* const attitude_used = &shifted_attitude;
+
   // the fine grid covers the time all needed signals share
   double from = -1e18, to = 1e18, fastest = 1e18;
-  for (const Signal* s : {*attitude, rotor, acc, gyro, position, velocity}) {
+  for (const Signal* s : {attitude_used, rotor, acc, gyro, position, velocity}) {
     if (!s) continue;
     from = std::max(from, s->t_s.front());
     to = std::min(to, s->t_s.back());
@@ -208,7 +220,7 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
     exclude(negated(c.valid), grid, o.margin_s, "gap in " + label, use, f.excluded);
     return c.x;
   };
-  const Eigen::MatrixXd q = take(**attitude, "attitude");
+  const Eigen::MatrixXd q = take(*attitude_used, "attitude");
   Eigen::MatrixXd speed = take(*rotor, rotor->name);
   if (f.speed_from_command) speed = modelled_speed(speed, grid.rate_hz, vehicle);
   const Eigen::MatrixXd p = position ? take(*position, "position") : Eigen::MatrixXd::Zero(fine, 3);
@@ -249,6 +261,17 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   Eigen::MatrixXd ref;
   if (reference && position) ref = low_pass(on_grid(*reference, grid, o).x, grid.rate_hz, o.cutoff_hz);
 
+  if (f.thrust_modelled) {
+    const double scale = lift_scale(speed, force, p, position != nullptr, vehicle);
+    speed *= std::sqrt(scale);
+  }
+  physics::Environment environment = o.environment;
+  Ground contact = find_ground(p, position != nullptr, speed, force, q, grid.rate_hz, vehicle, o);
+  if (!o.floor_told && contact.known) environment.floor_z = contact.floor_z;
+  f.floor_z = environment.floor_z;
+  exclude(contact.resting, grid, 0.1, "standing on the ground", use, f.excluded);
+  exclude(contact.crashed, grid, 0.3, "crash", use, f.excluded);
+
   // too little thrust to fly: on the ground or falling
   std::vector<char> ground(grid.t.size());
   for (Eigen::Index i = 0; i < fine; ++i) {
@@ -257,7 +280,7 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
       lift += std::abs(vehicle.rotors[static_cast<std::size_t>(r)].thrust(speed(i, r)));
     ground[static_cast<std::size_t>(i)] = lift < 0.25 * vehicle.mass * o.environment.gravity;
   }
-  exclude(ground, grid, 1.0, "rotors too slow to fly", use, f.excluded);
+  exclude(ground, grid, contact.known ? 0.15 : 1.0, "rotors too slow to fly", use, f.excluded);
   for (const SensorFault& fault : f.faults) {
     if (fault.effect != "rotor_speed_sensor_fault" || f.speed_from_command) continue;
     // listed only: the wrench of such a flight is not judged at all
@@ -267,7 +290,7 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   }
   // saturation: a regression would see the limit, not the physics
   std::vector<char> saturated(grid.t.size(), 0);
-  for (Eigen::Index i = 0; i < fine; ++i)
+  for (Eigen::Index i = 0; i < fine && !f.thrust_modelled; ++i)
     for (Eigen::Index r = 0; r < speed.cols(); ++r)
       if (std::abs(speed(i, r)) > 1.1 * vehicle.rotors[static_cast<std::size_t>(r)].max_speed())
         saturated[static_cast<std::size_t>(i)] = 1;
@@ -303,20 +326,33 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
       ds[static_cast<std::size_t>(r)] = dspeed(i, r);
     }
     physics::Situation& x = f.situation[static_cast<std::size_t>(k)];
-    physics::prepare(vehicle, body, alpha(i, 0), s, ds, o.environment, x);
+    physics::prepare(vehicle, body, alpha(i, 0), s, ds, environment, x);
     x.t = f.t.back();
+    physics::set_neighbours(o.neighbours, x.t, x);
     x.a_WB_B = Vec3(force.row(i)) + x.g_B;
     x.dw_WB_B = dw.row(i).transpose();
     for (Eigen::Index r = 0; r < speed.cols(); ++r) s[static_cast<std::size_t>(r)] = slow_speed(i, r);
     physics::Situation& y = f.smooth[static_cast<std::size_t>(k)];
-    physics::prepare(vehicle, body, alpha(i, 0), s, ds, o.environment, y);
+    physics::prepare(vehicle, body, alpha(i, 0), s, ds, environment, y);
     y.t = x.t;
+    y.neighbour_count = x.neighbour_count;
+    y.neighbours = x.neighbours;
     y.a_WB_B = x.a_WB_B;
     y.dw_WB_B = x.dw_WB_B;
     f.specific_force.row(k) = force.row(i);
     f.rotor_speed.row(k) = speed.row(i);
     if (ref.size() > 0) f.tracking_error.row(k) = p.row(i) - ref.row(i);
     if (!is_finite(body) || !f.specific_force.row(k).allFinite()) good[static_cast<std::size_t>(k)] = 0;
+  }
+  if (f.thrust_modelled) {
+    f.log_drive = f.log_voltage = Eigen::VectorXd::Zero(n);
+    const Signal* vbat = recording.find("vbat");
+    const Eigen::MatrixXd volt = vbat ? recording::resample(*vbat, f.t) : Eigen::MatrixXd::Ones(n, 1);
+    const double mean = vbat ? vbat->values.mean() : 1.0, top = f.rotor_speed.cwiseAbs().mean();
+    for (int k = 0; k < n; ++k) {
+      f.log_drive[k] = std::log(std::clamp(f.rotor_speed.row(k).cwiseAbs().mean() / top, 0.2, 5.0));
+      if (std::isfinite(volt(k, 0))) f.log_voltage[k] = std::log(std::clamp(volt(k, 0) / mean, 0.3, 3.0));
+    }
   }
   for (int i = 0; i < n;) {
     int j = i;

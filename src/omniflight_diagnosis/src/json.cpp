@@ -119,6 +119,38 @@ Json fit_report(const FitReport& f) {
             {"simulated_after_W", number(f.power.simulated_after_W)}}}};
 }
 
+Json intake(const Diagnosis& d) {
+  Json signals = Json::array(), alignment = Json::array(), excitation = Json::array(), detect = Json::array();
+  for (const SignalInfo& s : d.intake.signals)
+    signals.push_back({{"name", s.name},
+                       {"unit", s.unit},
+                       {"samples", s.samples},
+                       {"rate_hz", number(s.rate_hz)},
+                       {"longest_gap_s", number(s.longest_gap_s)}});
+  for (const Alignment& a : d.intake.alignment)
+    alignment.push_back({{"early", a.early},
+                         {"late", a.late},
+                         {"lag_s", number(a.lag_s)},
+                         {"lag_standard_error_s", number(a.lag_se)},
+                         {"skew", number(a.skew)},
+                         {"skew_standard_error", number(a.skew_se)},
+                         {"correlation", number(a.correlation)}});
+  for (const Excitation& e : d.intake.excitation)
+    excitation.push_back({{"name", e.name},
+                          {"unit", e.unit},
+                          {"low", number(e.low)},
+                          {"high", number(e.high)},
+                          {"rms", number(e.rms)}});
+  for (const Detectability& x : d.intake.detectability)
+    detect.push_back({{"effect", x.effect}, {"sigma_at_ordinary_size", number(x.sigma)}});
+  return {{"signals", signals},
+          {"alignment", alignment},
+          {"excitation", excitation},
+          {"detectability", detect},
+          {"alias_groups", d.intake.alias_groups},
+          {"notes", d.intake.notes}};
+}
+
 }  // namespace
 
 std::string to_string(Verdict verdict) {
@@ -140,20 +172,24 @@ std::string to_string(Verdict verdict) {
 std::string to_json(const Diagnosis& d) {
   Json separates = Json::array();
   for (const auto& [a, b] : d.next_flight.separates) separates.push_back({a, b});
-  const Json out{{"schema", "omniflight.diagnosis/1"},
-                 {"inputs", inputs(d)},
-                 {"verdict", to_string(d.verdict)},
-                 {"summary", d.summary},
-                 {"mismatch", mismatches(d)},
-                 {"findings", findings(d)},
-                 {"unexplained", unexplained(d)},
-                 {"fit", fit_report(d.fit)},
-                 {"next_flight",
-                  {{"mission", ""},
-                   {"separates", separates},
-                   {"manoeuvres", d.next_flight.manoeuvres},
-                   {"predicted_separation_sigma", nullptr}}},
-                 {"runtime_s", number(d.runtime_s)}};
+  const Json out{
+      {"schema", "omniflight.diagnosis/1"},
+      {"inputs", inputs(d)},
+      {"verdict", to_string(d.verdict)},
+      {"summary", d.summary},
+      {"mismatch", mismatches(d)},
+      {"findings", findings(d)},
+      {"unexplained", unexplained(d)},
+      {"fit", fit_report(d.fit)},
+      {"next_flight",
+       {{"mission", d.next_flight.mission},
+        {"separates", separates},
+        {"manoeuvres", d.next_flight.manoeuvres},
+        {"predicted_separation_sigma",
+         d.next_flight.mission.empty() ? Json(nullptr) : number(d.next_flight.predicted_separation_sigma)}}},
+      {"intake", intake(d)},
+      {"left_out", d.left_out},
+      {"runtime_s", number(d.runtime_s)}};
   return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

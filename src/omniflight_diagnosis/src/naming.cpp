@@ -44,6 +44,15 @@ Fit polish(const Problem& problem, Fit fit, const Options& o) {
   return fit;
 }
 
+/// The catalogue knows that these two may look alike: a cheap preview is not enough to tell them apart.
+bool declared_alias(const Effect& a, const Effect& b) {
+  const auto lists = [](const Effect& x, const Effect& y) {
+    const auto& all = x.info().aliases;
+    return std::find(all.begin(), all.end(), y.info().id) != all.end();
+  };
+  return lists(a, b) || lists(b, a);
+}
+
 /// Removes effects that no longer earn their parameters.
 Fit prune(const Problem& problem, Fit fit, const Options& o, double per_parameter) {
   for (bool again = true; again && !fit.effects.empty();) {
@@ -70,17 +79,29 @@ Eigen::MatrixXd last_columns(const Problem& problem, const Whitening& w, const F
   return w.apply(problem, all.middleCols(all.cols() - problem.offset_sigma().size() - own, own));
 }
 
-/// How well columns X imitate the direction v: sqrt of the share of v explained.
-double cosine(const Eigen::MatrixXd& X, const Eigen::VectorXd& v) {
-  if (!(v.squaredNorm() > 0)) return 0;
-  Eigen::VectorXd scale = X.colwise().norm().transpose();
-  for (double& s : scale) s = s > 0 ? 1.0 / s : 0.0;
-  const Eigen::MatrixXd Z = X * scale.asDiagonal();
-  Eigen::MatrixXd H = Z.transpose() * Z;
-  H.diagonal().array() += 1e-9;
-  const Eigen::VectorXd g = Z.transpose() * v;
-  return std::sqrt(std::clamp(g.dot(H.ldlt().solve(g)) / v.squaredNorm(), 0.0, 1.0));
-}
+/// How well columns X imitate a direction v: sqrt of the share of v explained.
+class Imitator {
+ public:
+  explicit Imitator(const Eigen::MatrixXd& X) : Z_(X) {
+    for (Eigen::Index k = 0; k < Z_.cols(); ++k)
+      if (const double size = Z_.col(k).norm(); size > 0) Z_.col(k) /= size;
+    Eigen::MatrixXd H = Z_.transpose() * Z_;
+    H.diagonal().array() += 1e-9;
+    solver_.compute(H);
+  }
+  double cosine(const Eigen::VectorXd& v) const {
+    const double size = v.squaredNorm();
+    if (!(size > 0)) return 0;
+    const Eigen::VectorXd g = Z_.transpose() * v;
+    return std::sqrt(std::clamp(g.dot(solver_.solve(g)) / size, 0.0, 1.0));
+  }
+
+ private:
+  Eigen::MatrixXd Z_;
+  Eigen::LDLT<Eigen::MatrixXd> solver_;
+};
+
+double cosine(const Eigen::MatrixXd& X, const Eigen::VectorXd& v) { return Imitator(X).cosine(v); }
 
 /// The others of a fit exactly as they are, without member `index`: a replacement starts in unchanged
 /// company.
@@ -94,6 +115,8 @@ Fit frozen_without(const Problem& problem, const Fit& fit, std::size_t index) {
 
 }  // namespace
 
+double cosine_of(const Eigen::MatrixXd& X, const Eigen::VectorXd& v) { return cosine(X, v); }
+
 std::vector<const Effect*> offered_effects(std::span<const Flight* const> flights,
                                            const vehicle::Vehicle& vehicle, const Options& o) {
   std::vector<const Effect*> out;
@@ -102,11 +125,16 @@ std::vector<const Effect*> offered_effects(std::span<const Flight* const> flight
   };
   for (const Effect* effect : physics::builtin_effects()) {
     const auto& info = effect->info();
-    if (!effect->acts_on_wrench() || listed(o.exclude, info.id)) continue;
+    if (!effect->can_replay() || listed(o.exclude, info.id)) continue;
     if (!o.only.empty() && !listed(o.only, info.id)) continue;
     bool possible = true;
     for (const Flight* f : flights) {
+      // what only scales a thrust whose scale is not known
+      if (f->thrust_modelled && (info.id == "thrust_scale" || info.id == "payload_mass" ||
+                                 info.id == "thrust_curve" || info.id == "rotor_thrust_scale"))
+        possible = false;
       for (const std::string& signal : info.signals) {
+        if (signal == "neighbour") possible = possible && !o.neighbours.empty();
         if (signal == "position" || signal == "velocity")
           possible = possible && (f->has_position || f->has("velocity"));
         if (signal == "position") possible = possible && f->has_position;
@@ -127,19 +155,33 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
   Fit current = out.null_model;
 
   std::vector<Fit> alone;
+  const auto stop = [&](const char* what) {
+    if (!o.stopped()) return false;
+    if (out.left_out.empty() || out.left_out.back() != what) out.left_out.emplace_back(what);
+    return true;
+  };
   for (const Effect* effect : candidates) {
+    if (stop("further candidates of the library")) break;
     alone.push_back(fit_with(problem, out.null_model, *effect, o));
     const Gate gate = gate_effect(problem, alone.back(), 0, o);
     out.candidates.push_back({effect->info().id, alone.back().log_likelihood - out.null_model.log_likelihood,
                               penalty(*effect, per_parameter), gate.energy_share});
   }
+  const auto quick = [&](const Fit& base, const Effect* effect) {
+    for (const Fit& f : alone)
+      if (f.effects.back().effect == effect)
+        return quick_with(problem, base, *effect, o, &f.effects.back().theta);
+    return quick_with(problem, base, *effect, o);
+  };
+  const std::size_t tried = alone.size();  // all candidates, unless time was up
   for (int step = 0; step < o.max_effects; ++step) {
+    if (step > 0 && stop("a search for further effects")) break;
     std::vector<std::pair<double, const Effect*>> order;
     std::vector<const Effect*>
         partners;  // may trade places with a shape parameter, so that a preview is blind
-    for (std::size_t k = 0; k < candidates.size(); ++k) {
+    for (std::size_t k = 0; k < tried; ++k) {
       if (contains(current, candidates[k])) continue;
-      const Fit fit = step == 0 ? alone[k] : quick_with(problem, current, *candidates[k], o);
+      const Fit fit = step == 0 ? alone[k] : quick(current, candidates[k]);
       const double gain = score(fit, per_parameter) - score(current, per_parameter);
       if (gain > -3.0) {
         order.emplace_back(gain, candidates[k]);
@@ -169,6 +211,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
     for (auto& [gain, fit] : trials) {
       std::size_t index = 0;  // polishing may have moved the newcomer
       while (contains(current, fit.effects[index].effect)) ++index;
+      if (at_limit(problem, fit.effects[index])) continue;
       if (!gate_open(gate_effect(problem, fit, index, o), o,
                      penalty(*fit.effects[index].effect, per_parameter)))
         continue;
@@ -182,16 +225,19 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
 
   // exchange: a member for another candidate, while that is better
   for (int round = 0; round < 3; ++round) {
+    if (current.effects.empty() || stop("exchanges of named effects")) break;
     bool better = false;
     for (std::size_t k = 0; k < current.effects.size() && !better; ++k) {
       const Fit rest = fit_effects(problem, without(current.effects, k), o);
       for (const Effect* effect : candidates) {
         if (contains(current, effect)) continue;
-        if (score(quick_with(problem, rest, *effect, o), per_parameter) < score(current, per_parameter) - 5.0)
+        if (!declared_alias(*effect, *current.effects[k].effect) &&
+            score(quick(rest, effect), per_parameter) < score(current, per_parameter) - 5.0)
           continue;
         Fit swapped = fit_with(problem, rest, *effect, o);
         if (score(swapped, per_parameter) < score(current, per_parameter) + 1.0) continue;
-        if (!gate_open(gate_effect(problem, swapped, swapped.effects.size() - 1, o), o,
+        if (at_limit(problem, swapped.effects.back()) ||
+            !gate_open(gate_effect(problem, swapped, swapped.effects.size() - 1, o), o,
                        penalty(*effect, per_parameter)))
           continue;
         current = prune(problem, polish(problem, std::move(swapped), o), o, per_parameter);
@@ -217,6 +263,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
         const bool shape = !p.linear && p.typical == p.neutral;
         away = away || (!shape && std::abs(settled.effects[k].theta[c] - p.neutral) > 2.5 * se[at]);
       }
+      away = away && !at_limit(problem, current.effects[k]);
       if (away && gate_open(gate, o, penalty(*current.effects[k].effect, per_parameter))) continue;
       if (!again || gate.gain < worst) worst = gate.gain, index = k;
       again = true;
@@ -224,14 +271,19 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
     if (again) current = polish(problem, fit_effects(problem, without(current.effects, index), o), o);
   }
   // a tie within what the noise model can be trusted goes to the effect that stands first in the catalogue
-  for (std::size_t k = 0; k < current.effects.size(); ++k) {
+  for (std::size_t k = 0; k < current.effects.size() && !stop("ties between effects"); ++k) {
     const double gain =
         current.log_likelihood - fit_effects(problem, without(current.effects, k), o).log_likelihood;
     const Eigen::VectorXd own = problem.noise().apply_vector(problem, contribution_of(problem, current, k));
     for (const Effect* effect : candidates) {
       if (effect == current.effects[k].effect) break;
       if (contains(current, effect)) continue;
-      Fit swapped = fit_with(problem, frozen_without(problem, current, k), *effect, o);
+      const Fit frozen = frozen_without(problem, current, k);
+      if (!declared_alias(*effect, *current.effects[k].effect) &&
+          score(quick(frozen, effect), per_parameter) <
+              score(current, per_parameter) - std::max(3.0, 0.01 * gain) - 10.0)
+        continue;
+      Fit swapped = fit_with(problem, frozen, *effect, o);
       if (score(swapped, per_parameter) < score(current, per_parameter) - std::max(3.0, 0.01 * gain))
         continue;
       if (cosine(last_columns(problem, problem.noise(), swapped), own) < 0.98) continue;
@@ -241,7 +293,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
       break;
     }
   }
-  current = profile_shapes(problem, current, o);
+  if (!stop("profiles of the laws' bends")) current = profile_shapes(problem, current, o);
   out.model = current;
 
   // what could stand in each member's place
@@ -252,13 +304,15 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
     named.gain = current.log_likelihood - rest.log_likelihood;
     named.gate = gate_effect(problem, current, k, o);
     // differences far below the gain are within what an imperfect noise model can produce
-    const double temper = std::max(1.0, 0.01 * named.gain);
+    const double temper = std::max(1.0, 0.003 * named.gain);
     const Eigen::VectorXd own = problem.noise().apply_vector(problem, contribution_of(problem, current, k));
     double total = 1.0;
     for (const Effect* effect : candidates) {
+      if (stop("alternatives to the named effects")) break;
       if (contains(current, effect)) continue;
-      Fit swapped = quick_with(problem, frozen, *effect, o);
-      if (score(current, per_parameter) - score(swapped, per_parameter) < 20.0 + 6.0 * temper)
+      Fit swapped = quick(frozen, effect);
+      if (declared_alias(*effect, *current.effects[k].effect) ||
+          score(current, per_parameter) - score(swapped, per_parameter) < 20.0 + 6.0 * temper)
         swapped = fit_with(problem, frozen, *effect, o);
       const double behind = score(current, per_parameter) - score(swapped, per_parameter);
       named.swapped_best = std::max(named.swapped_best, -behind);
@@ -266,19 +320,22 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
       const double alike = cosine(last_columns(problem, problem.noise(), swapped), own);
       if (alike < 0.6) continue;
       total += std::exp(std::min(0.0, -behind / temper));
+      const Alternative other{effect->info().id, swapped.effects.back().theta, behind, alike};
       if (behind / temper < 3.0 && swapped.log_likelihood > rest.log_likelihood)
-        named.set.push_back({effect->info().id, behind, alike});
+        named.set.push_back(other);
+      else if (alike > 0.98)
+        named.alike.push_back(other);
     }
     named.probability = 1.0 / total;
     out.named.push_back(std::move(named));
   }
 
   // alias matrix of all candidates at the values they would take alone
-  const auto m = static_cast<Eigen::Index>(candidates.size());
+  const auto m = static_cast<Eigen::Index>(tried);
   out.aliases.cosine = Eigen::MatrixXd::Identity(m, m);
   std::vector<Eigen::MatrixXd> columns;
   std::vector<Eigen::VectorXd> contribution;
-  for (std::size_t k = 0; k < candidates.size(); ++k) {
+  for (std::size_t k = 0; k < tried; ++k) {
     Fit& fit = alone[k];
     ActiveEffect& e = fit.effects.back();
     for (std::size_t c = 0; c < e.theta.size(); ++c)
@@ -289,11 +346,11 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
     columns.push_back(last_columns(problem, problem.noise(), fit));
     contribution.push_back(problem.noise().apply_vector(problem, contribution_of(problem, fit, 0)));
   }
-  for (Eigen::Index i = 0; i < m; ++i)
-    for (Eigen::Index j = 0; j < m; ++j)
-      if (i != j)
-        out.aliases.cosine(i, j) =
-            cosine(columns[static_cast<std::size_t>(j)], contribution[static_cast<std::size_t>(i)]);
+  for (Eigen::Index j = 0; j < m; ++j) {
+    const Imitator imitator(columns[static_cast<std::size_t>(j)]);
+    for (Eigen::Index i = 0; i < m; ++i)
+      if (i != j) out.aliases.cosine(i, j) = imitator.cosine(contribution[static_cast<std::size_t>(i)]);
+  }
   return out;
 }
 

@@ -8,6 +8,7 @@ namespace omniflight::diagnosis {
 
 struct Alternative {
   std::string effect;
+  std::vector<double> theta;         ///< the values it would take
   double log_likelihood_behind = 0;  ///< of the best set, penalties included; may be slightly negative
   double cosine = 0;                 ///< of the whitened contributions
 };
@@ -16,8 +17,9 @@ struct Named {
   double probability = 1;
   double gain = 0;  ///< log-likelihood lost when the effect is left out
   Gate gate;
-  std::vector<Alternative> set;  ///< what cannot be told apart from it
-  double swapped_best = -1e18;   ///< of all other swaps, relative to the chosen set
+  std::vector<Alternative> set;    ///< what cannot be told apart from it
+  std::vector<Alternative> alike;  ///< tells a little worse, but looks the same (whitened cosine > 0.98)
+  double swapped_best = -1e18;     ///< of all other swaps, relative to the chosen set
 };
 
 struct Naming {
@@ -25,11 +27,15 @@ struct Naming {
   std::vector<Named> named;  ///< parallel to model.effects
   std::vector<CandidateGain> candidates;
   AliasMatrix aliases;
+  std::vector<std::string> left_out;  ///< what Options::stop cut short
 };
 
 /// Wrench effects of the library for which these flights have the signals.
 std::vector<const physics::Effect*> offered_effects(std::span<const Flight* const> flights,
                                                     const vehicle::Vehicle& vehicle, const Options& options);
+
+/// How well columns X imitate a direction v: sqrt of the share of v explained.
+double cosine_of(const Eigen::MatrixXd& X, const Eigen::VectorXd& v);
 
 Naming name_effects(const Problem& problem, const std::vector<const physics::Effect*>& candidates,
                     const Options& options);

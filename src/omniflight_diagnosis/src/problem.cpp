@@ -31,13 +31,14 @@ bool adds_inertia(const physics::Effect& effect) {
 }
 
 bool has_constant_columns(const physics::Effect& effect) {
-  return is_linear(effect) && !adds_inertia(effect);
+  return is_linear(effect) && !adds_inertia(effect) && effect.memory_size().total() == 0;
 }
 
 Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
                  const Options& options)
-    : flight_count_(static_cast<int>(flights.size())) {
+    : flight_count_(static_cast<int>(flights.size())), period_(1.0 / options.grid_hz) {
   std::vector<Vec6> fast;
+  std::vector<std::array<double, 2>> drive;
   for (int k = 0; k < flight_count_; ++k) {
     const Flight& f = *flights[static_cast<std::size_t>(k)];
     for (const Segment& segment : f.segments) {
@@ -50,6 +51,8 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
         situation_.back().dw_WB_B = s.dw_WB_B;
         acceleration_.emplace_back();
         acceleration_.back() << s.a_WB_B, s.dw_WB_B;
+        const bool known = f.log_drive.size() > 0;
+        drive.push_back({known ? f.log_drive[i] : 0.0, known ? f.log_voltage[i] : 0.0});
         fast.push_back(physics::rotor_wrench(f.smooth[at]) - physics::rotor_wrench(s));
       }
     }
@@ -71,6 +74,17 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
     offset_sigma_.tail<3>() << tol.accelerometer_lateral, tol.accelerometer_lateral,
         tol.accelerometer_vertical;
   }
+  // a thrust that is only modelled: scale, exponent and voltage are known roughly
+  const bool modelled = flight_count_ > 0 && flights[0]->thrust_modelled;
+  forces_only_ = modelled;
+  const Eigen::Index first_model = offset_sigma_.size();
+  if (modelled) {
+    offset_sigma_[0] = tol.modelled_scale;
+    offset_sigma_.segment(1, 3).setConstant(tol.modelled_trim);
+    offset_sigma_.conservativeResize(first_model + 2);
+    offset_sigma_.tail<2>() << tol.modelled_exponent, tol.modelled_voltage;
+    offset_names_.insert(offset_names_.end(), {"thrust_exponent", "thrust_voltage"});
+  }
   const Mat3 c_x = skew(vehicle.center_of_mass);
   inertia_ << vehicle.mass * Mat3::Identity(), -vehicle.mass * c_x, vehicle.mass * c_x,
       vehicle.inertia - vehicle.mass * c_x * c_x;
@@ -90,7 +104,16 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
       if (c < 3)
         for (int k = 0; k < 3; ++k) offsets_(row, 4 + k) = weight * s.R_WB(k, c);
       if (c < 3 && biased) offsets_(row, 7 + c) = vehicle.mass;
+      if (modelled) {
+        offsets_(row, first_model) = rotors[c] * drive[static_cast<std::size_t>(i)][0];
+        offsets_(row, first_model + 1) = rotors[c] * drive[static_cast<std::size_t>(i)][1];
+      }
     }
+  }
+  if (forces_only_) {
+    y_.tail(3 * n_).setZero();
+    fast_.tail(3 * n_).setZero();
+    offsets_.bottomRows(3 * n_).setZero();
   }
   noise_ = std::make_shared<const Whitening>(noise_model(*this, options));
 }
@@ -101,6 +124,19 @@ double Problem::lower_limit(const physics::Effect& effect, std::size_t parameter
   if (unit == "kg") return -0.6 * inertia_(0, 0);
   if (unit == "kg m2") return -0.6 * inertia_.bottomRightCorner<3, 3>().diagonal().minCoeff();
   return -1e18;
+}
+
+double Problem::upper_limit(const physics::Effect& effect, std::size_t parameter) const {
+  const physics::EffectInfo& info = effect.info();
+  const std::string& unit = info.parameters[parameter].unit;
+  const std::string& name = info.parameters[parameter].name;
+  if (unit == "kg m2" && adds_inertia(effect)) {
+    const Mat3 J = inertia_.bottomRightCorner<3, 3>();
+    const int axis = name.find("xx") == 0 ? 0 : name.find("yy") == 0 ? 1 : name.find("zz") == 0 ? 2 : -1;
+    return 0.8 * (axis < 0 ? J.diagonal().minCoeff() : J(axis, axis));
+  }
+  if (info.id == "com_offset") return 0.5 * arm_;
+  return 1e18;
 }
 
 void Problem::evaluate(const physics::ActiveEffect& active, Eigen::VectorXd& value,
@@ -114,6 +150,23 @@ void Problem::evaluate(const physics::ActiveEffect& active, Eigen::VectorXd& val
     const int parameters = effect.parameter_count();
     value.resize(rows());
     jacobian.resize(rows(), parameters);
+    if (effect.memory_size().total() > 0) {  // its state starts anew with every uninterrupted stretch
+      for (const Run& run : runs_) {
+        const auto length = static_cast<std::size_t>(run.end - run.begin);
+        std::vector<double> w(6 * length), j(6 * length * static_cast<std::size_t>(parameters));
+        effect.replay({situation_.data() + run.begin, length}, period_, active.theta.data(), w.data(),
+                      j.data());
+        for (std::size_t i = 0; i < length; ++i)
+          for (int c = 0; c < 6; ++c) {
+            const Eigen::Index row = c * n_ + run.begin + static_cast<Eigen::Index>(i);
+            value[row] = w[6 * i + static_cast<std::size_t>(c)];
+            for (int k = 0; k < parameters; ++k)
+              jacobian(row, k) =
+                  j[6 * length * static_cast<std::size_t>(k) + 6 * i + static_cast<std::size_t>(c)];
+          }
+      }
+      return;
+    }
     std::array<double, 6> w{};
     std::array<double, 6 * physics::kMaxParameters> j{};
     for (int i = 0; i < n_; ++i) {
@@ -128,6 +181,37 @@ void Problem::evaluate(const physics::ActiveEffect& active, Eigen::VectorXd& val
   if (constant)
     value = jacobian * Eigen::Map<const Eigen::VectorXd>(active.theta.data(),
                                                          static_cast<Eigen::Index>(active.theta.size()));
+}
+
+void Problem::amplitude_columns(const physics::Effect& effect, std::vector<double> theta,
+                                const std::vector<Eigen::Index>& free, Eigen::MatrixXd& columns) const {
+  const auto own = static_cast<Eigen::Index>(free.size());
+  columns.resize(rows(), own);
+  if (effect.memory_size().total() > 0) {
+    Eigen::VectorXd value;
+    Eigen::MatrixXd jacobian;
+    evaluate({&effect, theta}, value, jacobian);
+    for (Eigen::Index k = 0; k < own; ++k) columns.col(k) = jacobian.col(free[static_cast<std::size_t>(k)]);
+    return;
+  }
+  for (int i = 0; i < n_; ++i) {
+    physics::Wrench at_rest;
+    effect.add_wrench(situation(i), theta.data(), at_rest);
+    for (Eigen::Index k = 0; k < own; ++k) {
+      const auto at = static_cast<std::size_t>(free[static_cast<std::size_t>(k)]);
+      const physics::Parameter& p = effect.info().parameters[at];
+      const double step = p.linear ? std::max(std::abs(p.typical - p.neutral), 1e-9) : 1e-3 * p.typical;
+      const double held = theta[at];
+      theta[at] += step;
+      physics::Wrench moved;
+      effect.add_wrench(situation(i), theta.data(), moved);
+      theta[at] = held;
+      for (int c = 0; c < 3; ++c) {
+        columns(c * n_ + i, k) = (moved.force_B[c] - at_rest.force_B[c]) / step;
+        columns((c + 3) * n_ + i, k) = forces_only_ ? 0.0 : (moved.torque_B[c] - at_rest.torque_B[c]) / step;
+      }
+    }
+  }
 }
 
 void Problem::predict(const std::vector<physics::ActiveEffect>& effects, const Eigen::VectorXd& offset_values,
@@ -198,6 +282,10 @@ void Problem::predict(const std::vector<physics::ActiveEffect>& effects, const E
   }
   rest += fast_ - offsets_ * offset_values;
   if (jacobian) jacobian->rightCols(offsets_.cols()) = offsets_;
+  if (forces_only_) {
+    rest.tail(3 * n_).setZero();
+    if (jacobian) jacobian->bottomRows(3 * n_).setZero();
+  }
 }
 
 }  // namespace omniflight::diagnosis

@@ -50,6 +50,17 @@ class Problem {
   double scale(int channel) const { return channel < 3 ? weight_ : weight_ * arm_; }
   /// Lower limit of a parameter that keeps mass and inertia positive; -1e18 when it is no matter.
   double lower_limit(const physics::Effect& effect, std::size_t parameter) const;
+  /// Upper limit that a vehicle of this size and inertia makes sense with: a regression on noisy rotor
+  /// torques would otherwise make the body as heavy as it takes for nothing to move. 1e18 when it is no
+  /// matter.
+  double upper_limit(const physics::Effect& effect, std::size_t parameter) const;
+  /// Torques are not judged: thrusts are only modelled.
+  bool forces_only() const { return forces_only_; }
+
+  /// Columns of the parameters `free` of an effect without added inertia at these shapes: exact where it is
+  /// linear in them. Cheaper than the derivatives by all parameters.
+  void amplitude_columns(const physics::Effect& effect, std::vector<double> theta,
+                         const std::vector<Eigen::Index>& free, Eigen::MatrixXd& columns) const;
 
   /// What remains of the residual with these effects and offsets, and its negative derivative by all effect
   /// parameters (in order) and the offsets.
@@ -66,6 +77,8 @@ class Problem {
 
   std::shared_ptr<const Whitening> noise_;
   int n_ = 0, flight_count_ = 0;
+  bool forces_only_ = false;
+  double period_ = 0;  ///< s, of the grid
   double weight_ = 1, arm_ = 1;
   std::vector<Run> runs_;
   mutable std::vector<physics::Situation> situation_;

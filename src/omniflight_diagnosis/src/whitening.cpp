@@ -98,7 +98,7 @@ Eigen::MatrixXd Whitening::apply(const Problem& problem, const Eigen::Ref<const 
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(x.rows(), x.cols());
   const int n = problem.samples();
   for (Eigen::Index column = 0; column < x.cols(); ++column) {
-    for (int c = 0; c < 6; ++c) {
+    for (int c = 0; c < (problem.forces_only() ? 3 : 6); ++c) {
       const double* in = x.data() + column * x.outerStride() + c * n;
       double* to = out.data() + column * out.rows() + c * n;
       for (const Run& run : problem.runs()) {

@@ -11,6 +11,7 @@ struct Flown {
   double duration_s = 30, rate_hz = 100;
   double climb_m = 0.7, side_m = 0.3;  ///< climb in two steps with pauses, sidesteps in between
   double alpha = 0.5;                  ///< rad
+  double sway = 0.0;                   ///< rad, amplitude of roll and pitch
   double force_noise_N = 0.15, torque_noise_Nm = 0.01, correlation_s = 0.3;  ///< coloured disturbance
   double accelerometer_noise = 0.05, gyro_noise = 0.005, speed_noise = 0.5;  ///< m/s^2, rad/s, rad/s
   std::uint64_t seed = 1;
@@ -29,6 +30,11 @@ inline Vec3 path(double t, const Flown& f) {
   const double side = step(t, 0.3 * T, 0.36 * T) - step(t, 0.6 * T, 0.66 * T);
   return {f.side_m * side, 0.5 * f.side_m * (step(t, 0.55 * T, 0.6 * T) - step(t, 0.7 * T, 0.75 * T)),
           0.4 + f.climb_m * up};
+}
+
+inline Quat attitude(double t, const Flown& f) {
+  return exp_rotation(
+      Vec3(f.sway * std::sin(2.6 * t), f.sway * std::sin(1.9 * t + 1.0), 0.5 * f.sway * std::sin(t)));
 }
 
 inline recording::Recording fly(const vehicle::Vehicle& vehicle,
@@ -53,6 +59,7 @@ inline recording::Recording fly(const vehicle::Vehicle& vehicle,
   const auto A = vehicle.allocation_matrix(f.alpha);
   const auto solver = A.completeOrthogonalDecomposition();
   Vec6 disturbance = Vec6::Zero();
+  Vec3 drift = Vec3::Zero();  // of the rate, from the disturbing torque
   const double a = std::exp(-1.0 / (f.rate_hz * f.correlation_s)), b = std::sqrt(1 - a * a);
   std::vector<double> omega(static_cast<std::size_t>(rotors), 300.0);
   physics::Environment environment;
@@ -63,12 +70,22 @@ inline recording::Recording fly(const vehicle::Vehicle& vehicle,
     x.p_WB = path(t, f);
     x.v_WB_W = (path(t + h, f) - path(t - h, f)) / (2 * h);
     const Vec3 a_W = (path(t + h, f) - 2 * path(t, f) + path(t - h, f)) / (h * h);
+    x.q_WB = attitude(t, f);
+    const auto rate = [&](double at) {
+      return Vec3(log_rotation(attitude(at - h, f).conjugate() * attitude(at + h, f)) / (2 * h));
+    };
+    x.w_WB_B = rate(t);
+    const Vec3 turn = (rate(t + h) - rate(t - h)) / (2 * h);
+    const Mat3 R_BW = x.q_WB.conjugate().toRotationMatrix();
+    const Vec3 force_B = R_BW * (a_W + Vec3(0, 0, environment.gravity));
     // two passes: effects look at the rotor speeds they change
     for (int pass = 0; pass < 3; ++pass) {
       physics::prepare(vehicle, x, f.alpha, omega, {}, environment, s);
-      s.a_WB_B = a_W;
+      s.a_WB_B = R_BW * a_W;
+      s.dw_WB_B = turn;
       Vec6 need = Vec6::Zero();
-      need.head<3>() = vehicle.mass * (a_W + Vec3(0, 0, environment.gravity));
+      need.head<3>() = vehicle.mass * force_B;
+      need.tail<3>() = vehicle.inertia * turn + x.w_WB_B.cross(vehicle.inertia * x.w_WB_B);
       for (const auto& e : effects) {
         physics::Wrench w;
         e.effect->add_wrench(s, e.theta.data(), w);
@@ -86,11 +103,11 @@ inline recording::Recording fly(const vehicle::Vehicle& vehicle,
     for (int c = 0; c < 3; ++c) {
       p.values(i, c) = x.p_WB[c] + 2e-4 * random.normal();
       v.values(i, c) = x.v_WB_W[c] + 2e-3 * random.normal();
-      acc.values(i, c) = a_W[c] + (c == 2 ? environment.gravity : 0) + disturbance[c] / vehicle.mass +
-                         f.accelerometer_noise * random.normal();
-      gyro.values(i, c) = (i > 0 ? 0.995 * gyro.values(i - 1, c) : 0.0) + dw[c] / f.rate_hz;
+      acc.values(i, c) = force_B[c] + disturbance[c] / vehicle.mass + f.accelerometer_noise * random.normal();
+      drift[c] = 0.995 * drift[c] + dw[c] / f.rate_hz;
+      gyro.values(i, c) = x.w_WB_B[c] + drift[c];
     }
-    q.values.row(i) << 1, 0, 0, 0;
+    q.values.row(i) << x.q_WB.w(), x.q_WB.x(), x.q_WB.y(), x.q_WB.z();
     alpha.values(i, 0) = f.alpha;
     for (int r = 0; r < rotors; ++r)
       speed.values(i, r) = omega[static_cast<std::size_t>(r)] + f.speed_noise * random.normal();

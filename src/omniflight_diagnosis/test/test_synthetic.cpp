@@ -107,6 +107,7 @@ TEST(Diagnose, RefusesWhatItCannotUse) {
   flown.duration_s = 5;
   recording::Recording r = test::fly(v, {}, flown);
   r.signals.erase("attitude");
+  r.signals.erase("rotor_speed");
   auto d = diagnose(std::span(&r, 1), {}, v);
   ASSERT_FALSE(d);
   EXPECT_NE(d.error().text().find("no signal 'attitude'"), std::string::npos) << d.error().text();

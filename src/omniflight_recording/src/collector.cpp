@@ -42,7 +42,20 @@ void Collector::finish(Recording& recording) {
     if (s.t.empty()) continue;
     std::vector<std::size_t> order(s.t.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    if (!std::is_sorted(s.t.begin(), s.t.end()))
+    std::uint64_t back = 0;
+    double furthest = 0;
+    for (std::size_t i = 1; i < s.t.size(); ++i)
+      if (s.t[i] < s.t[i - 1]) {
+        ++back;
+        furthest = std::max(furthest, s.t[i - 1] - s.t[i]);
+      }
+    // messages that overtake each other by a little are ordinary
+    if (100 * back > s.t.size() || furthest > 0.5)
+      recording.note(Note::Kind::damage,
+                     name + ": time runs backwards " + std::to_string(back) + " times, by up to " +
+                         std::to_string(furthest) + " s",
+                     back);
+    if (back > 0)
       std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return s.t[a] < s.t[b]; });
     Signal signal;
     signal.name = name;

@@ -2,6 +2,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "collector.hpp"
 #include "csv_map.hpp"
@@ -91,7 +92,7 @@ Result<Recording> read(std::string_view bytes, const std::string& file, const Lo
   };
   std::vector<Rejected> rejected(layout->signals.size());
   std::vector<double> values;
-  double start = 0.0;
+  double start = 0.0, previous = -std::numeric_limits<double>::infinity();
   bool first = true;
   while (next_line(line)) {
     if (trimmed(line).empty()) continue;
@@ -117,6 +118,11 @@ Result<Recording> read(std::string_view bytes, const std::string& file, const Lo
     if (first) start = recording.start_s > 0 ? t : 0.0;
     first = false;
     t = (t - start) * layout->time_scale;
+    if (t < previous)
+      return bad_input(
+          "time runs backwards, from " + std::to_string(previous) + " s to " + std::to_string(t) + " s",
+          here(), "Sort the rows, or split the file where the clock was reset");
+    previous = t;
     for (std::size_t k = 0; k < layout->signals.size(); ++k) {
       const CsvSignal& s = layout->signals[k];
       values.clear();

@@ -37,7 +37,9 @@ struct ParameterValue {
 struct Finding {
   std::string effect;
   double probability = 0;
+  /// The first `rivals` explain the flight as well; the others look nearly the same but explain it worse.
   std::vector<std::string> cannot_be_told_apart_from;
+  int rivals = 0;
   physics::Stage stage = physics::Stage::wrench;
   std::vector<std::string> channels;
   std::string sentence, equation, latex;
@@ -93,9 +95,52 @@ struct AliasMatrix {
   Eigen::MatrixXd cosine;  ///< of whitened contributions; entry (i, j): how well j can imitate i
 };
 
+struct ProposedWaypoint {
+  Vec3 by = Vec3::Zero();       ///< m, from the waypoint before
+  Vec3 rpy_deg = Vec3::Zero();  ///< deg, attitude there; ignored by a vehicle that must lean to move
+  double hold_s = 1;
+};
+
+/// A flight that would tell rivals apart.
+struct ProposedFlight {
+  std::string name, words;
+  Vec3 start = Vec3::Zero();               ///< m, world: about where the flight was
+  double alpha = 0;                        ///< rad, tilt of the rotors
+  double speed = 0.4, acceleration = 0.5;  ///< m/s, m/s^2: limits
+  std::vector<ProposedWaypoint> waypoints;
+  double separation_sigma = 0;  ///< predicted, of the pair that stays closest
+};
+
 struct NextFlight {
   std::vector<std::pair<std::string, std::string>> separates;
-  std::vector<std::string> manoeuvres;  ///< in words, from the effect library
+  std::vector<std::string> manoeuvres;    ///< in words, from the effect library
+  std::vector<ProposedFlight> proposed;   ///< best first; not yet checked for any place
+  std::string mission;                    ///< file, set by whoever writes and checks one of them
+  double predicted_separation_sigma = 0;  ///< of that one
+};
+
+/// What a recording holds and how its parts agree, before anything is fitted.
+struct SignalInfo {
+  std::string name, unit;
+  int samples = 0;
+  double rate_hz = 0, longest_gap_s = 0;
+};
+struct Excitation {
+  std::string name, unit;
+  double low = 0, high = 0, rms = 0;  ///< over the usable part
+};
+struct Detectability {
+  std::string effect;
+  double sigma = 0;  ///< length of its contribution at an ordinary size, in units of the noise
+};
+struct Intake {
+  std::vector<SignalInfo> signals;  ///< of the first recording
+  std::vector<Alignment> alignment;
+  std::vector<Excitation> excitation;
+  std::vector<Detectability> detectability;
+  std::vector<std::vector<std::string>>
+      alias_groups;                ///< effects that look alike on this flight (cosine > 0.98)
+  std::vector<std::string> notes;  ///< what missing signals cost
 };
 
 struct Diagnosis {
@@ -107,7 +152,9 @@ struct Diagnosis {
   std::vector<Unexplained> unexplained;
   FitReport fit;
   NextFlight next_flight;
-  double runtime_s = 0;  ///< set by the caller
+  Intake intake;
+  std::vector<std::string> left_out;  ///< what time or an interrupt cut short
+  double runtime_s = 0;               ///< set by the caller
 
   std::vector<physics::ActiveEffect> model;    ///< effects with values: what model.yaml lists
   std::map<std::string, double> tracking_rms;  ///< "px" [m] ...: shows how blind the tracking error is
@@ -122,6 +169,12 @@ struct Diagnosis {
 Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
                            std::span<const recording::Recording> held_out, const vehicle::Vehicle& vehicle,
                            const Options& options = {});
+
+/// Only looks: signals, rates, clocks, excitation, faults, and which effects this flight could show or tell
+/// apart. Takes seconds; fits nothing. findings holds sensor faults only; verdict is unusable or
+/// nothing_missing (nothing was asked).
+Result<Diagnosis> check(const recording::Recording& recording, const vehicle::Vehicle& vehicle,
+                        const Options& options = {});
 
 /// diagnosis.json, schema omniflight.diagnosis/1, pretty-printed.
 std::string to_json(const Diagnosis& diagnosis);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "omniflight_core/result.hpp"
+#include "omniflight_diagnosis/alignment_report.hpp"
 #include "omniflight_diagnosis/options.hpp"
 #include "omniflight_recording/recording.hpp"
 
@@ -45,7 +46,12 @@ struct Flight {
   Eigen::MatrixXd tracking_error;             ///< n x 3, m, position minus reference; empty without reference
   std::vector<Segment> segments;
   bool has_accelerometer = false, has_gyro = false, has_alpha = false, has_position = false;
-  bool speed_from_command = false;
+  bool speed_from_command = false;  ///< there are no measured rotor speeds
+  bool thrust_modelled = false;     ///< thrust comes from duty cycles, its scale from this flight
+  Eigen::VectorXd log_drive,
+      log_voltage;  ///< of a modelled thrust: ln of mean speed and voltage over their means
+  std::vector<Alignment> alignment;
+  double floor_z = 0;  ///< m, as used
 
   int size() const { return static_cast<int>(t.size()); }
   int usable() const;

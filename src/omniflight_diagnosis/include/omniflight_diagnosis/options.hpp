@@ -1,9 +1,11 @@
 // What a diagnosis assumes and how strict it is.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "omniflight_physics/neighbour_track.hpp"
 #include "omniflight_physics/situation.hpp"
 
 namespace omniflight::diagnosis {
@@ -16,6 +18,15 @@ struct Tolerance {
   double accelerometer_vertical = 0.05;  ///< m/s^2
   double world_force = 0.005;            ///< 1, constant force in the world over weight (level, alignment)
   double torque_trim = 0.03;             ///< 1, constant torque over weight times largest rotor arm
+  /// How unevenly motors of one kind share a load: torque over weight times mean arm.
+  double motor_lateral = 0.03, motor_yaw = 0.06;
+  /// When thrust is only modelled from duty cycles: its scale, its exponent and its dependence on voltage.
+  double modelled_scale = 0.3, modelled_exponent = 0.4, modelled_voltage = 0.6, modelled_trim = 0.3;
+};
+
+/// Gains that a controller is said to have; its command is then replayed on the recorded state.
+struct ToldController {
+  Vec3 kp = Vec3::Zero(), kv = Vec3::Zero(), ki = Vec3::Zero();  ///< 1/s^2, 1/s, 1/s^3
 };
 
 struct Options {
@@ -35,6 +46,15 @@ struct Options {
   std::vector<std::string> only;     ///< candidate ids; empty: the whole library
   std::vector<std::string> exclude;  ///< ids that are not offered
   bool rollouts = true;
+
+  /// Other multirotors during the flight, on the recording's clock.
+  std::vector<physics::NeighbourTrack> neighbours;
+  bool has_controller = false;
+  ToldController controller;
+  bool floor_told = false;  ///< environment.floor_z is known; otherwise a resting height is taken for it
+  /// Asked between steps of long work; true ends it and keeps what is known. May be empty.
+  std::function<bool()> stop;
+  bool stopped() const { return stop && stop(); }
 };
 
 }  // namespace omniflight::diagnosis

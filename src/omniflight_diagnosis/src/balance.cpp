@@ -1,0 +1,232 @@
+#include "balance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "faults.hpp"
+#include "thrust_source.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+using recording::Recording;
+using recording::Signal;
+
+std::string format(const char* pattern, auto... values) {
+  char text[400];
+  std::snprintf(text, sizeof text, pattern, values...);
+  return text;
+}
+
+/// Mean thrust of every rotor in steady flight [N, common unknown scale], and how long that was [s].
+struct Steady {
+  Eigen::VectorXd thrust;
+  double seconds = 0;
+  std::vector<Window> excluded;
+};
+
+Steady steady_thrust(const Recording& r, const Signal& speed, const vehicle::Vehicle& v) {
+  Steady out;
+  const Eigen::Index n = speed.size(), rotors = speed.width();
+  Eigen::MatrixXd thrust(n, rotors);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index k = 0; k < rotors; ++k)
+      thrust(i, k) = v.rotors[static_cast<std::size_t>(k)].thrust(speed.values(i, k));
+  const Eigen::VectorXd total = thrust.rowwise().sum();
+  std::vector<double> sorted(total.begin(), total.end());
+  std::sort(sorted.begin(), sorted.end());
+  const double usual = sorted[static_cast<std::size_t>(0.75 * static_cast<double>(n - 1))];
+  const Signal *p = r.find("position"), *vel = r.find("velocity");
+  if (!p) p = r.find("est_position");
+  if (!vel) vel = r.find("est_velocity");
+  const Eigen::MatrixXd x = p ? recording::resample(*p, speed.t_s) : Eigen::MatrixXd();
+  const Eigen::MatrixXd w = vel ? recording::resample(*vel, speed.t_s) : Eigen::MatrixXd();
+  double low = -1e18;
+  if (p && p->values.col(2).maxCoeff() - p->values.col(2).minCoeff() > 0.2)
+    low = p->values.col(2).minCoeff() +
+          std::min(0.15, 0.4 * (p->values.col(2).maxCoeff() - p->values.col(2).minCoeff()));
+  std::vector<std::vector<double>> kept(static_cast<std::size_t>(rotors));
+  const double period = speed.median_period_s();
+  double open = -1;
+  const auto close = [&](double t) {
+    if (open >= 0 && t - open > 0.1) out.excluded.push_back({open, t, "not in steady flight"});
+    open = -1;
+  };
+  for (Eigen::Index i = 0; i < n; ++i) {
+    bool good = total[i] > 0.6 * usual && total[i] < 1.4 * usual;
+    if (x.size() > 0) good = good && x(i, 2) > low;
+    if (w.size() > 0) good = good && std::hypot(w(i, 0), w(i, 1)) < 0.4 && std::abs(w(i, 2)) < 0.2;
+    const double t = speed.t_s[static_cast<std::size_t>(i)];
+    if (!good) {
+      if (open < 0) open = t;
+      continue;
+    }
+    close(t);
+    out.seconds += period;
+    for (Eigen::Index k = 0; k < rotors; ++k) kept[static_cast<std::size_t>(k)].push_back(thrust(i, k));
+  }
+  close(speed.t_s.back());
+  out.thrust = Eigen::VectorXd::Zero(rotors);
+  for (Eigen::Index k = 0; k < rotors; ++k) {
+    auto& c = kept[static_cast<std::size_t>(k)];
+    if (c.empty()) continue;
+    std::nth_element(c.begin(), c.begin() + static_cast<std::ptrdiff_t>(c.size() / 2), c.end());
+    out.thrust[k] = c[c.size() / 2];
+  }
+  return out;
+}
+
+ParameterValue value_of(const physics::Effect* effect, std::size_t at, const char* name, const char* unit,
+                        double value, double half) {
+  ParameterValue p{name, name, unit, value, value - half, value + half};
+  if (effect && at < effect->info().parameters.size()) {
+    p.name = effect->info().parameters[at].name;
+    p.symbol = effect->info().parameters[at].symbol;
+    p.unit = effect->info().parameters[at].unit;
+  }
+  return p;
+}
+
+}  // namespace
+
+bool only_motors(const Recording& r) {
+  const bool attitude = r.find("attitude") || r.find("est_attitude");
+  const bool motion = r.find("acc") || r.find("velocity") || r.find("est_velocity") || r.find("position") ||
+                      r.find("est_position");
+  const bool motors =
+      r.find("rotor_speed") || r.find("rotor_command") || r.find("pwm") || r.find("motor_power");
+  return motors && !(attitude && motion);
+}
+
+Result<Diagnosis> diagnose_balance(const Recording& r, const vehicle::Vehicle& v, const Options& o) {
+  Recording chosen = r;  // commanded power, where logged, is closer to thrust than the duty cycle
+  if (r.find("motor_power") && !r.find("rotor_speed") && !r.find("rotor_command"))
+    chosen.signals.erase("pwm");
+  const auto source = thrust_source(chosen, v);
+  if (!source)
+    return bad_input("no motor signal ('rotor_speed', 'rotor_command', 'pwm' or 'motor_power')", r.file,
+                     "Record one of them, or name the columns with --map");
+  const Steady steady = steady_thrust(r, source->speed, v);
+  if (steady.seconds < 2 || !(steady.thrust.minCoeff() > 0))
+    return bad_input(format("only %.1f s of steady flight, at least 2 s are needed", steady.seconds), r.file,
+                     "Give a recording with some hover");
+  Diagnosis d;
+  d.inputs.push_back({r.file, r.sha256, r.duration_s, {}, steady.excluded});
+  for (const std::string& name : r.signal_names())
+    if (name.rfind("truth_", 0) != 0) d.inputs.back().signals.push_back(name);
+
+  // imbalance over roll, pitch and yaw, each over weight times its mean arm
+  const int n = v.rotor_count();
+  const auto A = v.allocation_matrix(0);
+  Vec3 arm = Vec3::Zero();
+  for (int k = 0; k < n; ++k)
+    for (int c = 0; c < 3; ++c) arm[c] += std::abs(A(3 + c, k)) / n;
+  const double total = steady.thrust.sum();
+  Vec3 imbalance, sigma(o.tolerance.motor_lateral, o.tolerance.motor_lateral, o.tolerance.motor_yaw);
+  for (int c = 0; c < 3; ++c)
+    imbalance[c] = (A.row(3 + c) * steady.thrust)(0) / (total * std::max(1e-9, arm[c]));
+  const auto chi = [&](const Vec3& x) { return x.cwiseQuotient(sigma).squaredNorm(); };
+  const double none = chi(imbalance), centre = std::pow(imbalance.z() / sigma.z(), 2);
+  int rotor = -1;
+  double best = none, extra = 0, extra_se = 0;
+  for (int k = 0; k < n; ++k) {
+    Vec3 u;
+    for (int c = 0; c < 3; ++c) u[c] = A(3 + c, k) / std::max(1e-9, arm[c]) / n;
+    const double H = u.cwiseQuotient(sigma).squaredNorm();
+    const double e = u.cwiseQuotient(sigma).dot(imbalance.cwiseQuotient(sigma)) / H;
+    if (e > 0 && chi(imbalance - e * u) < best) {
+      best = chi(imbalance - e * u);
+      rotor = k;
+      extra = e;
+      extra_se = 1 / std::sqrt(H);
+    }
+  }
+  const bool broken = rotor >= 0 && none - best > 5.3 && best < centre - 1.0;
+  const bool off_centre = !broken && none - centre > 6.8;
+  Mismatch m;
+  m.stage = broken ? physics::Stage::actuation : physics::Stage::wrench;
+  m.frame = "body";
+  m.unit = "1";
+  m.channel = broken ? "rotor" + std::to_string(rotor + 1) : "Mx, My";
+  m.rms = imbalance.norm();
+  m.noise_rms = sigma.norm();
+  m.where = format("share of the torque over weight times arm: roll %+.3f, pitch %+.3f, yaw %+.3f",
+                   imbalance.x(), imbalance.y(), imbalance.z());
+  Finding f;
+  if (broken) {
+    const double scale = 1 / (1 + extra) - 1, half = 1.96 * extra_se / std::pow(1 + extra, 2);
+    m.p_value = std::erfc(std::sqrt(0.5 * (none - best)));
+    const physics::Effect* effect = physics::find_effect("rotor_thrust_scale");
+    f.effect = "rotor_thrust_scale";
+    f.stage = physics::Stage::actuation;
+    f.channels = {"rotor" + std::to_string(rotor + 1), "Mx", "My", "Mz"};
+    f.probability = 1 / (1 + std::exp(-0.5 * (centre - best)));
+    f.parameters.push_back(value_of(effect, static_cast<std::size_t>(rotor), "scale", "1", scale, half));
+    f.sentence = format(
+        "Rotor %d gives %.0f %% less thrust than its command should (95 %%: %.0f to %.0f %%): it needs "
+        "%.0f %% more than its share in steady flight. A damaged propeller or a weak motor does this.",
+        rotor + 1, -100 * scale, -100 * (scale + half), -100 * (scale - half), 100 * extra);
+    if (effect) {
+      f.equation = effect->info().equation;
+      f.latex = effect->info().latex;
+      physics::ActiveEffect active{effect, {}};
+      for (const auto& p : effect->info().parameters) active.theta.push_back(p.neutral);
+      if (static_cast<std::size_t>(rotor) < active.theta.size()) {
+        const auto& p = effect->info().parameters[static_cast<std::size_t>(rotor)];
+        active.theta[static_cast<std::size_t>(rotor)] = std::clamp(scale, p.lower, p.upper);
+        d.model.push_back(active);
+      }
+    }
+  } else if (off_centre) {
+    m.p_value = std::exp(-0.5 * (none - centre));
+    const physics::Effect* effect = physics::find_effect("com_offset");
+    f.effect = "com_offset";
+    f.stage = physics::Stage::wrench;
+    f.channels = {"Mx", "My"};
+    f.probability = 1 / (1 + std::exp(-0.5 * (best - centre)));
+    f.cannot_be_told_apart_from = {"payload_mass", "attachment_torque"};
+    // the thrusts lean towards the centre of mass: roll torque tilts about x for an offset along y
+    const double y = imbalance.x() * arm.x(), x = -imbalance.y() * arm.y();
+    const double half_y = 1.96 * sigma.x() * arm.x(), half_x = 1.96 * sigma.y() * arm.y();
+    f.parameters.push_back(value_of(effect, 0, "x", "m", x, half_x));
+    f.parameters.push_back(value_of(effect, 1, "y", "m", y, half_y));
+    f.sentence = format(
+        "The centre of mass lies beside the middle: x = %+.1f mm, y = %+.1f mm (95 %%: +-%.1f mm). An "
+        "added weight does this; no single rotor is to blame.",
+        1e3 * x, 1e3 * y, 1e3 * half_y);
+    if (effect) {
+      f.equation = effect->info().equation;
+      f.latex = effect->info().latex;
+      d.model.push_back({effect, {x, y, 0.0}});
+    }
+  }
+  if (broken || off_centre) {
+    d.mismatch.push_back(m);
+    d.findings.push_back(f);
+    d.verdict = Verdict::explained;
+    d.summary = f.sentence;
+  } else {
+    d.summary =
+        "Nothing is missing: the motors share the load as evenly as motors of one kind do (" + m.where + ").";
+  }
+  d.summary +=
+      " There is no attitude or no force in this recording: only the balance of the motors in steady flight "
+      "was "
+      "judged; forces, drag, load and wind cannot be told. " +
+      source->note;
+  for (const SensorFault& fault : find_sensor_faults(r)) {
+    Finding s;
+    s.effect = fault.effect;
+    s.probability = 0.99;
+    s.stage = physics::Stage::sensing;
+    s.channels = {fault.channel};
+    s.sentence = fault.sentence;
+    d.findings.push_back(s);
+    d.verdict = Verdict::explained;
+    d.summary += " " + fault.sentence;
+  }
+  return d;
+}
+
+}  // namespace omniflight::diagnosis

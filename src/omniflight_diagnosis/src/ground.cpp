@@ -1,0 +1,91 @@
+#include "ground.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace omniflight::diagnosis {
+namespace {
+
+double lift_at(const Eigen::MatrixXd& speed, Eigen::Index i, const vehicle::Vehicle& v) {
+  double lift = 0;
+  for (Eigen::Index r = 0; r < speed.cols(); ++r)
+    lift += std::abs(v.rotors[static_cast<std::size_t>(r)].thrust(speed(i, r)));
+  return lift;
+}
+
+}  // namespace
+
+Ground find_ground(const Eigen::MatrixXd& p, bool has_position, const Eigen::MatrixXd& speed,
+                   const Eigen::MatrixXd& force, const Eigen::MatrixXd& q, double rate_hz,
+                   const vehicle::Vehicle& v, const Options& o) {
+  const Eigen::Index n = speed.rows();
+  Ground g;
+  g.resting.assign(static_cast<std::size_t>(n), 0);
+  g.crashed = g.resting;
+  const double weight = v.mass * o.environment.gravity;
+  std::vector<double> lift(static_cast<std::size_t>(n));
+  for (Eigen::Index i = 0; i < n; ++i) lift[static_cast<std::size_t>(i)] = lift_at(speed, i, v) / weight;
+  const auto second = static_cast<Eigen::Index>(rate_hz), moment = std::max<Eigen::Index>(2, 2 * second / 5);
+  if (has_position && n > 2 * second) {
+    double sum = 0;
+    int windows = 0;
+    for (Eigen::Index i = 0; i + moment <= n; i += std::max<Eigen::Index>(1, second / 20)) {
+      const auto part = p.middleRows(i, moment);
+      const double range = (part.colwise().maxCoeff() - part.colwise().minCoeff()).maxCoeff();
+      const double top = *std::max_element(lift.begin() + i, lift.begin() + i + moment);
+      if (range > 0.004 || top > 0.85) continue;
+      std::fill(g.resting.begin() + i, g.resting.begin() + i + moment, 1);
+      sum += part.col(2).mean();
+      ++windows;
+    }
+    if (windows > 0) {
+      const double height = sum / windows;
+      double radius = 0;
+      for (const auto& r : v.rotors) radius += r.radius / v.rotor_count();
+      g.known = true;
+      g.floor_z = height - 0.3 * radius;
+      // rolling, bouncing and lifting off: until a centimetre is between it and where it stood
+      for (int pass = 0; pass < 2; ++pass)
+        for (Eigen::Index k = 1; k < n; ++k) {
+          const Eigen::Index i = pass == 0 ? k : n - 1 - k, before = pass == 0 ? i - 1 : i + 1;
+          if (g.resting[static_cast<std::size_t>(before)] && p(i, 2) < height + 0.01)
+            g.resting[static_cast<std::size_t>(i)] = 1;
+        }
+    }
+  }
+  const bool turns_over =
+      v.tilt.kind != vehicle::TiltKind::none ||
+      std::any_of(v.rotors.begin(), v.rotors.end(), [](const auto& r) { return r.bidirectional; });
+  for (Eigen::Index i = 0; i + second < n; ++i) {
+    const double upright = 1 - 2 * (q(i, 1) * q(i, 1) + q(i, 2) * q(i, 2)) / q.row(i).squaredNorm();
+    const bool over = !turns_over && upright < -0.17 && !g.resting[static_cast<std::size_t>(i)];
+    if (!(force.row(i).norm() > 5 * o.environment.gravity) && !over) continue;
+    double after = 0;
+    for (Eigen::Index k = i + second / 2; k < i + second; ++k) after += lift[static_cast<std::size_t>(k)];
+    if (after / (0.5 * static_cast<double>(second)) > 0.4 && !over) continue;
+    std::fill(g.crashed.begin() + i, g.crashed.end(), 1);
+    break;
+  }
+  return g;
+}
+
+double lift_scale(const Eigen::MatrixXd& speed, const Eigen::MatrixXd& force, const Eigen::MatrixXd& p,
+                  bool has_position, const vehicle::Vehicle& v) {
+  const Eigen::Index n = speed.rows();
+  double top = 0, floor = -1e18;
+  for (Eigen::Index i = 0; i < n; ++i) top = std::max(top, lift_at(speed, i, v));
+  if (has_position && n > 0) {
+    const double low = p.col(2).minCoeff(), high = p.col(2).maxCoeff();
+    if (high - low > 0.2) floor = low + std::max(0.1 * (high - low), 0.1);
+  }
+  std::vector<double> ratio;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double lift = lift_at(speed, i, v);
+    if (lift > 0.4 * top && p(i, 2) > floor) ratio.push_back(v.mass * force.row(i).norm() / lift);
+  }
+  if (ratio.empty()) return 1;
+  std::nth_element(ratio.begin(), ratio.begin() + static_cast<std::ptrdiff_t>(ratio.size() / 2), ratio.end());
+  return ratio[ratio.size() / 2];
+}
+
+}  // namespace omniflight::diagnosis

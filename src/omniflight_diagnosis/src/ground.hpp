@@ -1,0 +1,27 @@
+// Where a flight touches the ground: standing, take-off, landing, crash.
+#pragma once
+
+#include "omniflight_diagnosis/flight.hpp"
+
+namespace omniflight::diagnosis {
+
+struct Ground {
+  bool known = false;                  ///< it was seen standing
+  double floor_z = 0;                  ///< m, world height of the floor then
+  std::vector<char> resting, crashed;  ///< a sample
+};
+
+/// All matrices have one row a sample of a uniform grid: position [m], rotor speed [rad/s], specific force
+/// [m/s^2, body], attitude (w, x, y, z). Standing: nothing moves for 0.4 s and the rotors carry less than
+/// 85 % of the weight; up to a centimetre above that height it still stands. Crash: a shock beyond 5 g or a
+/// turn past 100 deg after which the rotors stop.
+Ground find_ground(const Eigen::MatrixXd& position, bool has_position, const Eigen::MatrixXd& rotor_speed,
+                   const Eigen::MatrixXd& specific_force, const Eigen::MatrixXd& attitude, double rate_hz,
+                   const vehicle::Vehicle& vehicle, const Options& options);
+
+/// Factor on a modelled thrust with which the rotors carry the vehicle in free flight (median of mass times
+/// specific force over thrust; away from the lowest tenth of its heights).
+double lift_scale(const Eigen::MatrixXd& rotor_speed, const Eigen::MatrixXd& specific_force,
+                  const Eigen::MatrixXd& position, bool has_position, const vehicle::Vehicle& vehicle);
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,211 @@
+#include "propose.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace omniflight::diagnosis {
+namespace {
+
+using physics::ActiveEffect;
+
+/// Rest-to-rest motion through the waypoints, as a planner with these limits would time it.
+struct Motion {
+  std::vector<Vec3> p;
+  std::vector<Quat> q;
+};
+
+double smooth(double s) {
+  s = std::clamp(s, 0.0, 1.0);
+  return s * s * s * (10 + s * (-15 + 6 * s));
+}
+
+Motion sample(const ProposedFlight& f, const Vec3& start, double rate_hz) {
+  Motion m;
+  Vec3 p = start;
+  Quat q = Quat::Identity();
+  for (const ProposedWaypoint& w : f.waypoints) {
+    const Vec3 rpy = w.rpy_deg * kPi / 180;
+    const Quat to_q = Quat(Eigen::AngleAxisd(rpy.z(), Vec3::UnitZ())) *
+                      Quat(Eigen::AngleAxisd(rpy.y(), Vec3::UnitY())) *
+                      Quat(Eigen::AngleAxisd(rpy.x(), Vec3::UnitX()));
+    const double way = w.by.norm(), turn = q.angularDistance(to_q);
+    const double T =
+        std::max({0.1, 1.875 * way / f.speed, std::sqrt(5.78 * way / f.acceleration), 1.875 * turn / 0.5});
+    const int moving = static_cast<int>(T * rate_hz), resting = static_cast<int>(w.hold_s * rate_hz);
+    for (int i = 0; i < moving + resting; ++i) {
+      const double s = smooth(static_cast<double>(i + 1) / moving);
+      m.p.push_back(p + s * w.by);
+      m.q.push_back(q.slerp(s, to_q));
+    }
+    p += w.by;
+    q = to_q;
+  }
+  return m;
+}
+
+/// The nominal vehicle on that motion: situations with the rotor speeds that it needs.
+Flight nominal_flight(const ProposedFlight& proposal, const Vec3& start, double alpha,
+                      const vehicle::Vehicle& vehicle, const Flight& like, const Options& o) {
+  Flight f;
+  f.rate_hz = o.grid_hz;
+  f.has_position = true;
+  f.has_accelerometer = like.has_accelerometer;
+  const Motion m = sample(proposal, start, o.grid_hz);
+  const int n = static_cast<int>(m.p.size());
+  if (n < 20) return f;
+  const auto A = vehicle.allocation_matrix(alpha);
+  const bool free_attitude = A.fullPivLu().rank() == 6;
+  const auto solver = A.completeOrthogonalDecomposition();
+  const double dt = 1.0 / o.grid_hz;
+  std::vector<RigidState> x(static_cast<std::size_t>(n));
+  std::vector<Vec3> a(x.size(), Vec3::Zero());
+  const auto at = [&](int i) { return static_cast<std::size_t>(std::clamp(i, 0, n - 1)); };
+  for (int i = 0; i < n; ++i) {
+    x[at(i)].p_WB = m.p[at(i)];
+    x[at(i)].v_WB_W = (m.p[at(i + 1)] - m.p[at(i - 1)]) / (2 * dt);
+    a[at(i)] = (m.p[at(i + 1)] - 2 * m.p[at(i)] + m.p[at(i - 1)]) / (dt * dt);
+    const Vec3 up = a[at(i)] + Vec3(0, 0, o.environment.gravity);
+    x[at(i)].q_WB = free_attitude ? m.q[at(i)] : Quat::FromTwoVectors(Vec3::UnitZ(), up);
+  }
+  const auto rate = [&](int i) {
+    return Vec3(log_rotation(x[at(i - 1)].q_WB.conjugate() * x[at(i + 1)].q_WB) / (2 * dt));
+  };
+  std::vector<double> speed(vehicle.rotors.size());
+  for (int i = 0; i < n; ++i) {
+    RigidState& s = x[at(i)];
+    s.w_WB_B = rate(i);
+    const Vec3 turn = (rate(i + 1) - rate(i - 1)) / (2 * dt);
+    const Mat3 R_BW = s.q_WB.conjugate().toRotationMatrix();
+    Vec6 need;
+    need << vehicle.mass * (R_BW * (a[at(i)] + Vec3(0, 0, o.environment.gravity))),
+        vehicle.inertia * turn + s.w_WB_B.cross(vehicle.inertia * s.w_WB_B);
+    const Eigen::VectorXd thrust = solver.solve(need);
+    for (std::size_t r = 0; r < speed.size(); ++r)
+      speed[r] = vehicle.rotors[r].speed(thrust[static_cast<Eigen::Index>(r)]);
+    physics::Situation y;
+    physics::Environment environment = o.environment;
+    environment.floor_z = like.floor_z;
+    physics::prepare(vehicle, s, alpha, speed, {}, environment, y);
+    y.t = i * dt;
+    y.a_WB_B = R_BW * a[at(i)];
+    y.dw_WB_B = turn;
+    f.t.push_back(y.t);
+    f.situation.push_back(y);
+  }
+  f.smooth = f.situation;
+  f.segments = {{0, n}};
+  return f;
+}
+
+/// Columns of offsets and of `other`, and the contribution of `named`, whitened.
+void columns(const Problem& problem, const Whitening& noise, const Rivals& pair, Eigen::MatrixXd& X,
+             Eigen::VectorXd& v) {
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(problem.offset_sigma().size());
+  Eigen::VectorXd with, without;
+  Eigen::MatrixXd jacobian;
+  problem.predict({pair.named}, none, with, nullptr);
+  problem.predict({}, none, without, nullptr);
+  v = noise.apply_vector(problem, without - with);
+  problem.predict({pair.other}, none, with, &jacobian);
+  X = noise.apply(problem, jacobian);
+}
+
+std::vector<ProposedFlight> catalogue(const vehicle::Vehicle& vehicle, double alpha) {
+  const bool tilts = vehicle.tilt.kind != vehicle::TiltKind::none;
+  std::vector<ProposedFlight> out;
+  ProposedFlight f;
+  f.alpha = alpha;
+  f.name = "ascent_with_pauses";
+  f.words = "climb by 1.1 m in two steps with pauses, and down again";
+  f.waypoints = {{{0, 0, 0}, {0, 0, 0}, 4},
+                 {{0, 0, 0.55}, {0, 0, 0}, 4},
+                 {{0, 0, 0.55}, {0, 0, 0}, 4},
+                 {{0, 0, -0.55}, {0, 0, 0}, 4},
+                 {{0, 0, -0.55}, {0, 0, 0}, 4}};
+  out.push_back(f);
+  f.name = "fast_up_and_down";
+  f.words = "climb and sink by 0.4 m as fast as the vehicle may, six times";
+  f.speed = 0.8, f.acceleration = 1.6;
+  f.waypoints = {{{0, 0, 0.3}, {0, 0, 0}, 3}};
+  for (int k = 0; k < 6; ++k) f.waypoints.push_back({{0, 0, k % 2 == 0 ? 0.4 : -0.4}, {0, 0, 0}, 1});
+  out.push_back(f);
+  f.name = "side_steps_at_two_heights";
+  f.words = "step 0.3 m to every side, at two heights";
+  f.speed = 0.6, f.acceleration = 1.0;
+  f.waypoints = {{{0, 0, 0.1}, {0, 0, 0}, 3}};
+  for (int level = 0; level < 2; ++level) {
+    for (const Vec3& by :
+         {Vec3(0.3, 0, 0), Vec3(-0.6, 0, 0), Vec3(0.3, 0.3, 0), Vec3(0, -0.6, 0), Vec3(0, 0.3, 0)})
+      f.waypoints.push_back({by, {0, 0, 0}, 1.5});
+    if (level == 0) f.waypoints.push_back({{0, 0, 0.6}, {0, 0, 0}, 2});
+  }
+  out.push_back(f);
+  if (tilts) {
+    f.name = "tilts_in_place";
+    f.words = "roll and pitch by 20 deg both ways in one place, at two heights";
+    f.waypoints = {{{0, 0, 0.2}, {0, 0, 0}, 3}};
+    for (int level = 0; level < 2; ++level) {
+      for (const Vec3& rpy :
+           {Vec3(20, 0, 0), Vec3(-20, 0, 0), Vec3(0, 20, 0), Vec3(0, -20, 0), Vec3(0, 0, 0)})
+        f.waypoints.push_back({{0, 0, 0}, rpy, 2});
+      if (level == 0) f.waypoints.push_back({{0, 0, 0.5}, {0, 0, 0}, 2});
+    }
+    out.push_back(f);
+    const double other = alpha + 0.21 < vehicle.tilt.max ? alpha + 0.21 : alpha - 0.21;
+    f = out.front();
+    f.alpha = other;
+    f.name = "ascent_at_another_tilt";
+    f.words = "the ascent with pauses at another tilt of the rotors, 12 deg away";
+    out.push_back(f);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<ProposedFlight> propose_flights(const Problem& flown, const Flight& flight,
+                                            const vehicle::Vehicle& vehicle, const std::vector<Rivals>& pairs,
+                                            const Options& o) {
+  std::vector<ProposedFlight> out;
+  if (pairs.empty() || flown.samples() == 0) return out;
+  double alpha = 0, low = 1e9;
+  Vec3 middle = Vec3::Zero();
+  for (int i = 0; i < flown.samples(); ++i) {
+    const physics::Situation& s = flown.situation(i);
+    alpha += s.alpha / flown.samples();
+    middle += s.body.p_WB / flown.samples();
+    low = std::min(low, s.body.p_WB.z());
+  }
+  const Vec3 start(middle.x(), middle.y(), std::max(low, 0.0));
+  for (ProposedFlight& f : catalogue(vehicle, alpha)) {
+    f.start = start;
+    const Flight planned = nominal_flight(f, start, f.alpha, vehicle, flight, o);
+    if (planned.segments.empty()) continue;
+    const Flight* one[] = {&planned};
+    const Problem next(one, vehicle, o);
+    if (next.offset_sigma().size() != flown.offset_sigma().size()) continue;
+    f.separation_sigma = 1e9;
+    for (const Rivals& pair : pairs) {
+      Eigen::MatrixXd X1, X2;
+      Eigen::VectorXd v1, v2;
+      columns(flown, flown.noise(), pair, X1, v1);
+      columns(next, flown.noise(), pair, X2, v2);
+      Eigen::MatrixXd H = X1.transpose() * X1 + X2.transpose() * X2;
+      const Eigen::VectorXd g = X1.transpose() * v1 + X2.transpose() * v2;
+      H.diagonal().tail(flown.offset_sigma().size()) += flown.offset_sigma().cwiseAbs2().cwiseInverse();
+      Eigen::VectorXd scale(H.rows());
+      for (Eigen::Index k = 0; k < H.rows(); ++k) scale[k] = H(k, k) > 0 ? 1.0 / std::sqrt(H(k, k)) : 0.0;
+      H = scale.asDiagonal() * H * scale.asDiagonal();
+      H.diagonal().array() += 1e-9;
+      const Eigen::VectorXd r = scale.asDiagonal() * g;
+      const double left = v1.squaredNorm() + v2.squaredNorm() - r.dot(H.ldlt().solve(r));
+      f.separation_sigma = std::min(f.separation_sigma, std::sqrt(std::max(0.0, left)));
+    }
+    out.push_back(f);
+  }
+  std::stable_sort(out.begin(), out.end(),
+                   [](const auto& a, const auto& b) { return a.separation_sigma > b.separation_sigma; });
+  return out;
+}
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,20 @@
+// The next flight: which manoeuvre would tell apart what this flight could not.
+#pragma once
+
+#include "naming.hpp"
+
+namespace omniflight::diagnosis {
+
+/// Two explanations that fit alike: the named one as fitted, the other with the values it would take.
+struct Rivals {
+  physics::ActiveEffect named, other;
+};
+
+/// Manoeuvres of the catalogue, the one with the largest predicted separation of its worst pair first. The
+/// separation [sigma] is the length of what `other` (and the offsets) cannot imitate of `named` on the old
+/// and the new flight together, under the noise of the old one.
+std::vector<ProposedFlight> propose_flights(const Problem& flown, const Flight& flight,
+                                            const vehicle::Vehicle& vehicle, const std::vector<Rivals>& pairs,
+                                            const Options& options);
+
+}  // namespace omniflight::diagnosis

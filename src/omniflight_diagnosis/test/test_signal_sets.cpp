@@ -1,0 +1,133 @@
+// Recordings that lack signals: what can still be said is said, and what cannot is named.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+
+#include "../src/bursts.hpp"
+#include "omniflight_diagnosis/diagnosis.hpp"
+#include "omniflight_recording/formats.hpp"
+#include "synthetic.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+std::filesystem::path flights() {
+  const char* given = std::getenv("OMNIFLIGHT_REAL_DATA");
+  return (given ? std::filesystem::path(given)
+                : std::filesystem::path(OMNIFLIGHT_SOURCE_ROOT "/../shared/data")) /
+         "flights";
+}
+
+vehicle::Vehicle load(const char* name) {
+  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+  auto v = vehicle::load_vehicle(name);
+  EXPECT_TRUE(v) << v.error().text();
+  return *v;
+}
+
+/// Duty cycles in place of the rotor speeds.
+void keep_only_duty(recording::Recording& r, const vehicle::Vehicle& v) {
+  recording::Signal duty = r.signals["rotor_speed"];
+  duty.name = "pwm";
+  for (Eigen::Index i = 0; i < duty.size(); ++i)
+    for (Eigen::Index k = 0; k < duty.width(); ++k)
+      duty.values(i, k) = std::pow(
+          0.7 * std::abs(duty.values(i, k)) / v.rotors[static_cast<std::size_t>(k)].max_speed(), 1 / 0.85);
+  r.signals.erase("rotor_speed");
+  r.signals["pwm"] = duty;
+}
+
+TEST(SignalSets, DutyCyclesAloneCarryAWrenchAnalysisWithoutAFalseMass) {
+  const vehicle::Vehicle v = load("omnimorph");
+  test::Flown flown;
+  flown.duration_s = 20;
+  recording::Recording r = test::fly(v, {}, flown);
+  keep_only_duty(r, v);
+  const auto d = diagnose(std::span(&r, 1), {}, v);
+  ASSERT_TRUE(d) << d.error().text();
+  EXPECT_EQ(d->verdict, Verdict::nothing_missing) << d->summary;
+  EXPECT_NE(d->summary.find("duty cycle"), std::string::npos) << d->summary;
+}
+
+TEST(SignalSets, AForceThatComesAndGoesIsLocalisedAndNotNamed) {
+  const vehicle::Vehicle v = load("omnimorph");
+  test::Flown flown;
+  flown.duration_s = 24;
+  flown.force_noise_N = 0.05;
+  recording::Recording r = test::fly(v, {}, flown);
+  Eigen::MatrixXd& acc = r.signals["acc"].values;
+  for (Eigen::Index i = 0; i < acc.rows(); ++i) {
+    const double t = r.signals["acc"].t_s[static_cast<std::size_t>(i)];
+    if (t > 10.0 && t < 11.5) acc(i, 2) -= 1.2 / v.mass * std::sin(kPi * (t - 10.0) / 1.5);
+  }
+  const auto d = diagnose(std::span(&r, 1), {}, v);
+  ASSERT_TRUE(d) << d.error().text();
+  EXPECT_EQ(d->verdict, Verdict::unexplained) << d->summary;
+  ASSERT_FALSE(d->unexplained.empty());
+  EXPECT_EQ(d->unexplained[0].channel, "Fz");
+  EXPECT_EQ(d->unexplained[0].frame, "world");
+  const auto m = std::find_if(d->mismatch.begin(), d->mismatch.end(), [](const Mismatch& x) {
+    return x.where.find("downward force") != std::string::npos;
+  });
+  ASSERT_NE(m, d->mismatch.end()) << d->summary;
+  ASSERT_FALSE(m->windows_s.empty());
+  EXPECT_NEAR(m->windows_s[0].first, 10.2, 0.5);
+  EXPECT_NEAR(m->windows_s[0].second, 11.3, 0.5);
+}
+
+/// Names found in the single flights of a folder of the damaged-propeller set.
+struct Answers {
+  int flights = 0, rotor3 = 0, other_rotor = 0, any = 0;
+  double mean_scale = 0;
+};
+
+Answers answers(const std::string& folder) {
+  Answers a;
+  const vehicle::Vehicle v = load("crazyflie_brushed");
+  for (const auto& entry :
+       std::filesystem::directory_iterator(flights() / "crazyflie_damaged_propeller" / folder)) {
+    const auto r = recording::load(entry.path());
+    EXPECT_TRUE(r) << r.error().text();
+    if (!r) continue;
+    const auto d = diagnose(std::span(&*r, 1), {}, v);
+    EXPECT_TRUE(d) << d.error().text();
+    if (!d) continue;
+    ++a.flights;
+    a.any += !d->findings.empty();
+    for (const Finding& f : d->findings) {
+      if (f.effect != "rotor_thrust_scale") continue;
+      const bool third = f.channels.front() == "rotor3";
+      (third ? a.rotor3 : a.other_rotor)++;
+      if (third) a.mean_scale += f.parameters[0].value;
+    }
+  }
+  if (a.rotor3 > 0) a.mean_scale /= a.rotor3;
+  return a;
+}
+
+TEST(SignalSets, ADamagedPropellerIsFoundFromMotorCommandsAlone) {
+  if (!std::filesystem::exists(flights() / "crazyflie_damaged_propeller"))
+    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
+  const Answers normal = answers("normal_flight");
+  EXPECT_EQ(normal.flights, 7);
+  EXPECT_EQ(normal.any, 0);
+  const Answers three = answers("cut_propeller_M3_3mm"), both = answers("cut_propeller_M3_3mm_3mm_41mm"),
+                most = answers("cut_propeller_M3_3.5mm_3.5mm_40mm");
+  for (const Answers* a : {&three, &both, &most}) {
+    EXPECT_EQ(a->rotor3, a->flights);
+    EXPECT_EQ(a->other_rotor, 0);
+  }
+  EXPECT_LT(both.mean_scale, three.mean_scale);
+  EXPECT_LT(most.mean_scale, both.mean_scale);
+  // an added weight is no damage
+  for (const char* folder :
+       {"add_weight_W1_near_M3_M4", "add_weight_W1_near_M4", "weight_on_string_W2_near_M3"}) {
+    const Answers a = answers(folder);
+    EXPECT_EQ(a.rotor3 + a.other_rotor, 0) << folder;
+  }
+}
+
+}  // namespace
+}  // namespace omniflight::diagnosis
