@@ -33,14 +33,22 @@ Result<std::vector<Vec3>> bulging(const OverheadRope& rope, const Vec3& attachme
     return bad_input("is " + std::to_string(rope.length) + " m, and the anchor is " +
                          std::to_string(distance) + " m away at the start",
                      "overhead_rope.length_m", "Give a longer rope");
-  const Vec3 along = distance > 1e-6 ? Vec3(reach / distance) : Vec3::UnitZ();
-  const Vec3 side = (Vec3::UnitY() - along.y() * along).norm() > 0.1
-                        ? Vec3((Vec3::UnitY() - along.y() * along).normalized())
-                        : Vec3::UnitX();
-  const double cosine = distance / rope.length, sine = std::sqrt(1 - cosine * cosine);
-  std::vector<Vec3> out;
+  // hangs straight down as far as the rest still reaches the anchor, then goes up in two equal parts that
+  // bulge
   const int links = even_links(rope);
-  for (int i = 0; i < links; ++i) out.push_back(cosine * along + (i < links / 2 ? sine : -sine) * side);
+  const double link = rope.length / links;
+  int down = 0;
+  while (down + 2 < links &&
+         (reach + (down + 2) * link * Vec3::UnitZ()).norm() <= 0.999 * (links - down - 2) * link)
+    down += 2;
+  const Vec3 rest = reach + down * link * Vec3::UnitZ();
+  const Vec3 along = rest.norm() > 1e-6 ? Vec3(rest.normalized()) : Vec3::UnitZ();
+  const Vec3 aside = Vec3::UnitY() - along.y() * along;
+  const Vec3 side = aside.norm() > 0.1 ? Vec3(aside.normalized()) : Vec3::UnitX();
+  const int up = links - down;
+  const double cosine = rest.norm() / (up * link), sine = std::sqrt(1 - cosine * cosine);
+  std::vector<Vec3> out(static_cast<std::size_t>(down), -Vec3::UnitZ());
+  for (int i = 0; i < up; ++i) out.push_back(cosine * along + (i < up / 2 ? sine : -sine) * side);
   return out;
 }
 

@@ -11,7 +11,7 @@ namespace omniflight::proof {
 
 /// Hangs in a zigzag of Cable::initial_bend and lies on the floor from where it reaches it.
 Result<std::vector<Vec3>> hanging(const Cable& cable, const Vec3& attachment_W, double floor_z);
-/// Two straight halves that bulge sideways between vehicle and anchor.
+/// Down from the vehicle as far as the length allows, and up to the anchor: nearly at rest.
 Result<std::vector<Vec3>> bulging(const OverheadRope& rope, const Vec3& attachment_W);
 
 /// Attitudes of ball joints, one after the other, so that links along their -z have these directions.

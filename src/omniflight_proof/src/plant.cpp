@@ -29,6 +29,7 @@ struct MujocoPlant::Impl {
   std::uint64_t steps = 0;
   RigidState state = {}, hold = {};
   bool held = true;
+  Vec6 rail_acceleration = Vec6::Zero();  ///< of a held body: world, then body axes
   std::vector<mjtNum> start_qpos = {};
   std::vector<int> cable = {};
 
@@ -53,11 +54,12 @@ struct MujocoPlant::Impl {
     state.v_WB_W = Eigen::Map<const Vec3>(d()->qvel);
     state.w_WB_B = Eigen::Map<const Vec3>(d()->qvel + 3);
   }
-  /// Accelerations for the present state and forces.
+  /// Accelerations for the present state and forces; a held body is pushed along its rail.
   void forward(double t, double h) const {
     mj_fwdPosition(m(), d());
     mj_fwdVelocity(m(), d());
     forces->apply(const_cast<Engine&>(engine), motors, t, h);
+    if (held) Eigen::Map<Vec6>(d()->qfrc_applied) += kHeldArmature * rail_acceleration;
     mj_forwardSkip(m(), d(), mjSTAGE_VEL, 1);
   }
   /// One time step with the accelerations that forward() has found.
@@ -215,6 +217,16 @@ Status MujocoPlant::step(bool held) {
   }
   const double h = k.world.timestep, begin = k.time();
   const RigidState from = k.state;
+  if (held && !k.alone) {
+    // what hangs from it must feel that the rail speeds up or slows down
+    Vec6 change;
+    change << k.hold.v_WB_W - from.v_WB_W, k.hold.w_WB_B - from.w_WB_B;
+    if (!change.isZero()) {
+      k.rail_acceleration = change / h;
+      k.forward(begin, 0);
+      k.rail_acceleration.setZero();
+    }
+  }
   for (int i = 1; i <= k.substeps; ++i) {
     const double t = begin + i * h;
     if (!held || !k.alone) k.integrate();

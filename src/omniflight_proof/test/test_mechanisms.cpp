@@ -101,7 +101,8 @@ TEST(Mechanisms, FloorGivesAndNeighbourTakesThrust) {
   World world;
   world.planes = Planes{.floor = 1};
   const double low = unmodelled(world, {.p_WB = Vec3(0, 0, 0.25)})[2], high = unmodelled(world)[2];
-  EXPECT_GT(low, 0.1);
+  EXPECT_GT(low, 0.05) << "same speed: less inflow, more thrust";
+  EXPECT_LT(low, 0.043 * 1.315 * kGravity) << "less than at the same power";
   EXPECT_LT(high, 0.1 * low);
   world = {};
   world.neighbours.push_back({.p_W = Vec3(0, 0, 2.5), .thrust = 15, .radius = 0.25});
@@ -109,16 +110,20 @@ TEST(Mechanisms, FloorGivesAndNeighbourTakesThrust) {
   EXPECT_NEAR(unmodelled(world, {.p_WB = Vec3(2, 0, 1.5)})[2], 0, 1e-3) << "beside the jet";
 }
 
-TEST(Mechanisms, WindPushesByTheSquareOfItsSpeedAndGrowsWithHeight) {
+/// Out of line: g++ 12 takes the gusts of a local world for uninitialised.
+[[gnu::noinline]] World windy(const std::vector<Gust>& gusts) {
   World world;
   world.airframe = Airframe{.drag_area_B = Vec3(0.05, 0.05, 0.05)};
-  Wind& wind = world.wind.emplace();
-  wind.velocity_W = Vec3(3, 0, 0);
-  wind.profile_exponent = 0.2;
-  EXPECT_NEAR(unmodelled(world, {.p_WB = Vec3(0, 0, 1)})[0], 0.5 * 1.2 * 0.05 * 9, 1e-3);
-  EXPECT_NEAR(unmodelled(world, {.p_WB = Vec3(0, 0, 4)})[0], 0.5 * 1.2 * 0.05 * 9 * std::pow(4, 0.4), 2e-3);
-  wind.gusts.push_back({.start = 0, .duration = 1.002, .velocity_W = Vec3(1, 0, 0)});
-  EXPECT_NEAR(unmodelled(world, {.p_WB = Vec3(0, 0, 1)})[0], 0.5 * 1.2 * 0.05 * 16, 1e-3) << "at its peak";
+  world.wind = Wind{.velocity_W = Vec3(3, 0, 0), .profile_exponent = 0.2, .gusts = gusts};
+  return world;
+}
+
+TEST(Mechanisms, WindPushesByTheSquareOfItsSpeedAndGrowsWithHeight) {
+  const double push = 0.5 * 1.2 * 0.05;
+  EXPECT_NEAR(unmodelled(windy({}), {.p_WB = Vec3(0, 0, 1)})[0], push * 9, 1e-3);
+  EXPECT_NEAR(unmodelled(windy({}), {.p_WB = Vec3(0, 0, 4)})[0], push * 9 * std::pow(4, 0.4), 2e-3);
+  const World gusty = windy({{.start = 0, .duration = 1.002, .velocity_W = Vec3(1, 0, 0)}});
+  EXPECT_NEAR(unmodelled(gusty, {.p_WB = Vec3(0, 0, 1)})[0], push * 16, 1e-3) << "at its peak";
 }
 
 TEST(Mechanisms, TurbulenceHasTheRmsItSays) {
