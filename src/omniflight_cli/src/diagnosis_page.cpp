@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace omniflight::cli {
 namespace {
 
@@ -147,6 +149,19 @@ void fits(report::Page& page, const Diagnosis& d) {
   }
 }
 
+/// Times at which a channel differs.
+std::vector<report::Window> windows_of(const Diagnosis& d, const std::string& channel) {
+  std::vector<report::Window> out;
+  for (const Mismatch& m : d.mismatch) {
+    if (m.stage != physics::Stage::wrench) continue;
+    if (m.channel != channel && !(channel == "Fz_world" && m.channel == "Fz")) continue;
+    for (const auto& [from, to] : m.windows_s)
+      if (out.size() < 100)
+        out.push_back({.from = from, .to = to, .label = "differs", .tone = report::Tone::warn});
+  }
+  return out;
+}
+
 void residual_plots(report::Page& page, const Diagnosis& d) {
   page.section("Residuals before and after");
   for (const Series& s : d.series) {
@@ -157,6 +172,7 @@ void residual_plots(report::Page& page, const Diagnosis& d) {
                  .y_label = s.channels[k] + " [" + unit + "]",
                  .series = {{.name = "before", .x = s.t_s, .y = s.before[k]},
                             {.name = "after", .x = s.t_s, .y = s.after[k]}},
+                 .windows = windows_of(d, s.channels[k]),
                  .height_px = 200,
                  .group = s.file});
       if (s.channels[k] == "Fz_world" && s.height_m.size() == s.t_s.size())
@@ -170,9 +186,78 @@ void residual_plots(report::Page& page, const Diagnosis& d) {
   }
 }
 
+/// Where the flight went, coloured by the size of the force that the model does not explain.
+void flight_path(report::Page& page, const Diagnosis& d, const recording::Recording& flown) {
+  const recording::Signal* p = flown.find("position");
+  if (!p) p = flown.find("est_position");
+  if (!p || p->width() != 3 || d.series.empty() || d.series.front().t_s.size() < 10) return;
+  const Series& s = d.series.front();
+  const Eigen::MatrixXd x = recording::resample(*p, s.t_s, 0.5);
+  const auto draw = [&](const std::vector<std::vector<double>>& rest, const std::string& title) {
+    report::PathPlot plot{.title = title, .value_label = "unexplained force [N]"};
+    for (Eigen::Index i = 0; i < x.rows(); ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const double f = std::hypot(rest[0][k], rest[1][k], rest[2][k]);
+      if (!x.row(i).allFinite() || !std::isfinite(f)) continue;
+      plot.x.push_back(x(i, 0));
+      plot.y.push_back(x(i, 1));
+      plot.z.push_back(x(i, 2));
+      plot.value.push_back(f);
+      plot.t.push_back(s.t_s[k]);
+    }
+    if (plot.x.size() > 10) page.path_plot(plot);
+  };
+  if (s.before.size() < 3 || s.after.size() < 3) return;
+  page.section("Where on the flight path");
+  draw(s.before, "Before: force that the nominal model does not explain");
+  draw(s.after, "After: force that the model found does not explain");
+}
+
+void intake_section(report::Page& page, const Intake& in) {
+  if (in.signals.empty()) return;
+  page.section("What this recording can tell");
+  report::Table signals;
+  signals.caption = "Signals";
+  signals.columns = {{.name = "signal"},
+                     {.name = "unit"},
+                     {.name = "samples"},
+                     {.name = "rate", .unit = "Hz"},
+                     {.name = "longest gap", .unit = "s"}};
+  for (const auto& s : in.signals)
+    signals.rows.push_back({s.name, s.unit, s.samples, s.rate_hz, s.longest_gap_s});
+  page.table(signals);
+  if (!in.alignment.empty()) {
+    report::Table clocks;
+    clocks.caption = "Clocks: how much later one signal comes than another, by cross-correlation";
+    clocks.columns = {{.name = "signal"},
+                      {.name = "comes after"},
+                      {.name = "lag", .unit = "ms"},
+                      {.name = "its standard error", .unit = "ms"},
+                      {.name = "drift", .unit = "ppm"},
+                      {.name = "its standard error", .unit = "ppm"},
+                      {.name = "correlation"}};
+    for (const auto& a : in.alignment)
+      clocks.rows.push_back(
+          {a.late, a.early, 1e3 * a.lag_s, 1e3 * a.lag_se, 1e6 * a.skew, 1e6 * a.skew_se, a.correlation});
+    page.table(clocks);
+  }
+  if (!in.detectability.empty()) {
+    report::Bars bars{.title = "How clearly an effect of ordinary size would show (sigma)"};
+    bars.marker = 3.0;
+    bars.marker_label = "just visible";
+    for (const auto& x : in.detectability)
+      if (std::isfinite(x.sigma)) bars.bars.push_back({.name = x.effect, .value = x.sigma});
+    page.bars(bars);
+  }
+  for (const auto& group : in.alias_groups)
+    page.paragraph("These look alike on this flight: " + list(group) + ".");
+  for (const auto& note : in.notes) page.paragraph(note);
+}
+
 }  // namespace
 
-Status write_page(const Diagnosis& d, const Refit& refit, const std::string& title, const std::string& path) {
+Status write_page(const Diagnosis& d, const Refit& refit, const recording::Recording& flown,
+                  const std::string& title, const std::string& path) {
   report::Page page(title, d.inputs.empty() ? "" : d.inputs.front().file);
   page.verdict(tone(d.verdict), headline(d.verdict), d.summary);
   std::vector<report::Fact> facts;
@@ -186,11 +271,22 @@ Status write_page(const Diagnosis& d, const Refit& refit, const std::string& tit
     page.table(comparison_table(refit.before, "Before: nominal simulation against the recording"));
     page.table(comparison_table(refit.after, "After: simulation with model.yaml against the recording"));
   }
+  flight_path(page, d, flown);
   residual_plots(page, d);
   if (!d.next_flight.manoeuvres.empty()) {
     page.section("What to fly next");
     for (const auto& text : d.next_flight.manoeuvres) page.paragraph(text);
+    report::Table t;
+    t.caption = "Predicted separation of the explanations that this flight leaves";
+    t.columns = {{.name = "manoeuvre"}, {.name = "separation", .unit = "sigma"}};
+    for (const auto& f : d.next_flight.proposed) t.rows.push_back({f.words, f.separation_sigma});
+    if (!t.rows.empty()) page.table(t);
+    if (!d.next_flight.mission.empty())
+      page.paragraph("The mission " + d.next_flight.mission +
+                     " holds the best of them that fits the test bed.");
   }
+  intake_section(page, d.intake);
+  if (!d.left_out.empty()) page.paragraph("Left out because time was up: " + list(d.left_out) + ".");
   page.section("Inputs");
   for (const auto& in : d.inputs) {
     std::string cut;

@@ -12,7 +12,9 @@ struct Refit {
   std::vector<ComparedRow> before, after;  ///< simulation without and with the model, against the recording
 };
 
-Status write_page(const diagnosis::Diagnosis& d, const Refit& refit, const std::string& title,
-                  const std::string& path);
+/// One self-contained page. `flown` is the first recording: its path is drawn, coloured by what the model
+/// does not explain.
+Status write_page(const diagnosis::Diagnosis& d, const Refit& refit, const recording::Recording& flown,
+                  const std::string& title, const std::string& path);
 
 }  // namespace omniflight::cli

@@ -1,10 +1,14 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <filesystem>
 
 #include "diagnosis_page.hpp"
 #include "flight.hpp"
+#include "omniflight_core/progress.hpp"
+#include "omniflight_diagnosis/told.hpp"
 #include "omniflight_files/files.hpp"
+#include "omniflight_planning/plan.hpp"
 #include "omniflight_recording/formats.hpp"
 #include "verbs.hpp"
 
@@ -13,14 +17,18 @@ namespace {
 
 struct Options {
   std::vector<std::string> recordings, held_out, set;
-  std::string vehicle, refly, plan;
+  std::string vehicle, refly, plan, told, map, test_bed = "pyramid";
   double budget_s = 0;
+  bool check = false;
 };
 
-Result<std::vector<recording::Recording>> load_all(const std::vector<std::string>& paths) {
+Result<std::vector<recording::Recording>> load_all(const std::vector<std::string>& paths,
+                                                   const std::string& map) {
   std::vector<recording::Recording> out;
   for (const std::string& path : paths) {
-    auto r = recording::load(path, {});
+    recording::LoadOptions options;
+    options.map = map;
+    auto r = recording::load(path, options);
     if (!r) return Failure(r.error());
     out.push_back(std::move(*r));
   }
@@ -60,6 +68,85 @@ Result<Refit> refly(const Options& o, const std::string& out, const recording::R
   return refit;
 }
 
+/// What told.yaml says, and the tracks of the neighbours it names.
+Status take_told(const Options& o, const recording::Recording& first, diagnosis::Options& options,
+                 Common& common) {
+  const std::string file = o.told.empty() ? diagnosis::told_beside(o.recordings.front()) : o.told;
+  if (file.empty()) return {};
+  const auto told = diagnosis::load_told(file);
+  if (!told) return Failure(told.error());
+  diagnosis::apply(*told, options);
+  for (const std::string& place : told->ignored)
+    say(common, "  told, but not used: " + place + " (" + file + ")");
+  for (const std::string& path : told->neighbours) {
+    recording::LoadOptions load;
+    load.map = o.map;
+    const auto r = recording::load(path, load);
+    if (!r) return Failure(r.error());
+    const recording::Signal* p = r->find("position");
+    if (!p || p->width() != 3)
+      return bad_input("has no position", path, "A neighbour needs px_m, py_m and pz_m");
+    physics::NeighbourTrack track;
+    for (Eigen::Index i = 0; i < p->size(); ++i) {
+      track.t_s.push_back(p->t_s[static_cast<std::size_t>(i)] + r->start_s - first.start_s);
+      track.p_WN.push_back(p->values.row(i).transpose());
+    }
+    if (auto ok = physics::validate(track); !ok) return ok;
+    options.neighbours.push_back(std::move(track));
+  }
+  return {};
+}
+
+std::string mission_yaml(const diagnosis::ProposedFlight& f, const std::string& vehicle,
+                         const std::string& bed, const Vec3& start) {
+  std::string y = fmt::format(
+      "# Proposed by a diagnosis: {}.\n# Predicted separation of the explanations: {:.1f} sigma.\n"
+      "schema: omniflight.mission/1\nname: {}\nvehicle: {}\ntest_bed: {}\nalpha_deg: {:.1f}\nclearance_m: "
+      "0.08\n"
+      "seed: 1\nbudget_ms: 2000\nlimits: {{speed_mps: {:.3g}, acceleration_mps2: {:.3g}, rate_dps: 30, "
+      "angular_acceleration_dps2: 90, rotor_headroom: 0.1}}\n"
+      "start: {{position: [{:.3f}, {:.3f}, {:.3f}], attitude: {{rpy_deg: [0, 0, 0]}}, hold_s: "
+      "3}}\nwaypoints:\n",
+      f.words, f.separation_sigma, f.name, vehicle, bed, f.alpha * 180 / kPi, f.speed, f.acceleration,
+      start.x(), start.y(), start.z());
+  for (const auto& w : f.waypoints) {
+    if (w.by.norm() == 0 && w.rpy_deg.norm() == 0 && &w == &f.waypoints.front()) continue;
+    y += fmt::format(
+        "  - {{by: [{:.3f}, {:.3f}, {:.3f}], attitude: {{rpy_deg: [{:.1f}, {:.1f}, {:.1f}]}}, hold_s: "
+        "{:.1f}}}\n",
+        w.by.x(), w.by.y(), w.by.z(), w.rpy_deg.x(), w.rpy_deg.y(), w.rpy_deg.z(), w.hold_s);
+  }
+  return y;
+}
+
+/// Writes the best proposed flight that the planner certifies in the test bed; says why when there is none.
+Status write_next_flight(const Options& o, const std::string& out, diagnosis::Diagnosis& d, Common& common) {
+  std::string why;
+  for (const auto& f : d.next_flight.proposed) {
+    if (interrupted()) break;
+    // where it was flown, or over the middle of the test bed when that place is not free there
+    for (const Vec3& start : {f.start, Vec3(0, 0, 0.9)}) {
+      const std::string path = out + "/next_flight.yaml";
+      if (auto ok = files::write_file_atomic(path, mission_yaml(f, o.vehicle, o.test_bed, start)); !ok)
+        return ok;
+      const auto mission = planning::load_mission(path);
+      if (!mission) return Failure(mission.error());
+      const auto plan = planning::plan_mission(*mission, {});
+      if (plan) {
+        d.next_flight.mission = "next_flight.yaml";
+        d.next_flight.predicted_separation_sigma = f.separation_sigma;
+        d.next_flight.manoeuvres.insert(d.next_flight.manoeuvres.begin(), f.words);
+        return {};
+      }
+      why = plan.error().text();
+    }
+  }
+  std::error_code ec;
+  std::filesystem::remove(out + "/next_flight.yaml", ec);
+  if (!why.empty()) say(common, "  no proposed flight fits the test bed: " + why);
+  return {};
+}
+
 }  // namespace
 
 Action add_diagnose(CLI::App& verb, Common& common) {
@@ -72,30 +159,50 @@ Action add_diagnose(CLI::App& verb, Common& common) {
                   "Mission to fly again in the simulator, without and with the model found");
   verb.add_option("--plan", o->plan, "Plan folder for --refly");
   verb.add_option("--budget-s", o->budget_s, "Time to stay within [s]")->check(not_negative(false));
+  verb.add_flag("--check", o->check,
+                "Only say what these recordings can and cannot tell; takes seconds and fits nothing");
+  verb.add_option("--told", o->told, "What is known beside the recording (default: told.yaml beside it)");
+  verb.add_option("--map", o->map, "Which columns of a foreign CSV are which signals");
+  verb.add_option("--test-bed", o->test_bed, "Where the proposed next flight has to fit");
   return [o, &common]() -> Result<int> {
     const auto begin = std::chrono::steady_clock::now();
     auto vehicle = vehicle::load_vehicle(o->vehicle, o->set);
     if (!vehicle) return Failure(vehicle.error());
-    auto fit = load_all(o->recordings);
+    auto fit = load_all(o->recordings, o->map);
     if (!fit) return Failure(fit.error());
-    auto held_out = load_all(o->held_out);
+    auto held_out = load_all(o->held_out, o->map);
     if (!held_out) return Failure(held_out.error());
-    auto d = diagnosis::diagnose(*fit, *held_out, *vehicle, {});
+    diagnosis::Options options;
+    if (auto ok = take_told(*o, fit->front(), options, common); !ok) return Failure(ok.error());
+    const auto elapsed = [begin] {
+      return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    };
+    Progress progress("diagnosing", o->budget_s, "s", common.quiet || common.json);
+    options.stop = [&] {
+      progress.update(elapsed());
+      // the answer itself is written within what is left
+      return interrupted() || (o->budget_s > 0 && elapsed() > 0.8 * o->budget_s);
+    };
+    auto d = o->check ? diagnosis::check(fit->front(), *vehicle, options)
+                      : diagnosis::diagnose(*fit, *held_out, *vehicle, options);
+    progress.finish();
     if (!d) return Failure(d.error());
     d->runtime_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     const std::string out = common.out.empty() ? "runs/diagnosis" : common.out;
     if (auto ok = make_folder(out); !ok) return Failure(ok.error());
     if (auto ok = files::write_file_atomic(out + "/model.yaml", diagnosis::model_yaml(*d)); !ok)
       return Failure(ok.error());
+    if (auto ok = write_next_flight(*o, out, *d, common); !ok) return Failure(ok.error());
     Refit refit;
-    if (!o->refly.empty()) {
+    if (!o->refly.empty() && !o->check) {
       auto flown = refly(*o, out, fit->front(), common.quiet, *d);
       if (!flown) return Failure(flown.error());
       refit = std::move(*flown);
     }
     const std::string json = diagnosis::to_json(*d);
     if (auto ok = files::write_file_atomic(out + "/diagnosis.json", json); !ok) return Failure(ok.error());
-    if (auto ok = write_page(*d, refit, "Diagnosis of " + vehicle->name, out + "/report.html"); !ok)
+    if (auto ok = write_page(*d, refit, fit->front(), "Diagnosis of " + vehicle->name, out + "/report.html");
+        !ok)
       return Failure(ok.error());
     if (common.json) print_json(common, nlohmann::json::parse(json));
     say(common, "verdict: " + to_string(d->verdict) + "\n" + d->summary);
@@ -119,6 +226,25 @@ Action add_diagnose(CLI::App& verb, Common& common) {
       say(common, "nominal simulation against the recording:\n" + to_text(refit.before));
       say(common, "simulation with the model found against the recording:\n" + to_text(refit.after));
     }
+    if (o->check) {
+      for (const auto& s : d->intake.signals)
+        say(common, fmt::format("  {:22} {:6} samples, {:.1f} Hz, longest gap {:.3f} s [{}]", s.name,
+                                s.samples, s.rate_hz, s.longest_gap_s, s.unit));
+      for (const auto& a : d->intake.alignment)
+        say(common, fmt::format("  clock: {} comes {:.1f} ms (+-{:.1f}) after {}, drifts {:.0f} ppm "
+                                "(+-{:.0f}), correlation {:.2f}",
+                                a.late, 1e3 * a.lag_s, 1e3 * a.lag_se, a.early, 1e6 * a.skew, 1e6 * a.skew_se,
+                                a.correlation));
+      for (const auto& e : d->intake.excitation)
+        say(common, fmt::format("  moves: {:18} {:9.3g} to {:9.3g} {}, RMS {:.3g}", e.name, e.low, e.high,
+                                e.unit, e.rms));
+      for (const auto& in : d->inputs)
+        for (const auto& w : in.excluded)
+          say(common, fmt::format("  cut: {:.2f} s to {:.2f} s, {}", w.from_s, w.to_s, w.why));
+    }
+    if (!d->next_flight.mission.empty())
+      say(common, fmt::format("  next flight: {}/{}, predicted separation {:.1f} sigma", out,
+                              d->next_flight.mission, d->next_flight.predicted_separation_sigma));
     say(common, fmt::format("diagnosed in {:.1f} s; report: {}/report.html", d->runtime_s, out));
     return d->verdict == diagnosis::Verdict::unexplained || d->verdict == diagnosis::Verdict::unusable
                ? static_cast<int>(ErrorCode::incomplete)
