@@ -64,10 +64,6 @@ Contender chain(const vehicle::Vehicle& vehicle) {
   m.effects.push_back({effect, {kCableMass / kCableLength, kCableLength, 0.0, 0.5, 0.2}});
   return plant(vehicle, "Plant with chain", m);
 }
-});
-for (const auto& p : effect->info().parameters) m.effects.back().theta.push_back(p.typical);
-return plant(vehicle, "Plant with chain", m);
-}
 
 int run() {
   const auto loaded = vehicle::load_vehicle("omnimorph");

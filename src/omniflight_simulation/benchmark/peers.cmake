@@ -22,15 +22,19 @@ if(TARGET mujoco::mujoco)
   target_compile_definitions(simulation_peers PRIVATE OMNIFLIGHT_HAVE_MUJOCO)
 endif()
 
-# The kernel of the batch, tuned for this processor: what the portable one is measured against. Alignment stays
-# that of the portable headers, since both share the packages below.
+# The batch under other names, with a kernel tuned for this processor, fused multiply-add allowed: what the
+# portable one is measured against. Alignment stays that of the portable headers.
 set(_simulation ${CMAKE_CURRENT_SOURCE_DIR}/src)
+add_library(simulation_native_kernel OBJECT ${_simulation}/lane_kernel.cpp)
+target_compile_definitions(simulation_native_kernel PRIVATE HWY_COMPILE_ONLY_STATIC OMNIFLIGHT_LANES_FMA)
+target_compile_options(simulation_native_kernel PRIVATE -O3 -march=native -Wno-maybe-uninitialized)
 add_library(simulation_native STATIC ${CMAKE_CURRENT_SOURCE_DIR}/benchmark/native.cpp ${_simulation}/batch.cpp
-            ${_simulation}/lanes.cpp ${_simulation}/lane_kernel.cpp)
-target_compile_definitions(simulation_native PRIVATE Batch=NativeBatch BatchConfig=NativeBatchConfig
-  flies_in_lanes=native_flies_in_lanes lane_effects=native_lane_effects
-  lane_instruction_set=native_lane_instruction_set lanes=native_lanes EIGEN_MAX_ALIGN_BYTES=16 HWY_COMPILE_ONLY_STATIC)
-target_compile_options(simulation_native PRIVATE -O3 -march=native)
-target_include_directories(simulation_native PRIVATE ${_simulation})
-target_link_libraries(simulation_native PUBLIC ${PROJECT_NAME} hwy::hwy PRIVATE omniflight_warnings)
+            ${_simulation}/lanes.cpp $<TARGET_OBJECTS:simulation_native_kernel>)
+foreach(_target simulation_native_kernel simulation_native)
+  target_compile_definitions(${_target} PRIVATE Batch=NativeBatch BatchConfig=NativeBatchConfig
+    flies_in_lanes=native_flies_in_lanes lane_effects=native_lane_effects
+    lane_instruction_set=native_lane_instruction_set lanes=native_lanes EIGEN_MAX_ALIGN_BYTES=16)
+  target_include_directories(${_target} PRIVATE ${_simulation})
+  target_link_libraries(${_target} PUBLIC ${PROJECT_NAME} hwy::hwy PRIVATE omniflight_warnings)
+endforeach()
 target_link_libraries(simulation_peers PUBLIC simulation_native)
