@@ -23,7 +23,7 @@ class TautRope final : public WrenchEffect<TautRope> {
                        {"anchor_z", "p_Az", "m", -1, 20, 0, 0, false},
                        {"attachment_z", "z_a", "m", -0.5, 0.5, 0, 0, false}},
         .signals = {"position", "velocity", "attitude", "gyro"},
-        .channels = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"},
+        .channels = {"Fx", "Fy", "Fz", "Mx", "My"},
         .stage = Stage::wrench,
         .aliases = {"lateral_stiffness", "wall_effect", "actuator_saturation"},
         .separated_by = "slow approach to the limit in three directions"};
