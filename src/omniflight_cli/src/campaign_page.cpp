@@ -13,11 +13,12 @@ namespace omniflight::cli {
 namespace {
 
 constexpr std::size_t kMostPlotted = 48, kMostLines = 8;
+constexpr double kDrawnAt = 2.0;  // m: a lost flight would flatten the others
 
 std::string in_a_cell(const Outcome& o) {
   if (const double at = figure(o.json, "/left_reference_at_s"); !o.flown())
     return std::isfinite(at) ? fmt::format("lost at {:.1f} s", at) : "lost";
-  return fmt::format("{:.4f} m", position_rmse(o.json));
+  return fmt::format("{:.1f} mm", 1e3 * position_rmse(o.json));
 }
 
 /// Worst first: lost flights, the earliest before the others, then by position error.
@@ -34,22 +35,28 @@ std::vector<const Outcome*> ranked(const std::vector<Outcome>& outcomes) {
   return out;
 }
 
+std::string label(const Outcome& o, bool many_missions) {
+  return (many_missions ? o.flight.mission + ", " : "") + o.flight.effect + ", " + o.flight.variant +
+         ", seed " + std::to_string(o.flight.options.seed);
+}
+
 report::Table ranking(const std::vector<const Outcome*>& rows) {
   report::Table t;
   t.caption = "Ranked, worst first: lost flights, then by position error (true state where it is known)";
-  t.columns = {{.name = "flight"},
+  t.columns = {{.name = "mission"},
+               {.name = "effect"},
+               {.name = "variant"},
+               {.name = "seed"},
                {.name = "verdict"},
-               {.name = "position RMSE", .unit = "m"},
-               {.name = "largest", .unit = "m"},
-               {.name = "z RMSE", .unit = "m"},
-               {.name = "mean power", .unit = "W"},
-               {.name = "integral action z", .unit = "m/s2"},
-               {.name = "wall time", .unit = "s"}};
+               {.name = "RMSE", .unit = "mm", .significant_digits = 3},
+               {.name = "largest", .unit = "mm", .significant_digits = 3},
+               {.name = "power", .unit = "W"},
+               {.name = "integral z", .unit = "m/s2", .significant_digits = 3}};
   for (const Outcome* o : rows)
-    t.rows.push_back({o->flight.name, o->flown() ? o->verdict : o->verdict + ": " + o->reason,
-                      position_rmse(o->json), figure(o->json, "/worst_position_m"),
-                      figure(o->json, "/position_rmse_m/z"), figure(o->json, "/power_W"),
-                      figure(o->json, "/mean_integral_action/2"), o->json.value("wall_s", std::nan(""))});
+    t.rows.push_back({o->flight.mission, o->flight.effect, o->flight.variant,
+                      std::to_string(o->flight.options.seed), o->flown() ? "flown" : in_a_cell(*o),
+                      1e3 * position_rmse(o->json), 1e3 * figure(o->json, "/worst_position_m"),
+                      figure(o->json, "/power_W"), figure(o->json, "/mean_integral_action/2")});
   return t;
 }
 
@@ -91,9 +98,12 @@ void add_curves(Curves& plots, const Outcome& o, const std::string& folder) {
   const auto* reference = r->find("ref_position");
   if (position && reference) {
     const Eigen::MatrixXd wanted = recording::resample(*reference, position->t_s);
-    report::Series s{.name = name, .x = position->t_s};
-    for (Eigen::Index i = 0; i < position->size(); ++i)
-      s.y.push_back(std::min((position->values.row(i) - wanted.row(i)).norm(), 2.0));
+    report::Series s{.name = name};
+    for (Eigen::Index i = 0; i < position->size(); ++i) {
+      if (!wanted.row(i).allFinite()) continue;  // before the first reference
+      s.x.push_back(position->t_s[static_cast<std::size_t>(i)]);
+      s.y.push_back(std::min((position->values.row(i) - wanted.row(i)).norm(), kDrawnAt));
+    }
     plots.error.series.push_back(std::move(s));
   }
   if (const auto* alpha = r->find("alpha_command")) {
@@ -152,26 +162,33 @@ Status write_campaign_page(const Campaign& c, const std::vector<Outcome>& outcom
   if (judgements.empty()) {
     std::string best;
     if (!rows.empty() && rows.back()->flown())
-      best =
-          fmt::format("Best: {} ({:.4f} m). Worst: {} ({}).", rows.back()->flight.name,
-                      position_rmse(rows.back()->json), rows.front()->flight.name, in_a_cell(*rows.front()));
+      best = fmt::format("Best: {} ({}). Worst: {} ({}).", label(*rows.back(), true), in_a_cell(*rows.back()),
+                         label(*rows.front(), true), in_a_cell(*rows.front()));
     page.verdict(flown == c.cases.size() ? report::Tone::ok : report::Tone::warn, counted, best);
   } else {
     const bool all = std::all_of(judgements.begin(), judgements.end(), [](const Judgement& j) {
       return j.flights > 0 && j.as_expected == j.flights;
     });
-    page.verdict(all ? report::Tone::ok : report::Tone::bad, all ? "as expected" : "not as expected",
-                 verdict_in_words(judgements));
+    page.verdict(all ? report::Tone::ok : report::Tone::bad,
+                 all ? "Every flight ended as expected" : "Not every flight ended as expected",
+                 fmt::format("{}; {} expectations.", counted, judgements.size()));
+    report::Table t;
+    t.columns = {{.name = "expectation, and what came"}};
+    for (const Judgement& j : judgements) t.rows.push_back({report::Cell(j.words())});
+    page.table(t);
   }
   page.section("Side by side").table(side_by_side(outcomes));
   page.section("Ranking").table(ranking(rows));
-  report::Bars error{.title = "Position RMSE of flights flown to the end", .unit = "m"},
+  report::Bars error{.title = "Position RMSE of flights flown to the end", .unit = "mm"},
       power{.title = "Mean power of flights flown to the end", .unit = "W"};
+  std::set<std::string> missions;
+  for (const Outcome* o : rows) missions.insert(o->flight.mission);
   for (const Outcome* o : rows) {
     if (!o->flown() || error.bars.size() >= 60) continue;
-    error.bars.push_back({.name = o->flight.name, .value = position_rmse(o->json)});
+    const std::string name = label(*o, missions.size() > 1);
+    error.bars.push_back({.name = name, .value = 1e3 * position_rmse(o->json)});
     if (const double p = figure(o->json, "/power_W"); std::isfinite(p))
-      power.bars.push_back({.name = o->flight.name, .value = p});
+      power.bars.push_back({.name = name, .value = p});
   }
   if (!error.bars.empty()) page.bars(error);
   if (!power.bars.empty()) page.bars(power);

@@ -55,6 +55,7 @@ Result<std::vector<Child>> start(const FlightOptions& o, const Setup& s, int dom
     if (!o.realtime && o.lockstep() && !o.in_process && processors > 1)
       child.cpu = group.front() == "recorder" ? static_cast<int>(processors) - 1
                                               : static_cast<int>(domain % (processors - 1));
+    child.prompt = o.realtime;
     auto started = Child::start(*program, arguments, child);
     if (!started) return Failure(started.error());
     children.push_back(std::move(*started));
@@ -106,6 +107,7 @@ Result<FlightResult> fly(const FlightOptions& o) {
     if (const auto code = master.poll(); code && *code != 0 && result.reason.empty())
       result.reason =
           master.name() + " ended early (exit code " + std::to_string(*code) + "): " + master.last_words();
+    refused = refused || result.reason.find("] not configured") != std::string::npos;
   }
   const double flight_wall = wall();
   // One that is gone keeps the others waiting for its acknowledgements, so they end side by side.
@@ -141,15 +143,18 @@ Result<FlightResult> fly(const FlightOptions& o) {
        {"simulated_s", recording->duration_s},
        {"wall_s", flight_wall},
        {"synthetic", o.plant != "hardware"}};
+  j["complete"] = result.reason.empty();  // every component did its part to the end; the vehicle may be lost
   j["recording_notes"] = nlohmann::json::array();
   for (const auto& note : recording->notes) j["recording_notes"].push_back(note.text);
   if (auto metrics = assess(*recording, *vehicle)) {
     result.metrics = *metrics;
     j["metrics"] = to_json(*metrics);
     const Tracking& tracking = metrics->has_truth ? metrics->truth : metrics->measured;
-    if (result.reason.empty() && !(tracking.position_rmse.norm() < 0.5))
-      result.reason = fmt::format("the vehicle left its reference at {:.1f} s (RMSE {:.2f} m)",
-                                  tracking.left_at.value_or(0.0), tracking.position_rmse.norm());
+    const double distance = tracking.position_rmse.norm(), angle = tracking.attitude_rmse.norm();
+    if (result.reason.empty() && !(distance < kLeftReference && angle < kTurnedAway))
+      result.reason = fmt::format("the vehicle left its reference{} (RMSE {:.2f} m, {:.0f} deg)",
+                                  tracking.left_at ? fmt::format(" at {:.1f} s", *tracking.left_at) : "",
+                                  distance, angle);
   } else if (result.reason.empty()) {
     result.reason = metrics.error().text();
   }

@@ -84,6 +84,7 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
       // no rotor turns: a loaded machine may starve a component for longer than hardware may wait
       p["gateway"]["stale_after_s"] = "0.3";
       p["gateway"]["board_silence_s"] = "1.5";
+      p["controller"]["mocap_timeout_s"] = "1.5";
     }
     common("gateway");
     auto& g = p["gateway"];

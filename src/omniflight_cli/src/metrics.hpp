@@ -11,6 +11,8 @@ namespace omniflight::cli {
 
 /// A vehicle this far [m] from its reference has left it.
 inline constexpr double kLeftReference = 0.5;
+/// ... and so has one whose attitude is this far off [deg, RMSE].
+inline constexpr double kTurnedAway = 45.0;
 
 struct Tracking {
   Vec3 position_rmse = Vec3::Zero();  ///< m, world x y z

@@ -40,6 +40,10 @@ Result<Child> Child::start(const std::string& program, const std::vector<std::st
       CPU_SET(options.cpu, &set);
       sched_setaffinity(0, sizeof set, &set);
     }
+    if (options.prompt) {
+      const sched_param priority{.sched_priority = 10};
+      (void)sched_setscheduler(0, SCHED_RR, &priority);  // without the right it is scheduled like any other
+    }
     execv(program.c_str(), argv.data());
     _exit(127);
   }

@@ -14,6 +14,9 @@ namespace omniflight::cli {
 struct ChildOptions {
   std::string log;  ///< file for stdout and stderr
   int cpu = -1;     ///< processor to run on, -1: any
+  /// Goes before ordinary programs (SCHED_RR) where the system allows it, so that a loaded machine does not
+  /// starve it.
+  bool prompt = false;
 };
 
 class Child {
