@@ -9,6 +9,7 @@ namespace {
 constexpr double kFloorRate = 400;  // rad/s, sqrt(stiffness/mass) of a node on the floor
 constexpr double kFloorDamping = 0.7;
 constexpr double kSlipSpeed = 0.01;  // m/s, friction grows up to here
+constexpr double kTolerance = 1e-8;  // of a link's length
 constexpr int kRounds = 3;           // of the search for the links that pull
 constexpr int kArraysOfWork = 11;
 
@@ -31,26 +32,33 @@ Work workspace(double* work, int nodes) {
 void move_freely(const CableConfig& c, const CableArrays& s, double h, const Work& k) {
   const int n = c.nodes;
   const double link = c.length / n, mass = c.linear_density * link;
-  const double keep = 1.0 / (1.0 + h * c.damping);
+  const double keep = 1.0 / (1.0 + h * c.damping), settling = std::sqrt(c.gravity / link);
   for (int i = 1; i <= n; ++i) {
     const double m = i == n && !c.fixed_end ? 0.5 * mass : mass;
     double force = -c.gravity * m;
-    // A slack link hangs from its ends: each carries its leg, and the floor what is left.
-    const auto share = [&](int other, double slack_with) {
-      if (slack_with > 0) return 0.0;
-      const double above = s.z[i] - c.floor_z, rise = s.z[i] - s.z[other];
-      const double leg = std::clamp(0.5 * (link + rise), 0.0, std::max(0.0, std::min(above, link)));
-      return -c.gravity * c.linear_density * (leg - 0.5 * link);
+    // A slack link hangs from its ends: each carries its leg, and the floor what is left. The straighter and
+    // the more inclined it is, the more it hangs as a taut one, by halves.
+    const auto share = [&](int other, double pull) {
+      if (pull > 0) return 0.0;
+      const double dx = s.x[i] - s.x[other], dy = s.y[i] - s.y[other], rise = s.z[i] - s.z[other];
+      const double reach = link * link - rise * rise;
+      const double loose = reach > 0 ? std::max(0.0, 1.0 - (dx * dx + dy * dy) / reach) : 1.0;
+      const double above = std::clamp(s.z[i] - c.floor_z, 0.0, link);
+      const double leg = std::clamp(0.5 * (link + rise), 0.0, above);
+      return -c.gravity * c.linear_density * loose * (leg - 0.5 * link);
     };
     force += share(i - 1, s.tension[i]);
     if (i < n) force += share(i + 1, s.tension[i + 1]);
-    double vz = s.vz[i] * keep + h * force / m, tangential = 1.0;
+    // where the floor or the links above bear the weight, a heap swallows what motion is left
+    const double borne = 1.0 + force / (c.gravity * m + 1e-300);
+    const double heap = s.z[i] - c.floor_z < link && borne > 0 ? 2.0 * h * settling * borne : 0.0;
+    double vz = s.vz[i] * keep / (1.0 + heap) + h * force / m, tangential = 1.0 / (1.0 + heap);
     k.w_z[i] = k.w_xy[i] = 1.0 / m;
     if (s.z[i] + h * vz < c.floor_z) {
       const double implicit = 2 * kFloorDamping * kFloorRate * h + kFloorRate * kFloorRate * h * h;
       vz = (vz + h * kFloorRate * kFloorRate * (c.floor_z - s.z[i])) / (1.0 + implicit);
       k.w_z[i] /= 1.0 + implicit;
-      const double slip = std::hypot(s.vx[i], s.vy[i]);
+      const double slip = std::sqrt(s.vx[i] * s.vx[i] + s.vy[i] * s.vy[i]);
       tangential = 1.0 / (1.0 + h * c.friction * c.gravity / (slip + kSlipSpeed));
       k.w_xy[i] *= tangential;
     }
@@ -161,11 +169,16 @@ CableAnswer step_cable(const CableConfig& c, const CableArrays& s, const Vec3& u
   apply(n, s, k);
   // once more for what the change of direction within the step left over, and for links that went taut
   measure(n, link, s, k);
-  for (int i = 1; i <= n; ++i)
+  double worst = 0;
+  for (int i = 1; i <= n; ++i) {
     if (k.gap[i] > 0) k.pulls[i] = 1.0;
-  solve(n, k);
-  for (int i = 1; i <= n; ++i) k.multiplier[i] = std::max(k.multiplier[i], -k.sum[i]);
-  apply(n, s, k);
+    worst = std::max(worst, k.pulls[i] * std::abs(k.gap[i]));
+  }
+  if (worst > kTolerance * link) {
+    solve(n, k);
+    for (int i = 1; i <= n; ++i) k.multiplier[i] = std::max(k.multiplier[i], -k.sum[i]);
+    apply(n, s, k);
+  }
 
   const double rate = 1.0 / h;
   for (int i = 0; i <= n; ++i) {
