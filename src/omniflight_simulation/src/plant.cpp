@@ -225,7 +225,7 @@ void Plant::euler_step(bool held) {
   Derivative k;
   evaluate(body_, speed_.data(), memory_.data(), time_, held, k, memory_rate_.data(), nullptr);
   for (std::size_t i = 0; i < count(); ++i) speed_[i] += h * k.speed[i];
-  for (std::size_t j = 0; j < memory_.size(); ++j) memory_[j] += h * memory_rate_[j];
+  over_continuous([&](std::size_t j) { memory_[j] += h * memory_rate_[j]; });
   if (held) return;
   body_.v_WB_W += h * k.a_W;
   body_.w_WB_B += h * k.dw_B;
@@ -240,14 +240,14 @@ void Plant::runge_kutta_step(bool held) {
   RigidState body = body_;
   Speeds speed = speed_;
   stage_memory_ = memory_;  // same size: no allocation
-  std::fill(memory_sum_.begin(), memory_sum_.end(), 0.0);
+  over_continuous([&](std::size_t j) { memory_sum_[j] = 0.0; });
   sum.v_W = sum.a_W = sum.dw_B = Vec3::Zero();
   sum.q_WB.setZero();
   for (int stage = 0; stage < 4; ++stage) {
     if (stage > 0) {
       const double f = kNode[stage] * h;
       for (std::size_t i = 0; i < count(); ++i) speed[i] = speed_[i] + f * k.speed[i];
-      for (std::size_t j = 0; j < memory_.size(); ++j) stage_memory_[j] = memory_[j] + f * memory_rate_[j];
+      over_continuous([&](std::size_t j) { stage_memory_[j] = memory_[j] + f * memory_rate_[j]; });
       if (!held) {
         body.p_WB = body_.p_WB + f * k.v_W;
         body.v_WB_W = body_.v_WB_W + f * k.a_W;
@@ -263,11 +263,11 @@ void Plant::runge_kutta_step(bool held) {
     sum.dw_B += weight * k.dw_B;
     sum.q_WB += weight * k.q_WB;
     for (std::size_t i = 0; i < count(); ++i) sum.speed[i] += weight * k.speed[i];
-    for (std::size_t j = 0; j < memory_.size(); ++j) memory_sum_[j] += weight * memory_rate_[j];
+    over_continuous([&](std::size_t j) { memory_sum_[j] += weight * memory_rate_[j]; });
   }
   const double s = h / 6.0;
   for (std::size_t i = 0; i < count(); ++i) speed_[i] += s * sum.speed[i];
-  for (std::size_t j = 0; j < memory_.size(); ++j) memory_[j] += s * memory_sum_[j];
+  over_continuous([&](std::size_t j) { memory_[j] += s * memory_sum_[j]; });
   if (held) return;
   body_.p_WB += s * sum.v_W;
   body_.v_WB_W += s * sum.a_W;
@@ -294,6 +294,7 @@ Status Plant::step(bool held) {
   for (std::size_t k = 0; k < effects_.size(); ++k)
     if (const Acting& e = effects_[k]; e.size.total() > 0)
       e.effect->advance(situation(), e.theta.data(), config_.step, random_[k], memory_.data() + e.at);
+  if (!memory_.empty()) answered_ = false;  // what an effect remembers may have changed its wrench
   return check();
 }
 

@@ -107,6 +107,12 @@ class Plant {
     physics::MemorySize size;
     bool on_wrench;
   };
+  /// Calls f with the index of every continuous number of the memories.
+  template <class Function>
+  void over_continuous(const Function& f) const {
+    for (const Acting& e : effects_)
+      for (std::size_t j = e.at; j < e.at + static_cast<std::size_t>(e.size.continuous); ++j) f(j);
+  }
   enum class Fault { none, cut, seized };
   std::size_t count() const { return vehicle_.rotors.size(); }
   void set_fault(std::size_t i, Fault fault, double speed) {
