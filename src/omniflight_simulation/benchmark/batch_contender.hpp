@@ -2,6 +2,7 @@
 // processor is compiled under another name (see native.cpp).
 #pragma once
 
+#include <algorithm>
 #include <cstdlib>
 #include <memory>
 
@@ -23,7 +24,7 @@ inline std::vector<double> hover_speeds(const vehicle::Vehicle& v, double alpha)
   return std::vector<double>(v.rotors.size(), v.rotors[0].speed(each));
 }
 
-/// `count` vehicles with the same model; commands come at 500 Hz, steps are of 1 ms.
+/// `count` vehicles with the same model; steps are of 1 ms, commands come every 2 ms.
 template <class Batch, class Config>
 Contender batch_contender(const vehicle::Vehicle& vehicle, const std::string& name,
                           const physics::Model& model, int count) {
@@ -36,11 +37,10 @@ Contender batch_contender(const vehicle::Vehicle& vehicle, const std::string& na
   auto shared = std::make_shared<Batch>(std::move(*made));
   const std::vector<double> speed = hover_speeds(vehicle, config.plant.initial_alpha);
   const auto run = [shared, speed, count](int n) {
-    for (int k = 0; k < n; ++k) {
+    for (int k = 0; k < n; k += 2) {
       if (shared->time() > 2) shared->reset();  // before they tumble out of the world
-      if (k % 2 == 0)
-        for (int i = 0; i < count; ++i) shared->set_command(static_cast<std::size_t>(i), speed, 0.5);
-      if (shared->step() < static_cast<std::size_t>(count)) std::abort();
+      for (int i = 0; i < count; ++i) shared->set_command(static_cast<std::size_t>(i), speed, 0.5);
+      if (shared->step(std::min(2, n - k)) < static_cast<std::size_t>(count)) std::abort();
     }
   };
   return {name, run, static_cast<double>(count), {}};
