@@ -1,8 +1,8 @@
 # What a target links, directly or through others, as a line "target: a b c" in a file for test_independence.cpp.
 
-# Adds everything `target` reaches to the list named `seen`.
-function(omniflight_walk_targets target seen)
-  set(found ${${seen}})
+# Everything `target` reaches, itself included, in the list named `out`.
+function(omniflight_walk_targets target out)
+  set(found "")
   set(todo ${target})
   while(todo)
     list(POP_FRONT todo item)
@@ -23,17 +23,16 @@ function(omniflight_walk_targets target seen)
       list(APPEND todo ${alias})
     endif()
   endwhile()
-  set(${seen} ${found} PARENT_SCOPE)
+  set(${out} ${found} PARENT_SCOPE)
 endfunction()
 
 # omniflight_write_target_graph(FILE target...)
 function(omniflight_write_target_graph file)
   set(text "")
   foreach(target IN LISTS ARGN)
-    set(seen "")
-    omniflight_walk_targets(${target} seen)
-    list(REMOVE_ITEM seen ${target})
-    string(REPLACE ";" " " line "${seen}")
+    omniflight_walk_targets(${target} reached)
+    list(REMOVE_ITEM reached ${target})
+    string(REPLACE ";" " " line "${reached}")
     string(APPEND text "${target}: ${line}\n")
   endforeach()
   file(WRITE ${file} "${text}")

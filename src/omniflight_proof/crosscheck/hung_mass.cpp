@@ -1,6 +1,7 @@
 #include "hung_mass.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -9,21 +10,17 @@ namespace omniflight::proof {
 double HungMass::hysteresis() const {
   if (height.empty()) return 0;
   const auto lowest = std::min_element(height.begin(), height.end()) - height.begin();
-  struct Bin {
-    double sum[2] = {0, 0};
-    int count[2] = {0, 0};
+  std::map<long, std::array<std::vector<double>, 2>> bins;
+  for (std::size_t i = 0; i < height.size(); ++i)
+    bins[std::lround(height[i] / 0.05)][static_cast<std::ptrdiff_t>(i) > lowest].push_back(mass[i]);
+  const auto median = [](std::vector<double>& x) {
+    std::nth_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2), x.end());
+    return x[x.size() / 2];
   };
-  std::map<long, Bin> bins;
-  for (std::size_t i = 0; i < height.size(); ++i) {
-    const int way = static_cast<std::ptrdiff_t>(i) > lowest;
-    Bin& bin = bins[std::lround(height[i] / 0.05)];
-    bin.sum[way] += mass[i];
-    ++bin.count[way];
-  }
   double largest = 0, scale = 0;
-  for (const auto& [key, b] : bins)
-    if (b.count[0] > 2 && b.count[1] > 2)
-      largest = std::max(largest, std::abs(b.sum[0] / b.count[0] - b.sum[1] / b.count[1]));
+  for (auto& [key, way] : bins)
+    if (way[0].size() > 2 && way[1].size() > 2)
+      largest = std::max(largest, std::abs(median(way[0]) - median(way[1])));
   for (const Rest& r : rests) scale = std::max(scale, r.expected);
   return scale > 0 ? largest / scale : 0;
 }
@@ -79,7 +76,8 @@ Result<HungMass> measure_hung_mass(const vehicle::Vehicle& vehicle, const World&
     counted = 0;
     for (long k = 0; k < pause; ++k)
       if (auto ok = step(2 * k >= pause); !ok) return Failure(ok.error());
-    const double above = height + world.cable->attachment_B.z() - world.floor_z;
+    const double above =
+        std::min(world.cable->length, height + world.cable->attachment_B.z() - world.floor_z);
     out.rests.push_back(
         {height, sum / static_cast<double>(counted), world.cable->linear_density * above, upward});
   }
