@@ -318,8 +318,10 @@ Status Plant::check() const {
   for (std::size_t i = 0; i < count(); ++i)
     if (!(std::abs(speed_[i]) <= 1e5))
       return beyond("speed of rotor " + std::to_string(i + 1), speed_[i], "+-1e5 rad/s");
+  bool fine = true;
+  for (const double number : memory_) fine &= std::abs(number) <= 1e9;
   for (const Acting& e : effects_)
-    for (std::size_t j = 0; j < static_cast<std::size_t>(e.size.total()); ++j)
+    for (std::size_t j = 0; !fine && j < static_cast<std::size_t>(e.size.total()); ++j)
       if (!(std::abs(memory_[e.at + j]) <= 1e9))
         return beyond("state " + std::to_string(j + 1) + " of effect " + e.effect->info().id,
                       memory_[e.at + j], "+-1e9");

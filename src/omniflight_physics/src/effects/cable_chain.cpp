@@ -60,10 +60,15 @@ class CableChainEffect final : public Effect {
     const Vec3 r(0, 0, theta[2]);
     const Vec3 centripetal = s.body.w_WB_B.cross(s.body.w_WB_B.cross(r));
     out.add_at(r, Vec3((pull - mass * n.dot(centripetal)) * n + end * (s.g_B - centripetal)));
-    Eigen::Matrix<double, 3, 6> J;  // acceleration of the attachment per acceleration of the body
-    J << Mat3::Identity(), -skew(r);
+    // inertia K at the attachment, whose acceleration is [I, -S] times that of the body
+    const Mat3 K = mass * n * n.transpose() + end * Mat3::Identity();
     out.has_inertia = true;
-    out.inertia += J.transpose() * (mass * n * n.transpose() + end * Mat3::Identity()) * J;
+    out.inertia.topLeftCorner<3, 3>() += K;
+    if (theta[2] == 0) return;
+    const Mat3 S = skew(r), SK = S * K;
+    out.inertia.topRightCorner<3, 3>() += SK.transpose();
+    out.inertia.bottomLeftCorner<3, 3>() += SK;
+    out.inertia.bottomRightCorner<3, 3>() -= SK * S;
   }
 
  private:
