@@ -72,11 +72,25 @@ Signal total_thrust(const Signal& speed) {
   return out;
 }
 
+/// Without its mean over the surrounding second: offsets and drifts tell nothing about clocks.
+Signal quick_part(const Signal& s) {
+  Signal out = s;
+  const auto half =
+      std::max<Eigen::Index>(2, static_cast<Eigen::Index>(0.5 / std::max(1e-4, s.median_period_s())));
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(s.size() + 1, s.width());
+  for (Eigen::Index i = 0; i < s.size(); ++i) sum.row(i + 1) = sum.row(i) + s.values.row(i);
+  for (Eigen::Index i = 0; i < s.size(); ++i) {
+    const Eigen::Index a = std::max<Eigen::Index>(0, i - half), b = std::min(s.size(), i + half + 1);
+    out.values.row(i) -= (sum.row(b) - sum.row(a)) / static_cast<double>(b - a);
+  }
+  return out;
+}
+
 void compare(const Signal& a, const Signal& b, const std::string& early, const std::string& late,
              std::vector<Alignment>& out) {
   if (a.size() < 100 || b.size() < 100) return;
   const double period = std::clamp(std::max(a.median_period_s(), b.median_period_s()), 0.004, 0.05);
-  const Signal x = thinned(a, period), y = thinned(b, period);
+  const Signal x = quick_part(thinned(a, period)), y = quick_part(thinned(b, period));
   const auto whole = recording::estimate_lag(x, y, {.max_lag_s = 0.2});
   if (!whole || !(std::abs(whole->correlation) > 0.6)) return;
   Alignment r{early, late, whole->lag_s, whole->standard_error_s, 0, 0, whole->correlation};

@@ -125,7 +125,12 @@ void add_bursts(const Problem& p, const Eigen::VectorXd& before, const Eigen::Ve
     u.depends_on = {"time", "place"};
     u.parity = "none";
     u.share_of_residual = std::min(1.0, inside / std::max(1e-300, centred.squaredNorm()));
-    u.nearest = "an external force: wash of another vehicle, gust or contact";
+    const physics::Situation& s = p.situation(0);
+    const double radius = s.rotor_count > 0 ? s.rotors[0].radius : 0.0;
+    const bool low = c == 2 && most->force[2] > 0 && most->place.z() - s.environment.floor_z < 6 * radius;
+    if (low) u.depends_on = {"height"};
+    u.nearest = low ? "ground_effect: an upward force close to the floor"
+                    : "an external force: wash of another vehicle, gust or contact";
     d.unexplained.push_back(u);
     char text[240];
     std::snprintf(

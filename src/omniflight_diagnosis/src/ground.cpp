@@ -25,7 +25,7 @@ Ground find_ground(const Eigen::MatrixXd& p, bool has_position, const Eigen::Mat
   const double weight = v.mass * o.environment.gravity;
   std::vector<double> lift(static_cast<std::size_t>(n));
   for (Eigen::Index i = 0; i < n; ++i) lift[static_cast<std::size_t>(i)] = lift_at(speed, i, v) / weight;
-  const auto second = static_cast<Eigen::Index>(rate_hz), moment = std::max<Eigen::Index>(2, 2 * second / 5);
+  const auto second = static_cast<Eigen::Index>(rate_hz), moment = std::max<Eigen::Index>(2, 3 * second / 10);
   if (has_position && n > 2 * second) {
     double sum = 0;
     int windows = 0;
@@ -36,6 +36,14 @@ Ground find_ground(const Eigen::MatrixXd& p, bool has_position, const Eigen::Mat
       if (range > 0.004 || top > 0.85) continue;
       std::fill(g.resting.begin() + i, g.resting.begin() + i + moment, 1);
       sum += part.col(2).mean();
+      ++windows;
+    }
+    // rotors too slow to fly, as low as it ever was: it stands, however short
+    const double lowest = p.col(2).minCoeff();
+    for (Eigen::Index i = 0; i < n; ++i) {
+      if (lift[static_cast<std::size_t>(i)] > 0.3 || p(i, 2) > lowest + 0.02) continue;
+      g.resting[static_cast<std::size_t>(i)] = 1;
+      sum += p(i, 2);
       ++windows;
     }
     if (windows > 0) {

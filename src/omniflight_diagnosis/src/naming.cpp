@@ -130,8 +130,9 @@ std::vector<const Effect*> offered_effects(std::span<const Flight* const> flight
     bool possible = true;
     for (const Flight* f : flights) {
       // what only scales a thrust whose scale is not known
-      if (f->thrust_modelled && (info.id == "thrust_scale" || info.id == "payload_mass" ||
-                                 info.id == "thrust_curve" || info.id == "rotor_thrust_scale"))
+      if (f->thrust_modelled &&
+          (info.id == "thrust_scale" || info.id == "payload_mass" || info.id == "thrust_curve" ||
+           info.id == "rotor_thrust_scale" || info.id == "constant_pull" || info.id == "tilt_efficiency"))
         possible = false;
       for (const std::string& signal : info.signals) {
         if (signal == "neighbour") possible = possible && !o.neighbours.empty();

@@ -79,7 +79,7 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
   forces_only_ = modelled;
   const Eigen::Index first_model = offset_sigma_.size();
   if (modelled) {
-    offset_sigma_[0] = tol.modelled_scale;
+    offset_sigma_[0] = 0.1 * tol.modelled_scale;  // the flight itself gave the scale to a tenth of that
     offset_sigma_.segment(1, 3).setConstant(tol.modelled_trim);
     offset_sigma_.conservativeResize(first_model + 2);
     offset_sigma_.tail<2>() << tol.modelled_exponent, tol.modelled_voltage;

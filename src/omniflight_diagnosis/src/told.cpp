@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 
+#include "omniflight_files/files.hpp"
 #include "omniflight_files/yaml.hpp"
 
 namespace omniflight::diagnosis {
@@ -41,40 +43,59 @@ constexpr Known kKnown[] = {
     {"environment.air_density_kgpm3", 0.01, 10, "kg/m3"},
 };
 
-void walk(YamlReader map, const std::string& above, Told& told) {
-  for (const std::string& key : map.keys()) {
-    const std::string place = above.empty() ? key : above + "." + key;
-    if (place == "schema") {
-      map.ignore(key);
-      continue;
-    }
+/// A reader of the map at `path`; anew for every question, since a reader keeps its first error.
+YamlReader map_at(const YamlReader& document, const std::vector<std::string>& path) {
+  YamlReader at = document;
+  for (const std::string& key : path) at = at.child(key);
+  return at;
+}
+
+using Document = std::function<YamlReader()>;
+
+Status walk(const Document& document, const std::vector<std::string>& path, Told& told) {
+  for (const std::string& key : map_at(document(), path).keys()) {
+    std::string place;
+    for (const std::string& above : path) place += above + ".";
+    place += key;
+    if (place == "schema") continue;
     if (place == "neighbours") {
-      for (const std::string& path : map.strings(key)) {
-        const std::filesystem::path p(path);
+      YamlReader map = map_at(document(), path);
+      for (const std::string& name : map.strings(key)) {
+        const std::filesystem::path p(name);
         told.neighbours.push_back(
             (p.is_absolute() ? p : std::filesystem::path(told.file).parent_path() / p).string());
       }
+      if (!map.ok()) return map.status();
       continue;
     }
     const auto known =
         std::find_if(std::begin(kKnown), std::end(kKnown), [&](const Known& k) { return place == k.place; });
-    const bool rate = above == "rates_hz";
-    auto value = map.optional_child(key);
-    if (!value) continue;
-    if (value->is_map() && known == std::end(kKnown)) {
-      walk(*value, place, told);
-    } else if (known != std::end(kKnown) || rate) {
+    const bool rate = path.size() == 1 && path[0] == "rates_hz";
+    if (known != std::end(kKnown) || rate) {
       const files::Bounds b =
           rate ? files::between(0, 1e6, "Hz") : files::between(known->min, known->max, known->unit);
-      if (value->is_sequence())
-        told.numbers[place] = value->as_numbers(3, b);
+      YamlReader one = map_at(document(), path), three = map_at(document(), path);
+      const double value = one.number(key, b);
+      const std::vector<double> values = three.numbers(key, 3, b);
+      if (one.ok())
+        told.numbers[place] = {value};
+      else if (three.ok())
+        told.numbers[place] = values;
       else
-        told.numbers[place] = {value->as_number(b)};
+        return one.status();
+      continue;
+    }
+    YamlReader map = map_at(document(), path);
+    const auto inside = map.optional_child(key);
+    if (map.ok() && inside && inside->is_map()) {
+      std::vector<std::string> deeper = path;
+      deeper.push_back(key);
+      if (auto ok = walk(document, deeper, told); !ok) return ok;
     } else {
-      map.ignore(key);
       told.ignored.push_back(place);
     }
   }
+  return {};
 }
 
 double largest(const std::vector<double>& v) {
@@ -86,12 +107,14 @@ double largest(const std::vector<double>& v) {
 }  // namespace
 
 Result<Told> load_told(const std::string& path) {
-  auto yaml = YamlReader::load(path);
-  if (!yaml) return Failure(yaml.error());
+  const auto text = files::read_file(path, files::kMegabyte);
+  if (!text) return Failure(text.error());
+  if (auto yaml = YamlReader::parse(*text, path); !yaml) return Failure(yaml.error());
   Told told;
   told.file = path;
-  walk(*yaml, "", told);
-  if (auto ok = yaml->status(); !ok) return Failure(ok.error());
+  const Document document = [&] { return *YamlReader::parse(*text, path); };
+  if (!document().is_map()) return bad_input("is no map of keys and values", path);
+  if (auto ok = walk(document, {}, told); !ok) return Failure(ok.error());
   return told;
 }
 
