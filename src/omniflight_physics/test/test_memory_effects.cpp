@@ -50,6 +50,28 @@ TEST(SlungLoad, AtRestIsItsWeight) {
             1e-12);
 }
 
+TEST(CableChainEffect, PullsAtItsAttachmentAsTheChainAnswers) {
+  const std::vector<double> theta{0.2, 2.0, -0.12, 0.5, 0.2};
+  const Effect* e = find_effect("cable_chain");
+  for (const Situation& s : six_states()) {
+    std::vector<double> memory(static_cast<std::size_t>(e->memory_size().total()));
+    e->start_memory(s, theta.data(), memory.data());
+    Random random(1);
+    for (int k = 0; k < 50; ++k) e->advance(later(s, 0.001 * k), theta.data(), 0.001, random, memory.data());
+    // the last six numbers: direction in the world, pull, mass, mass at the end, of a cable of 1 kg/m
+    const double* answer = memory.data() + memory.size() - 6;
+    const Vec3 n(answer[0], answer[1], answer[2]), r(0, 0, -0.12), &w = s.body.w_WB_B;
+    const Vec3 a_A = s.R_WB * (s.a_WB_B + s.dw_WB_B.cross(r) + w.cross(w.cross(r)));
+    const Vec3 f_W =
+        0.2 * ((answer[3] - answer[4] * n.dot(a_A)) * n - answer[5] * (a_A + Vec3(0, 0, kGravity)));
+    const Vec3 f = s.R_WB.transpose() * f_W;
+    Vec6 expected;
+    expected << f, r.cross(f);
+    EXPECT_GT(f.norm(), 0.1);
+    EXPECT_LT((remembered("cable_chain", s, theta, memory) - expected).norm(), 1e-12 * (1 + f.norm()));
+  }
+}
+
 TEST(CablePendulum, AtRestAndInSlowMotionIsTheHungCable) {
   Situation s = hover(1.5);
   const std::vector<double> theta{0.2, 0.1, 5, 0.05};
