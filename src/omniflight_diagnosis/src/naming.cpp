@@ -276,18 +276,22 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
     const double gain =
         current.log_likelihood - fit_effects(problem, without(current.effects, k), o).log_likelihood;
     const Eigen::VectorXd own = problem.noise().apply_vector(problem, contribution_of(problem, current, k));
+    bool earlier = true;
     for (const Effect* effect : candidates) {
-      if (effect == current.effects[k].effect) break;
+      earlier = earlier && effect != current.effects[k].effect;
+      // a law with many more parameters can bend itself into nearly anything
+      const bool simpler = effect->parameter_count() + 4 <= current.effects[k].effect->parameter_count();
+      if (effect == current.effects[k].effect || (!earlier && !simpler)) continue;
       if (contains(current, effect)) continue;
+      const double slack = std::max(3.0, (simpler ? 0.1 : 0.01) * gain);
       const Fit frozen = frozen_without(problem, current, k);
       if (!declared_alias(*effect, *current.effects[k].effect) &&
-          score(quick(frozen, effect), per_parameter) <
-              score(current, per_parameter) - std::max(3.0, 0.01 * gain) - 10.0)
+          score(quick(frozen, effect), per_parameter) < score(current, per_parameter) - slack - 10.0)
         continue;
       Fit swapped = fit_with(problem, frozen, *effect, o);
-      if (score(swapped, per_parameter) < score(current, per_parameter) - std::max(3.0, 0.01 * gain))
-        continue;
-      if (cosine(last_columns(problem, problem.noise(), swapped), own) < 0.98) continue;
+      if (score(swapped, per_parameter) < score(current, per_parameter) - slack) continue;
+      if (at_limit(problem, swapped.effects.back())) continue;
+      if (cosine(last_columns(problem, problem.noise(), swapped), own) < (simpler ? 0.8 : 0.98)) continue;
       std::rotate(swapped.effects.begin() + static_cast<std::ptrdiff_t>(k), swapped.effects.end() - 1,
                   swapped.effects.end());
       current = std::move(swapped);

@@ -64,9 +64,12 @@ TEST(Diagnose, NamesPayloadAndCableOfATetheredAscent) {
 
 TEST(Diagnose, AnswersNothingMissingOnNominalFlights) {
   const vehicle::Vehicle v = omnimorph();
+  // all hundred take minutes: OMNIFLIGHT_LONG=1; of the first 25 at most one, of all at most three
+  const bool all = std::getenv("OMNIFLIGHT_LONG") != nullptr;
+  const std::uint64_t flights = all ? 100 : 25;
   int alarms = 0;
   std::string last;
-  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+  for (std::uint64_t seed = 1; seed <= flights; ++seed) {
     test::Flown flown;
     flown.duration_s = 20;
     flown.seed = seed;
@@ -77,7 +80,8 @@ TEST(Diagnose, AnswersNothingMissingOnNominalFlights) {
     ++alarms;
     last = d->summary;
   }
-  EXPECT_LE(alarms, 3) << last;
+  RecordProperty("alarms", alarms);
+  EXPECT_LE(alarms, all ? 3 : 1) << last;
 }
 
 TEST(Diagnose, FindsRotorDragAndWritesTheContract) {
