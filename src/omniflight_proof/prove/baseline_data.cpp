@@ -84,7 +84,8 @@ class Builder {
 Result<BaselineData> prepare_baseline(const recording::Recording& r, const vehicle::Vehicle& v,
                                       bool use_commands) {
   double from = 0, to = 1e300;
-  for (const char* name : {"attitude", "position", "acc", "gyro", "rotor_command", "ref_position"}) {
+  for (const char* name : {"attitude", "position", "acc", "gyro", "rotor_command", "ref_position",
+                           "ref_acceleration", "ref_angular_velocity", "ref_angular_acceleration"}) {
     auto s = r.require(name);
     if (!s) return Failure(s.error());
     from = std::max(from, (*s)->t_s.front());
@@ -97,8 +98,9 @@ Result<BaselineData> prepare_baseline(const recording::Recording& r, const vehic
   for (double x = from; x <= to; x += 1 / kFine) t.push_back(x);
   auto q = on_grid(r, "attitude", t), p = on_grid(r, "position", t), f = on_grid(r, "acc", t),
        w = on_grid(r, "gyro", t), command = on_grid(r, "rotor_command", t),
-       ref = on_grid(r, "ref_position", t);
-  for (const auto* x : {&q, &p, &f, &w, &command, &ref})
+       ref = on_grid(r, "ref_position", t), ref_a = on_grid(r, "ref_acceleration", t),
+       ref_w = on_grid(r, "ref_angular_velocity", t), ref_dw = on_grid(r, "ref_angular_acceleration", t);
+  for (const auto* x : {&q, &p, &f, &w, &command, &ref, &ref_a, &ref_w, &ref_dw})
     if (!*x) return Failure(x->error());
   MatrixXd speed;
   if (use_commands) {
@@ -154,9 +156,14 @@ Result<BaselineData> prepare_baseline(const recording::Recording& r, const vehic
     }
     out.residual.row(i) << F.transpose(), M.transpose();
   }
-  const auto force = [&](int i) { return Vec3(fs.row(at(i)).transpose()); };
-  const auto rate = [&](int i) { return Vec3(ws.row(at(i)).transpose()); };
-  const auto angular = [&](int i) { return Vec3(dws.row(at(i)).transpose()); };
+  // Accelerations of the regressors come from the reference: measured ones stand on the left side, too, and a
+  // mass of minus the vehicle's would "explain" everything.
+  const auto force = [&](int i) {
+    return Vec3(R[static_cast<std::size_t>(i)].transpose() *
+                (ref_a->row(at(i)).transpose() + kGravity * Vec3::UnitZ()));
+  };
+  const auto rate = [&](int i) { return Vec3(ref_w->row(at(i)).transpose()); };
+  const auto angular = [&](int i) { return Vec3(ref_dw->row(at(i)).transpose()); };
   const auto velocity_B = [&](int i) {
     return Vec3(R[static_cast<std::size_t>(i)].transpose() * vs.row(at(i)).transpose());
   };

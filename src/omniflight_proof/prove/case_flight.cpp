@@ -132,6 +132,7 @@ Result<Flown> fly(const vehicle::Vehicle& vehicle, const FlightSetup& setup) {
       if (!held) {
         ++controls;
         saturated += u->active_bounds > 0;
+        out.lowest_thrust = std::min(out.lowest_thrust, thrust.minCoeff());
         Vec6 difference = demand - replayed;
         difference.head<3>() *= vehicle.mass;
         difference.tail<3>() = vehicle.inertia * Vec3(difference.tail<3>());

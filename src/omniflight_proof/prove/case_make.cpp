@@ -132,12 +132,14 @@ Result<Tuned> tune(const vehicle::Vehicle& vehicle, const Mechanism& m, const Sh
     return Tuned{a, m.size(a, shape, *nominal)};
   }
   Tuned best;
+  std::string why;
   double miss = 1e300;
   for (int round = 0; round < 5; ++round) {
     FlightSetup trial = quiet;
     m.apply(trial, a, shape);
     auto flown = fly(vehicle, trial);
     if (!flown) {
+      why = flown.error().text();
       a *= 0.4;
       continue;
     }
@@ -152,7 +154,8 @@ Result<Tuned> tune(const vehicle::Vehicle& vehicle, const Mechanism& m, const Sh
     if (next == a) break;
     a = next;
   }
-  if (best.amplitude == 0) return fail(ErrorCode::incomplete, "no size of it can be flown", m.realisation);
+  if (best.amplitude == 0)
+    return fail(ErrorCode::incomplete, "no size of it can be flown: " + why, m.realisation);
   return best;
 }
 

@@ -414,13 +414,13 @@ void tethers(std::vector<Mechanism>& out) {
                      [](Setup& s, double a, const Shape& k) {
                        SlungBall b;
                        b.mass = a;
-                       b.length = k.between(0, 0.15, 0.35);
+                       b.length = k.between(0, 0.14, 0.28);
                        b.attachment_B = Vec3(0, 0, -0.05);
                        s.world.slung_ball = b;
                      },
                  .parameters =
                      [](double a, const Shape& k) {
-                       return Parameters{scalar("mass", a), scalar("length", k.between(0, 0.15, 0.35))};
+                       return Parameters{scalar("mass", a), scalar("length", k.between(0, 0.14, 0.28))};
                      }});
 }
 

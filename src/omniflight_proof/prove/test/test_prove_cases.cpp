@@ -78,6 +78,23 @@ TEST(Path, ReferencesAreConsistentDerivatives) {
     }
 }
 
+TEST(Case, DesignedFlightsExciteWithoutReversingARotor) {
+  const auto v = omnimorph();
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    FlightSetup s;
+    Random random(seed);
+    s.path = path_designed(random);
+    s.flown = s.told = usual_gains();
+    s.record = false;
+    auto flown = fly(v, s);
+    ASSERT_TRUE(flown) << flown.error().text();
+    EXPECT_GT(flown->lowest_thrust, v.rotors[0].min_thrust);
+    EXPECT_LT(flown->saturated, 1e-9);
+    EXPECT_GT(flown->dw, 0.5);
+    EXPECT_LT(flown->command[0], 0.01);  // commands and the nominal lag give the thrusts
+  }
+}
+
 TEST(Case, IntegralActionHidesALoadFromTrackingButNotFromTheWrench) {
   const auto v = omnimorph();
   FlightSetup s;
