@@ -39,6 +39,7 @@ class AllocatorComponent final : public bus::Component {
     config.w_angular = p.number("w_angular", config.w_angular, 1e-12, 1e12);
     config.tilt_step = to_radians(p.number("tilt_step_deg", to_degrees(config.tilt_step), 0, 10));
     config.mass = p.number("mass_kg", 0.0, 0, 1000);
+    config.keep_min_thrust = p.flag("keep_min_thrust", false);
     auto& dynamic = config.dynamic_weights;  // eq. 5.3, on top of case_b under the name `dynamic`
     dynamic.enabled = p.flag("dynamic_weights", weights == "dynamic");
     dynamic.threshold = p.number("dynamic_threshold_m", dynamic.threshold, 1e-6, 10);

@@ -11,6 +11,7 @@ Result<PlantParameters> read_plant_parameters(bus::Parameters& p) {
   const std::string model = p.text("model", "");
   const std::string sensors = p.text("sensors", "");
   out.seed = static_cast<std::uint64_t>(p.integer("seed", 1, 0));
+  out.plant.seed = out.seed;
   out.plant.step = p.number("step_s", 0.001, 1e-5, 0.02);
   out.control_period = p.number("control_period_s", 0.002, 1e-4, 0.1);
   out.hold = p.number("hold_s", 1.0, 0.0, 60.0);
