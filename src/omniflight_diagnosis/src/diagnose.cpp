@@ -196,6 +196,9 @@ std::string summarise(const Diagnosis& d, const std::vector<Flight>& flights) {
     s = "Nothing is missing: the rotors, the mass and the inertia of the vehicle file explain what was "
         "measured, "
         "within the noise and the tolerances of the sensors. ";
+  else if (d.findings.empty() && d.unexplained.empty())
+    s = "No left-out physics is named: what differs is too small, or what offsets within the tolerances may "
+        "do. ";
   for (const Mismatch& m : d.mismatch)
     if (m.stage == physics::Stage::wrench)
       s += format("%s (%s frame) differs by %.3g %s where %.3g is noise%s%s. ", m.channel.c_str(),

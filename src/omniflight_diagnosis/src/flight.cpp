@@ -267,6 +267,10 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   }
   physics::Environment environment = o.environment;
   Ground contact = find_ground(p, position != nullptr, speed, force, q, grid.rate_hz, vehicle, o);
+  if (recording.find("phase")) {  // it says itself when it flew; before, it may hang instead of stand
+    contact.known = false;
+    std::fill(contact.resting.begin(), contact.resting.end(), 0);
+  }
   if (!o.floor_told && contact.known) environment.floor_z = contact.floor_z;
   f.floor_z = environment.floor_z;
   exclude(contact.resting, grid, 0.1, "standing on the ground", use, f.excluded);

@@ -56,7 +56,8 @@ Ground find_ground(const Eigen::MatrixXd& p, bool has_position, const Eigen::Mat
       for (int pass = 0; pass < 2; ++pass)
         for (Eigen::Index k = 1; k < n; ++k) {
           const Eigen::Index i = pass == 0 ? k : n - 1 - k, before = pass == 0 ? i - 1 : i + 1;
-          if (g.resting[static_cast<std::size_t>(before)] && p(i, 2) < height + 0.01)
+          if (g.resting[static_cast<std::size_t>(before)] && p(i, 2) < height + 0.01 &&
+              lift[static_cast<std::size_t>(i)] < 0.9)
             g.resting[static_cast<std::size_t>(i)] = 1;
         }
     }
