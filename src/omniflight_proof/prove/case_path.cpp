@@ -115,16 +115,16 @@ Path path_designed(Random& random, double vigour) {
   const double end = p.duration - 1;
   p.position[2].start = 0.55;
   p.position[2].steps = {{8, 4, 0.45}, {20, 4, 0.45}, {34, 4, -0.45}, {46, 4, -0.45}};
-  add_sines(p.position[0], random, {0.11, 0.23, 0.41, 0.73}, 0.40 * vigour, 1.2, end);
-  add_sines(p.position[1], random, {0.13, 0.27, 0.47, 0.83}, 0.40 * vigour, 1.2, end);
+  add_sines(p.position[0], random, {0.11, 0.23, 0.41, 0.73}, 0.26 * vigour, 1.2, end);
+  add_sines(p.position[1], random, {0.13, 0.27, 0.47, 0.83}, 0.26 * vigour, 1.2, end);
   add_sines(p.position[2], random, {0.17, 0.31, 0.53, 0.97}, 0.18 * vigour, 0.9, end);
-  add_sines(p.rotation[0], random, {0.10, 0.29, 0.61, 1.13}, to_radians(11) * vigour, 0.8, end);
-  add_sines(p.rotation[1], random, {0.12, 0.33, 0.67, 1.21}, to_radians(11) * vigour, 0.8, end);
+  add_sines(p.rotation[0], random, {0.10, 0.29, 0.61, 1.13}, to_radians(5.5) * vigour, 0.8, end);
+  add_sines(p.rotation[1], random, {0.12, 0.33, 0.67, 1.21}, to_radians(5.5) * vigour, 0.8, end);
   add_sines(p.rotation[2], random, {0.09, 0.25, 0.59, 1.07}, to_radians(16) * vigour, 0.8, end);
   p.alpha.start = to_radians(30);
-  add_sines(p.alpha, random, {0.07, 0.19}, to_radians(12), 0.3, end);
-  add_sines(p.null_space[0], random, {0.21, 0.57, 1.31}, 0.3, 0.2, end);
-  add_sines(p.null_space[1], random, {0.35, 0.79, 1.73}, 0.3, 0.2, end);
+  add_sines(p.alpha, random, {0.07, 0.19}, to_radians(8), 0.3, end);
+  add_sines(p.null_space[0], random, {0.21, 0.57, 1.31}, 0.25, 0.2, end);
+  add_sines(p.null_space[1], random, {0.35, 0.79, 1.73}, 0.25, 0.2, end);
   return p;
 }
 
