@@ -110,12 +110,14 @@ Result<int> run(const Places& places) {
   }
   result.median_s = median(times);
   result.scores = score(seal->cases, answers);
-  if (auto baselines = read_json(places.answers() / "baselines.json", std::size_t{256} << 20))
-    for (const auto& [name, cases] : baselines->value("baselines", json::object()).items()) {
+  if (auto baselines = read_json(places.answers() / "baselines.json", std::size_t{256} << 20)) {
+    const json methods = baselines->value("baselines", json::object());
+    for (const auto& [name, cases] : methods.items()) {
       std::map<std::string, Answer> said;
       for (const auto& [id, answer] : cases.items()) said[id] = read_answer(answer.dump());
       result.baselines[name] = score(seal->cases, said);
     }
+  }
   auto outside = look_from_outside(places.cases());
   if (!outside) return Failure(outside.error());
   std::map<std::string, std::string> labels;
