@@ -5,11 +5,13 @@
 namespace omniflight::physics {
 namespace {
 
+constexpr double kTight = 1e-15, kLoose = 1e-3;
+
 /// Root of an increasing function in [low, high] by safeguarded secants; f(low) <= 0 <= f(high).
 template <class Function>
-double increasing_root(const Function& f, double low, double high) {
+double increasing_root(const Function& f, double low, double high, double tolerance) {
   double f_low = f(low), f_high = f(high);
-  for (int k = 0; k < 200 && high - low > 1e-15 * std::max(1.0, high); ++k) {
+  for (int k = 0; k < 200 && high - low > tolerance * std::max(1.0, high); ++k) {
     double at = 0.5 * (low + high);
     if (k % 3 != 2 && f_high > f_low) {
       const double secant = low - f_low * (high - low) / (f_high - f_low);
@@ -23,32 +25,56 @@ double increasing_root(const Function& f, double low, double high) {
   return 0.5 * (low + high);
 }
 
-}  // namespace
-
-CatenaryEnds solve_catenary_ends(double distance, double height, double length, double stretch) {
+/// Nested search: always finds the answer, to `tolerance` relative to max(1 m, a).
+CatenaryEnds search(double distance, double height, double length, double stretch, double tolerance) {
   // For given a the height rises with b, and along that line the distance rises with a.
+  const auto rise = [&](double a, double b) {
+    const double u = b > length ? b - length : 0.0;
+    return std::sqrt(a * a + b * b) - std::sqrt(a * a + u * u) + 0.5 * stretch * (b * b - u * u);
+  };
   const auto vertical = [&](double a) {
     double high = height + length;
-    while (catenary_span(a, high, length, stretch).second < height) high *= 2;
-    return increasing_root([&](double b) { return catenary_span(a, b, length, stretch).second - height; },
-                           0.0, high);
+    while (rise(a, high) < height) high *= 2;
+    return increasing_root([&](double b) { return rise(a, b) - height; }, 0.0, high, tolerance);
   };
   const auto miss = [&](double a) { return catenary_span(a, vertical(a), length, stretch).first - distance; };
   constexpr double kHangs = 1e-9;
-  if (miss(kHangs) >= 0) return {0.0, vertical(kHangs)};
+  if (miss(kHangs) >= 0) {
+    const auto hanging = [&](double b) { return rise(kHangs, b) - height; };
+    double high = height + length;
+    while (hanging(high) < 0) high *= 2;
+    return {0.0, increasing_root(hanging, 0.0, high, kTight)};
+  }
   double high = length;
   while (miss(high) < 0) high *= 4;
-  const double a = increasing_root(miss, kHangs, high);
-  // two steps of Newton in both unknowns take the rounding of the nested search away
-  CatenaryEnds ends{a, vertical(a)};
+  const double a = increasing_root(miss, kHangs, high, tolerance);
+  return {a, vertical(a)};
+}
+
+/// Newton in both unknowns from `ends`; true when it settled at a root.
+bool polish(double distance, double height, double length, double stretch, CatenaryEnds& ends) {
   using Two = ceres::Jet<double, 2>;
-  for (int k = 0; k < 2; ++k) {
+  for (int k = 0; k < 12; ++k) {
     const auto [x, z] = catenary_span(Two(ends.a, 0), Two(ends.b, 1), Two(length), Two(stretch));
     const double det = x.v[0] * z.v[1] - x.v[1] * z.v[0], dx = x.a - distance, dz = z.a - height;
-    const CatenaryEnds next{ends.a - (z.v[1] * dx - x.v[1] * dz) / det,
-                            ends.b - (x.v[0] * dz - z.v[0] * dx) / det};
-    if (!(next.a > 0) || !std::isfinite(next.b)) break;
+    const double step_a = -(z.v[1] * dx - x.v[1] * dz) / det, step_b = -(x.v[0] * dz - z.v[0] * dx) / det;
+    const CatenaryEnds next{ends.a + step_a, ends.b + step_b};
+    if (!(next.a > 0) || !(next.b > 0) || !std::isfinite(next.a + next.b)) return false;
     ends = next;
+    if (std::abs(step_a) + std::abs(step_b) <= 1e-13 * std::max(1.0, ends.a + ends.b)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+CatenaryEnds solve_catenary_ends(double distance, double height, double length, double stretch) {
+  CatenaryEnds ends = search(distance, height, length, stretch, kLoose);
+  if (ends.a > 0 && polish(distance, height, length, stretch, ends)) return ends;
+  ends = search(distance, height, length, stretch, kTight);
+  if (ends.a > 0) {
+    CatenaryEnds better = ends;
+    if (polish(distance, height, length, stretch, better)) ends = better;
   }
   return ends;
 }
