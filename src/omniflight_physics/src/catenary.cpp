@@ -32,18 +32,22 @@ CatenaryEnds search(double distance, double height, double length, double stretc
     const double u = b > length ? b - length : 0.0;
     return std::sqrt(a * a + b * b) - std::sqrt(a * a + u * u) + 0.5 * stretch * (b * b - u * u);
   };
+  // While some of it lies on the floor, s = sqrt(a^2 + b^2) - a solves a quadratic.
+  const auto lying = [&](double a) {
+    const double p = 1 + stretch * a, s = 2 * height / (p + std::sqrt(p * p + 2 * stretch * height));
+    return std::sqrt(s * (s + 2 * a));
+  };
   const auto vertical = [&](double a) {
+    if (const double b = lying(a); b <= length) return b;
     double high = height + length;
     while (rise(a, high) < height) high *= 2;
-    return increasing_root([&](double b) { return rise(a, b) - height; }, 0.0, high, tolerance);
+    return increasing_root([&](double b) { return rise(a, b) - height; }, length, high, tolerance);
   };
   const auto miss = [&](double a) { return catenary_span(a, vertical(a), length, stretch).first - distance; };
   constexpr double kHangs = 1e-9;
   if (miss(kHangs) >= 0) {
-    const auto hanging = [&](double b) { return rise(kHangs, b) - height; };
-    double high = height + length;
-    while (hanging(high) < 0) high *= 2;
-    return {0.0, increasing_root(hanging, 0.0, high, kTight)};
+    if (const double b = lying(0); b <= length) return {0.0, b};
+    return {0.0, (height - length + 0.5 * stretch * length * length) / (stretch * length)};
   }
   double high = length;
   while (miss(high) < 0) high *= 4;
