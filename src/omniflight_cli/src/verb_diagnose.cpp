@@ -185,8 +185,8 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     };
     auto d = o->check ? diagnosis::check(fit->front(), *vehicle, options)
                       : diagnosis::diagnose(*fit, *held_out, *vehicle, options);
-    progress.finish();
     if (!d) return Failure(d.error());
+    progress.finish();
     d->runtime_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     const std::string out = common.out.empty() ? "runs/diagnosis" : common.out;
     if (auto ok = make_folder(out); !ok) return Failure(ok.error());

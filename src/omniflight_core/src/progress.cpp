@@ -35,7 +35,10 @@ Progress::Progress(std::string title, double total, std::string unit, bool quiet
       start_(std::chrono::steady_clock::now()),
       last_print_(start_) {}
 
-Progress::~Progress() { finish(); }
+Progress::~Progress() {
+  // work that failed before its first line has its error to show and nothing else
+  if (last_print_ != start_) finish();
+}
 
 void Progress::update(double done) {
   done_ = done;
