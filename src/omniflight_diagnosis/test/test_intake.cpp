@@ -125,5 +125,59 @@ TEST(Intake, TakesWhatIsToldAndRefusesWhatIsNoNumber) {
   EXPECT_NE(bad.error().text().find("environment.floor_z_m"), std::string::npos) << bad.error().text();
 }
 
+TEST(Intake, TakesEveryThingThatAToldFileMayState) {
+  const std::string path = testing::TempDir() + "complete.csv.told.yaml";
+  const auto three = [](const char* gain) { return "  " + std::string(gain) + ": [9.5, 10.5, 12.0]\n"; };
+  std::ofstream(path)
+      << "rates_hz: {imu: 250, mocap: 125.5, rotor_speed: 100}\n"
+         "sensors:\n"
+         "  accelerometer: {noise_rms_mps2: 0.08, bias_mps2: 0.03}\n"
+         "  gyro: {noise_rms_radps: 0.004, bias_radps: 0.002, low_pass_hz: 80}\n"
+         "  mocap: {position_noise_m: 0.0002, attitude_noise_rad: 0.0008, stamp_jitter_s: 0.0005, stamps: "
+         "receive}\n"
+         "  rotor_speed: {method: half_period, tick_us: 1, jitter: 0.01}\n"
+         "ambient: {turbulence_force_rms_N: 0.15, turbulence_torque_rms_Nm: 0.01, correlation_time_s: 0.3}\n"
+         "controller:\n"
+      << three("kp") << three("kv") << three("ki") << three("kR") << three("kw") << three("kI")
+      << "  allocation_mass_kg: 2.8\n"
+         "environment: {floor_z_m: -0.2, air_density_kgpm3: 1.21}\n"
+         "neighbours: [one.csv, /tracks/two.csv]\n";
+  const auto told = load_told(path);
+  ASSERT_TRUE(told) << told.error().text();
+  const std::vector<std::pair<const char*, double>> scalars{{"rates_hz.imu", 250},
+                                                            {"rates_hz.mocap", 125.5},
+                                                            {"rates_hz.rotor_speed", 100},
+                                                            {"sensors.accelerometer.noise_rms_mps2", 0.08},
+                                                            {"sensors.accelerometer.bias_mps2", 0.03},
+                                                            {"sensors.gyro.noise_rms_radps", 0.004},
+                                                            {"sensors.gyro.bias_radps", 0.002},
+                                                            {"sensors.gyro.low_pass_hz", 80},
+                                                            {"sensors.mocap.position_noise_m", 0.0002},
+                                                            {"sensors.mocap.attitude_noise_rad", 0.0008},
+                                                            {"sensors.mocap.stamp_jitter_s", 0.0005},
+                                                            {"sensors.rotor_speed.tick_us", 1},
+                                                            {"sensors.rotor_speed.jitter", 0.01},
+                                                            {"ambient.turbulence_force_rms_N", 0.15},
+                                                            {"ambient.turbulence_torque_rms_Nm", 0.01},
+                                                            {"ambient.correlation_time_s", 0.3},
+                                                            {"controller.allocation_mass_kg", 2.8},
+                                                            {"environment.floor_z_m", -0.2},
+                                                            {"environment.air_density_kgpm3", 1.21}};
+  for (const auto& [place, value] : scalars) {
+    const auto found = told->numbers.find(place);
+    ASSERT_NE(found, told->numbers.end()) << place;
+    EXPECT_EQ(found->second, std::vector<double>{value}) << place;
+  }
+  for (const char* gain : {"kp", "kv", "ki", "kR", "kw", "kI"}) {
+    const auto found = told->numbers.find(std::string("controller.") + gain);
+    ASSERT_NE(found, told->numbers.end()) << gain;
+    EXPECT_EQ(found->second, (std::vector<double>{9.5, 10.5, 12.0})) << gain;
+  }
+  EXPECT_EQ(told->numbers.size(), scalars.size() + 6);
+  // words are no numbers to use, but no reason to refuse the file either
+  EXPECT_EQ(told->ignored, (std::vector<std::string>{"sensors.mocap.stamps", "sensors.rotor_speed.method"}));
+  EXPECT_EQ(told->neighbours, (std::vector<std::string>{testing::TempDir() + "one.csv", "/tracks/two.csv"}));
+}
+
 }  // namespace
 }  // namespace omniflight::diagnosis
