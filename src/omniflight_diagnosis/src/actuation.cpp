@@ -5,40 +5,90 @@
 #include <cstdio>
 #include <set>
 
+#include "omniflight_diagnosis/alignment_report.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
 
+/// A stretch of time [s].
 struct Block {
-  int begin = 0, end = 0;
+  double from = 0, to = 0;
 };
 
-/// One rotor's command (columns: one input, or duty cycle, duty times voltage, voltage) and speed on a grid.
+/// What a command does between two samples: it rests (as a motor controller sees it), or it went on changing
+/// because the log has only some of the commands.
+enum class Between { held, straight };
+
+/// One rotor: its command (columns: one input, or duty cycle, duty times voltage, voltage) and its speed,
+/// each at its own times.
 struct Rotor {
+  std::vector<double> command_t, speed_t;  ///< s
   Eigen::MatrixXd input;
-  Eigen::VectorXd speed;
+  Eigen::VectorXd speed;    ///< rad/s
+  std::vector<char> turns;  ///< the speed can be believed: a rotor that nearly stops is measured badly
+};
+
+/// Exact first-order answer to one input that is held, or straight, between its samples.
+class Lagged {
+ public:
+  Lagged(const Rotor& r, Between between, double lag, double delay, double from)
+      : r_(r), between_(between), lag_(lag), delay_(delay) {
+    const auto after = std::upper_bound(r.command_t.begin(), r.command_t.end(), from - delay);
+    k_ = after == r.command_t.begin() ? 0 : static_cast<std::size_t>(after - r.command_t.begin()) - 1;
+    state_ = r.input.row(static_cast<Eigen::Index>(k_)).transpose();
+  }
+  /// At time t [s], which must not decrease.
+  const Eigen::VectorXd& at(double t) {
+    while (k_ + 1 < r_.command_t.size() && r_.command_t[k_ + 1] + delay_ <= t) {
+      move(r_.command_t[k_ + 1] - r_.command_t[k_], whole_step_, whole_keep_, state_);
+      ++k_;
+    }
+    now_ = state_;
+    move(std::max(0.0, t - delay_ - r_.command_t[k_]), part_step_, part_keep_, now_);
+    return now_;
+  }
+
+ private:
+  void move(double step, double& known_step, double& keep, Eigen::VectorXd& x) const {
+    if (std::abs(step - known_step) > 1e-7) {
+      known_step = step;
+      keep = lag_ > 1e-5 ? std::exp(-step / lag_) : 0.0;
+    }
+    const auto k = static_cast<Eigen::Index>(k_);
+    const bool rises = between_ == Between::straight && k_ + 1 < r_.command_t.size();
+    for (Eigen::Index c = 0; c < x.size(); ++c) {
+      const double u = r_.input(k, c);
+      const double slope =
+          rises ? (r_.input(k + 1, c) - u) / std::max(1e-6, r_.command_t[k_ + 1] - r_.command_t[k_]) : 0.0;
+      x[c] = u + slope * (step - lag_) + (x[c] - u + slope * lag_) * keep;
+    }
+  }
+
+  const Rotor& r_;
+  Between between_;
+  double lag_, delay_;
+  std::size_t k_ = 0;
+  double whole_step_ = -1, whole_keep_ = 0, part_step_ = -1, part_keep_ = 0;
+  Eigen::VectorXd state_, now_;
 };
 
 /// Residual energy of speed against the lagged, delayed input with free gains and constant.
-double misfit(const Rotor& r, double dt, double lag, double delay, const Block& block) {
-  const double a = lag > 1e-4 ? std::exp(-dt / lag) : 0.0;
-  const int n = block.end - block.begin;
+double misfit(const Rotor& r, Between between, double lag, double delay, const Block& block) {
   const Eigen::Index columns = r.input.cols();
-  const double shift = delay / dt;
-  const int whole = static_cast<int>(shift);
-  const double part = shift - whole;
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(columns + 1, columns + 1);
   Eigen::VectorXd g = Eigen::VectorXd::Zero(columns + 1), z(columns + 1);
   double total = 0;
-  const int settle = std::min(n / 3, static_cast<int>(0.5 / dt));
-  Eigen::VectorXd state = r.input.row(std::max(0, block.begin - whole)).transpose();
-  const Eigen::VectorXd middle = r.input.row((block.begin + block.end) / 2).transpose();
-  const double y0 = r.speed[(block.begin + block.end) / 2];
-  for (int i = block.begin; i < block.end; ++i) {
-    const int k = std::max(0, i - whole), before = std::max(0, k - 1);
-    state = a * state + (1 - a) * ((1 - part) * r.input.row(k) + part * r.input.row(before)).transpose();
-    if (i - block.begin < settle) continue;
+  const double settled = block.from + std::min((block.to - block.from) / 3, 0.5);
+  const auto first = std::lower_bound(r.speed_t.begin(), r.speed_t.end(), settled) - r.speed_t.begin();
+  const auto last = std::lower_bound(r.speed_t.begin(), r.speed_t.end(), block.to) - r.speed_t.begin();
+  if (first >= last) return 0;
+  Lagged lagged(r, between, lag, delay, block.from);
+  const Eigen::VectorXd middle = r.input.row(r.input.rows() / 2).transpose();
+  const double y0 = r.speed[(first + last) / 2];
+  for (auto i = first; i < last; ++i) {
+    const Eigen::VectorXd& state = lagged.at(r.speed_t[static_cast<std::size_t>(i)]);
+    if (!r.turns[static_cast<std::size_t>(i)]) continue;
     z.head(columns) = state - middle;
     z[columns] = 1;
     const double y = r.speed[i] - y0;
@@ -54,33 +104,71 @@ double misfit(const Rotor& r, double dt, double lag, double delay, const Block& 
   return total - q.dot(h.ldlt().solve(q));
 }
 
-double misfit_all(const std::vector<Rotor>& rotors, double dt, double lag, double delay, const Block& block) {
+double misfit_all(const std::vector<Rotor>& rotors, Between between, double lag, double delay,
+                  const Block& block) {
   double sum = 0;
-  for (const Rotor& r : rotors) sum += misfit(r, dt, lag, delay, block);
+  for (const Rotor& r : rotors) sum += misfit(r, between, lag, delay, block);
   return sum;
 }
 
-/// Minimum over lag and delay: a coarse grid, then a shrinking cross.
-std::pair<double, double> search(const std::vector<Rotor>& rotors, double dt, const Block& block) {
-  double lag = 0.03, delay = 0, best = 1e300;
+/// Minimum over lag and delay: the vehicle's lag and a coarse grid, then a shrinking cross.
+std::pair<double, double> search(const std::vector<Rotor>& rotors, Between between, double nominal_lag,
+                                 const Block& block) {
+  double lag = nominal_lag, delay = 0, best = misfit_all(rotors, between, lag, delay, block);
   for (double tau : {0.0, 0.01, 0.02, 0.035, 0.05, 0.07, 0.1, 0.15, 0.25})
     for (double d : {0.0, 0.01, 0.02, 0.04, 0.07}) {
-      const double m = misfit_all(rotors, dt, tau, d, block);
+      const double m = misfit_all(rotors, between, tau, d, block);
       if (m < best) best = m, lag = tau, delay = d;
     }
-  for (double step = 0.008; step > 2e-4; step *= 0.5) {
+  for (double step = 0.008; step > 1e-4; step *= 0.5) {
     for (int tries = 0; tries < 6; ++tries) {
       bool better = false;
       const double directions[][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, -1}, {-1, 1}};
       for (const auto& d : directions) {
         const double tau = std::max(0.0, lag + step * d[0]), late = std::clamp(delay + step * d[1], 0.0, 0.1);
-        const double m = misfit_all(rotors, dt, tau, late, block);
+        const double m = misfit_all(rotors, between, tau, late, block);
         if (m < best * (1 - 1e-9)) best = m, lag = tau, delay = late, better = true;
       }
       if (!better) break;
     }
   }
   return {lag, delay};
+}
+
+/// Indices of the samples in [from, to], at least `apart` seconds from each other; empty when one gap exceeds
+/// 0.1 s.
+std::vector<std::size_t> samples_of(const recording::Signal& s, double from, double to, double apart) {
+  std::vector<std::size_t> out;
+  double before = from;
+  for (std::size_t i = 0; i < s.t_s.size(); ++i) {
+    const double t = s.t_s[i];
+    if (t < from || t > to || (!out.empty() && t < s.t_s[out.back()] + apart)) continue;
+    if (!s.values.row(static_cast<Eigen::Index>(i)).allFinite()) continue;
+    if (t - before > 0.1) return {};
+    before = t;
+    out.push_back(i);
+  }
+  return out;
+}
+
+/// Takes out what a motor does slowly (warming up, sagging supply): it would pass for a longer lag.
+Eigen::MatrixXd without_slow_part(const std::vector<double>& t, const Eigen::MatrixXd& x, double dt) {
+  recording::Signal fine, slow;
+  fine.t_s = t;
+  fine.values = x;
+  for (double at = t.front(); at < t.back(); at += dt) slow.t_s.push_back(at);
+  slow.t_s.push_back(t.back());
+  slow.values = low_pass(recording::resample(fine, slow.t_s), 1 / dt, 2.0);
+  return x - recording::resample(slow, t);
+}
+
+/// The clock that stamps the body's sensors, rotor speeds among them, does not agree with the clock of the
+/// pose. Commands need not have the clock of the speeds then.
+bool clocks_differ(const Flight& flight) {
+  for (const Alignment& a : flight.alignment)
+    if (a.early == "gyro" && a.late == "attitude")
+      return std::abs(a.lag_s) > 0.0015 + 2 * a.lag_se || std::abs(a.skew) > 5e-6 + 3 * a.skew_se;
+  return false;
 }
 
 }  // namespace
@@ -95,22 +183,24 @@ std::vector<ActuationFit> fit_actuation(const recording::Recording& recording,
   if (!speed || !command || speed->width() != command->width() || speed->width() != vehicle.rotor_count())
     return out;
   const recording::Signal* vbat = recording.find("vbat");
-  const double dt = std::clamp(std::max(speed->median_period_s(), command->median_period_s()), 0.002, 0.02);
   if (speed->median_period_s() > 0.03 || command->median_period_s() > 0.03) return out;
+  const double dt = std::clamp(std::max(speed->median_period_s(), command->median_period_s()), 0.002, 0.02);
   // the longest uninterrupted stretch of free flight
   Segment longest;
   for (const Segment& s : flight.segments)
     if (s.end - s.begin > longest.end - longest.begin) longest = s;
   if (longest.end - longest.begin < 3 * flight.rate_hz) return out;
   const double from = flight.t[static_cast<std::size_t>(longest.begin)];
-  const double to = std::min(flight.t[static_cast<std::size_t>(longest.end - 1)], from + 60.0);
-  std::vector<double> t;
-  for (double x = from; x <= to; x += dt) t.push_back(x);
-  const Eigen::MatrixXd y = recording::resample(*speed, t, 0.1), u = recording::resample(*command, t, 0.1);
+  const double to = std::min({flight.t[static_cast<std::size_t>(longest.end - 1)], from + 60.0,
+                              from + 15000 * std::max(1e-3, command->median_period_s())});
+  const auto spins = samples_of(*speed, from, to, 0.0015), orders = samples_of(*command, from, to, 0);
+  if (spins.size() < 100 || orders.size() < 100) return out;
+  std::vector<double> speed_t, command_t;
+  for (std::size_t i : spins) speed_t.push_back(speed->t_s[i]);
+  for (std::size_t i : orders) command_t.push_back(command->t_s[i]);
   Eigen::VectorXd volt;
-  if (pwm && vbat) volt = recording::resample(*vbat, t).col(0);
-  if (!y.allFinite() || !u.allFinite() || !volt.allFinite()) return out;
-  const int n = static_cast<int>(t.size());
+  if (pwm && vbat) volt = recording::resample(*vbat, command_t).col(0);
+  if (!volt.allFinite()) return out;
   std::set<int> boards;
   for (const vehicle::Rotor& r : vehicle.rotors) boards.insert(r.board);
   for (int board : boards) {
@@ -118,31 +208,59 @@ std::vector<ActuationFit> fit_actuation(const recording::Recording& recording,
     fit.board = board;
     fit.from_pwm = pwm;
     std::vector<Rotor> rotors;
-    double variance = 0;
-    for (Eigen::Index r = 0; r < y.cols(); ++r) {
+    double variance = 0, count = 0;
+    for (Eigen::Index r = 0; r < speed->values.cols(); ++r) {
       const vehicle::Rotor& rotor = vehicle.rotors[static_cast<std::size_t>(r)];
       if (rotor.board != board) continue;
       fit.nominal_lag_s = rotor.time_constant;
       Rotor one;
-      one.speed = y.col(r);
+      one.speed_t = speed_t;
+      one.command_t = command_t;
+      one.speed.resize(static_cast<Eigen::Index>(spins.size()));
+      Eigen::VectorXd u(static_cast<Eigen::Index>(orders.size()));
+      for (std::size_t i = 0; i < spins.size(); ++i)
+        one.speed[static_cast<Eigen::Index>(i)] = speed->values(static_cast<Eigen::Index>(spins[i]), r);
+      for (std::size_t i = 0; i < orders.size(); ++i)
+        u[static_cast<Eigen::Index>(i)] = command->values(static_cast<Eigen::Index>(orders[i]), r);
+      std::vector<double> sizes(one.speed.data(), one.speed.data() + one.speed.size());
+      for (double& x : sizes) x = std::abs(x);
+      std::nth_element(sizes.begin(), sizes.begin() + static_cast<long>(sizes.size() / 2), sizes.end());
+      const double ordinary = sizes[sizes.size() / 2];
+      for (double x : one.speed) one.turns.push_back(std::abs(x) > 0.25 * ordinary ? 1 : 0);
       if (volt.size() > 0) {
-        one.input.resize(n, 3);
-        one.input << u.col(r), u.col(r).cwiseProduct(volt), volt;
+        one.input.resize(u.size(), 3);
+        one.input << u, u.cwiseProduct(volt), volt;
       } else {
-        one.input = u.col(r);
+        one.input = u;
       }
-      // what a motor does slowly (warming up, sagging supply) would pass for a longer lag
       if (pwm) {
-        one.input -= low_pass(one.input, 1 / dt, 2.0);
-        one.speed -= low_pass(one.speed, 1 / dt, 2.0);
+        one.input = without_slow_part(command_t, one.input, dt);
+        one.speed = without_slow_part(speed_t, one.speed, dt);
       }
-      variance += (one.speed.array() - one.speed.mean()).square().sum();
+      if (!one.input.allFinite() || !one.speed.allFinite()) return out;
+      const double mean = one.speed.mean();
+      for (std::size_t i = 0; i < spins.size(); ++i)
+        if (one.turns[i]) variance += std::pow(one.speed[static_cast<Eigen::Index>(i)] - mean, 2), ++count;
       rotors.push_back(std::move(one));
+    }
+    const Block all{from, to};
+    Between between = Between::held;
+    double least = 1e300;
+    for (Between way : {Between::held, Between::straight}) {
+      const auto [tau, late] = search(rotors, way, fit.nominal_lag_s, all);
+      const double left = misfit_all(rotors, way, tau, late, all);
+      if (left >= least) continue;
+      least = left;
+      between = way;
+      fit.lag_s = tau;
+      fit.delay_s = late;
     }
     const int blocks = std::clamp(static_cast<int>((to - from) / 2.5), 2, 6);
     double lag = 0, delay = 0, lag2 = 0, delay2 = 0;
     for (int b = 0; b < blocks; ++b) {
-      const auto [tau, late] = search(rotors, dt, {n * b / blocks, n * (b + 1) / blocks});
+      const auto [tau, late] =
+          search(rotors, between, fit.nominal_lag_s,
+                 {from + (to - from) * b / blocks, from + (to - from) * (b + 1) / blocks});
       lag += tau / blocks;
       delay += late / blocks;
       lag2 += tau * tau / blocks;
@@ -150,13 +268,17 @@ std::vector<ActuationFit> fit_actuation(const recording::Recording& recording,
     }
     fit.lag_se = std::sqrt(std::max(0.0, lag2 - lag * lag) / std::max(1, blocks - 1));
     fit.delay_se = std::sqrt(std::max(0.0, delay2 - delay * delay) / std::max(1, blocks - 1));
-    std::tie(fit.lag_s, fit.delay_s) = search(rotors, dt, {0, n});
-    fit.explained = 1.0 - misfit_all(rotors, dt, fit.lag_s, fit.delay_s, {0, n}) / std::max(1e-12, variance);
-    const double count = static_cast<double>(n) * static_cast<double>(rotors.size());
-    fit.rms_fitted = std::sqrt(std::max(0.0, misfit_all(rotors, dt, fit.lag_s, fit.delay_s, {0, n})) / count);
-    fit.rms_nominal = std::sqrt(std::max(0.0, misfit_all(rotors, dt, fit.nominal_lag_s, 0, {0, n})) / count);
+    fit.explained = 1.0 - least / std::max(1e-12, variance);
+    fit.rms_fitted = std::sqrt(std::max(0.0, least) / std::max(1.0, count));
+    fit.rms_nominal = std::sqrt(std::max(0.0, misfit_all(rotors, between, fit.nominal_lag_s, 0, all)) /
+                                std::max(1.0, count));
     if (fit.explained > 0.3) out.push_back(fit);
   }
+  // all boards late by the same time, beside clocks that disagree: then that is the clock of the speeds
+  double common = 1;
+  for (const ActuationFit& f : out) common = std::min(common, f.delay_s);
+  if (!out.empty() && common > 0.002 && clocks_differ(flight))
+    for (ActuationFit& f : out) f.delay_s -= common;
   return out;
 }
 

@@ -1,0 +1,114 @@
+// Lag and delay from held commands to rotor speeds, and a clock that is no delay.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "../src/actuation.hpp"
+#include "omniflight_core/random.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+constexpr double kPeriod = 0.008, kDuration = 40;
+
+vehicle::Vehicle omnimorph() {
+  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+  auto v = vehicle::load_vehicle("omnimorph");
+  EXPECT_TRUE(v) << v.error().text();
+  return *v;
+}
+
+/// Commands held for 8 ms, answered with the vehicle's lag after `delay` seconds by one board (-1: by all);
+/// speeds are stamped `clock` seconds late.
+recording::Recording answers(const vehicle::Vehicle& v, int board, double delay, double clock) {
+  recording::Recording r;
+  recording::Signal &u = r.signals["rotor_command"], &w = r.signals["rotor_speed"];
+  u.name = "rotor_command";
+  w.name = "rotor_speed";
+  const int n = static_cast<int>(kDuration / kPeriod);
+  const Eigen::Index rotors = v.rotor_count();
+  u.values.resize(n, rotors);
+  w.values.resize(n, rotors);
+  for (int i = 0; i < n; ++i) {
+    u.t_s.push_back(i * kPeriod);
+    w.t_s.push_back(i * kPeriod + clock);
+  }
+  Random random(3, "actuation");
+  for (Eigen::Index k = 0; k < rotors; ++k) {
+    double walk = 0;
+    for (int i = 0; i < n; ++i) {
+      walk = 0.9 * walk + 10 * random.normal();
+      u.values(i, k) = 600 + 60 * std::sin(0.8 * i * kPeriod + static_cast<double>(k)) + walk;
+    }
+    const vehicle::Rotor& rotor = v.rotors[static_cast<std::size_t>(k)];
+    const double late = board < 0 || rotor.board == board ? delay : 0;
+    constexpr int fine = 80;  // steps of 0.1 ms
+    double speed = u.values(0, k);
+    for (int i = 0; i < n; ++i) {
+      w.values(i, k) = speed + 0.1 * random.normal();
+      for (int j = 0; j < fine; ++j) {
+        const double t = i * kPeriod + j * kPeriod / fine - late + 1e-9;
+        const int held = std::max(0, static_cast<int>(t / kPeriod));
+        speed =
+            u.values(held, k) + (speed - u.values(held, k)) * std::exp(-kPeriod / fine / rotor.time_constant);
+      }
+    }
+  }
+  return r;
+}
+
+Flight whole() {
+  Flight f;
+  f.rate_hz = 100;
+  for (int i = 0; i < static_cast<int>(kDuration * 100); ++i) f.t.push_back(0.01 * i);
+  f.segments.push_back({50, static_cast<int>(f.t.size()) - 50});
+  return f;
+}
+
+TEST(Actuation, HeldCommandsOfANominalRotorShowNoDelay) {
+  const vehicle::Vehicle v = omnimorph();
+  const auto fits = fit_actuation(answers(v, -1, 0, 0), v, whole());
+  ASSERT_EQ(fits.size(), 2u);
+  for (const ActuationFit& f : fits) {
+    EXPECT_LT(f.delay_s, 0.0003) << f.board;
+    EXPECT_NEAR(f.lag_s, f.nominal_lag_s, 0.0003) << f.board;
+    EXPECT_LT(f.rms_nominal, 0.3) << f.board;
+  }
+  Diagnosis d;
+  add_actuation({fits}, d);
+  EXPECT_TRUE(d.findings.empty());
+}
+
+TEST(Actuation, OneLateBoardIsFound) {
+  const vehicle::Vehicle v = omnimorph();
+  const auto fits = fit_actuation(answers(v, 1, 0.011, 0), v, whole());
+  ASSERT_EQ(fits.size(), 2u);
+  EXPECT_LT(fits[0].delay_s, 0.0003);
+  EXPECT_NEAR(fits[1].delay_s, 0.011, 0.0003);
+  Diagnosis d;
+  add_actuation({fits}, d);
+  ASSERT_EQ(d.findings.size(), 1u);
+  EXPECT_EQ(d.findings[0].effect, "transport_delay");
+}
+
+TEST(Actuation, AnotherClockIsNoDelay) {
+  const vehicle::Vehicle v = omnimorph();
+  Flight f = whole();
+  const auto same = fit_actuation(answers(v, -1, 0, 0.006), v, f);
+  ASSERT_EQ(same.size(), 2u);
+  EXPECT_NEAR(same[0].delay_s, 0.006, 0.0003);  // with clocks that are said to agree it is one
+  f.alignment.push_back({"gyro", "attitude", -0.006, 1e-4, 0, 1e-6, 0.99});
+  const auto other = fit_actuation(answers(v, -1, 0, 0.006), v, f);
+  ASSERT_EQ(other.size(), 2u);
+  Diagnosis d;
+  add_actuation({other}, d);
+  EXPECT_TRUE(d.findings.empty());
+  // a board that is later than the other shows through the clock
+  const auto late = fit_actuation(answers(v, 0, 0.009, 0.006), v, f);
+  ASSERT_EQ(late.size(), 2u);
+  EXPECT_NEAR(late[0].delay_s, 0.009, 0.0006);
+  EXPECT_LT(late[1].delay_s, 0.0003);
+}
+
+}  // namespace
+}  // namespace omniflight::diagnosis
