@@ -162,13 +162,14 @@ Eigen::MatrixXd without_slow_part(const std::vector<double>& t, const Eigen::Mat
   return x - recording::resample(slow, t);
 }
 
-/// The clock that stamps the body's sensors, rotor speeds among them, does not agree with the clock of the
-/// pose. Commands need not have the clock of the speeds then.
-bool clocks_differ(const Flight& flight) {
+/// Whether the clock of the body's sensors, rotor speeds among them, agrees with that of the pose: as
+/// commands come from the pose's side, they then have the clock of the speeds as well. Nothing when that
+/// cannot be told.
+std::optional<bool> clocks_agree(const Flight& flight) {
   for (const Alignment& a : flight.alignment)
     if (a.early == "gyro" && a.late == "attitude")
-      return std::abs(a.lag_s) > 0.0015 + 2 * a.lag_se || std::abs(a.skew) > 5e-6 + 3 * a.skew_se;
-  return false;
+      return std::abs(a.lag_s) < 0.0015 + 2 * a.lag_se && std::abs(a.skew) < 5e-6 + 3 * a.skew_se;
+  return {};
 }
 
 }  // namespace
@@ -274,10 +275,11 @@ std::vector<ActuationFit> fit_actuation(const recording::Recording& recording,
                                 std::max(1.0, count));
     if (fit.explained > 0.3) out.push_back(fit);
   }
-  // all boards late by the same time, beside clocks that disagree: then that is the clock of the speeds
+  // all boards late by the same time: that is the clock of the speeds, unless the clocks are seen to agree;
+  // a single board has no second one to tell it by
   double common = 1;
   for (const ActuationFit& f : out) common = std::min(common, f.delay_s);
-  if (!out.empty() && common > 0.002 && clocks_differ(flight))
+  if (!out.empty() && !clocks_agree(flight).value_or(boards.size() == 1))
     for (ActuationFit& f : out) f.delay_s -= common;
   return out;
 }
