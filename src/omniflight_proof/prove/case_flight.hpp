@@ -33,7 +33,7 @@ struct Flown {
   std::array<double, 6> control{};  ///< of demands times mass and inertia: flown less told gains
   double dw = 0;                    ///< rad/s^2 RMS of the angular acceleration
   double position_rms = 0;          ///< m, tracking error
-  double lowest_thrust = 1e300;  ///< N, of the commands: reversing rotors step
+  double lowest_thrust = 1e300;     ///< N, of the commands: reversing rotors step
   double saturated = 0;             ///< share of periods with a rotor at its limit
 };
 
