@@ -29,6 +29,7 @@ constexpr double kGrace = 4.0, kGraceShort = 0.5;
 Result<std::vector<Child>> start(const FlightOptions& o, const Setup& s, int domain) {
   std::vector<std::vector<std::string>> groups;
   std::vector<std::string> names{"recorder", "planner", "allocator", "controller"};
+  if (o.monitor) names.insert(names.begin() + 1, "monitor");
   if (o.plant == "simulator") names.push_back("simulator");
   if (o.plant == "emulator") names.push_back("emulator");
   if (!o.lockstep()) names.push_back("gateway");
@@ -53,14 +54,32 @@ Result<std::vector<Child>> start(const FlightOptions& o, const Setup& s, int dom
     child.log = (s.out / "log" / (group.size() > 1 ? "container.log" : group.front() + ".log")).string();
     // Lockstep partners take turns, so they share one processor: no wake-up of an idle one on every turn.
     if (!o.realtime && o.lockstep() && !o.in_process && processors > 1)
-      child.cpu = group.front() == "recorder" ? static_cast<int>(processors) - 1
-                                              : static_cast<int>(domain % (processors - 1));
+      child.cpu = group.front() == "recorder" || group.front() == "monitor"
+                      ? static_cast<int>(processors) - 1
+                      : static_cast<int>(domain % (processors - 1));
     child.prompt = o.realtime;
     auto started = Child::start(*program, arguments, child);
     if (!started) return Failure(started.error());
     children.push_back(std::move(*started));
   }
   return children;
+}
+
+/// The summary that the monitor left, and it in a line.
+void read_monitor(const fs::path& file, FlightResult& result) {
+  auto text = files::read_file(file, files::kMegabyte);
+  const auto said = text ? nlohmann::json::parse(*text, nullptr, false) : nlohmann::json();
+  if (!said.is_object() || !said.contains("checks")) {
+    result.monitor = "monitor: no verdict; its log is in " + (file.parent_path() / "log").string();
+    return;
+  }
+  result.json["monitor"] = said;
+  result.monitor = "monitor: " + said.value("worst", "?");
+  for (const auto& check : said["checks"])
+    if (check.value("worst", "OK") != "OK")
+      result.monitor +=
+          fmt::format("; {} {} from {:.1f} s: {}", check.value("name", ""), check.value("worst", ""),
+                      check.value("from_s", 0.0), check.value("message", ""));
 }
 
 }  // namespace
@@ -146,6 +165,7 @@ Result<FlightResult> fly(const FlightOptions& o) {
   j["complete"] = result.reason.empty();  // every component did its part to the end; the vehicle may be lost
   j["recording_notes"] = nlohmann::json::array();
   for (const auto& note : recording->notes) j["recording_notes"].push_back(note.text);
+  if (o.monitor) read_monitor(s.out / "monitor.json", result);
   if (auto metrics = assess(*recording, *vehicle)) {
     result.metrics = *metrics;
     j["metrics"] = to_json(*metrics);

@@ -28,7 +28,8 @@ struct FlightOptions {
   std::uint64_t seed = 1;
   int domain = -1;  ///< of the bus; -1: the first free one
   bool realtime = false;
-  bool in_process = false;                        ///< all components in one container
+  bool monitor = false;     ///< watch the residuals in flight, see the monitor component
+  bool in_process = false;  ///< all components in one container
   std::map<std::string, std::string> parameters;  ///< "controller.kp" -> YAML text
   std::string out;
   bool quiet = false;
@@ -43,6 +44,7 @@ struct FlightResult {
   bool flown = false;     ///< to the end
   std::string reason;     ///< why not
   FlightMetrics metrics;
+  std::string monitor;  ///< its verdict in a line; empty when there was none
 };
 
 /// Writes plan/, params.yaml, log/, flight.mcap and flight.json into options.out.

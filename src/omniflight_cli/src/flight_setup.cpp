@@ -52,6 +52,10 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
   p["allocator"]["alpha_deg"] = fmt::format("{:.17g}", alpha);
   p["allocator"].insert(s.weights.begin(), s.weights.end());
   p["allocator"]["tilt_mode"] = o.tilt_mode;
+  if (o.monitor) {
+    common("monitor");
+    p["monitor"]["summary_file"] = quoted((s.out / "monitor.json").string());
+  }
   p["controller"]["settle_s"] = fmt::format("{}", kSettle);
   const auto plant = [&](const std::string& component) {
     common(component);
@@ -241,7 +245,8 @@ Result<Setup> prepare(const FlightOptions& o) {
   if (auto ok = make_folder((s.out / "plan").string()); !ok) return Failure(ok.error());
   if (auto ok = planning::write_plan(s.plan, s.out / "plan"); !ok) return Failure(ok.error());
   std::error_code ec;
-  fs::remove(s.out / "flight.json", ec);  // of an earlier flight into the same folder
+  for (const char* of_an_earlier_flight : {"flight.json", "monitor.json"})
+    fs::remove(s.out / of_an_earlier_flight, ec);
   return s;
 }
 

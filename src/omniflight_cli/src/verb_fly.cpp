@@ -37,6 +37,8 @@ Action add_fly(CLI::App& verb, Common& common) {
   verb.add_option("--seed", o->seed, "Seed of all sensor noise");
   verb.add_option("--rate", *rate, "max (lockstep) | realtime")->check(CLI::IsMember({"max", "realtime"}));
   verb.add_option("-p,--param", *params, "Component parameter, for instance controller.kp='[10, 10, 10]'");
+  verb.add_flag("--monitor", o->monitor,
+                "Watch the residuals in flight (/diagnostics) and end with the verdict in a line");
   verb.add_flag("--in-process", o->in_process, "All components in one process");
   return [o, rate, params, &common]() -> Result<int> {
     o->realtime = *rate == "realtime" || !o->lockstep();
@@ -63,6 +65,7 @@ Action add_fly(CLI::App& verb, Common& common) {
                             "of flight in {:.1f} s",
                             m.mean_power, m.thesis_power, result->json.value("simulated_s", 0.0),
                             result->json.value("wall_s", 0.0)));
+    if (!result->monitor.empty()) say(common, "  " + result->monitor);
     say(common, "  recording: " + result->recording);
     return result->flown ? 0 : static_cast<int>(ErrorCode::incomplete);
   };

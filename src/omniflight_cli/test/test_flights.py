@@ -113,6 +113,17 @@ class EmulatedBoards(system.SystemTest):
         self.assertGreater(max(abs(math.pi * 1e6 / w - round(math.pi * 1e6 / w)) for w in ideal if w > 50), 0.1)
 
 
+class Monitored(system.SystemTest):
+    def test_the_verdict_of_the_monitor_ends_the_flight_in_a_line(self):
+        load = self.dir / "load.yaml"
+        load.write_text("schema: omniflight.model/1\neffects:\n  - {id: payload_mass, parameters: {mass: 0.28}}\n")
+        mission = self.short_mission()
+        for name, effects, worst in (("plain", (), "OK"), ("loaded", ("--effects", load), "ERROR")):
+            done = self.run_command("fly", mission, "--out", name, "--sensors", "laboratory", "--monitor", *effects)
+            self.assertRegex(done.stdout, f"monitor: {worst}")
+            self.assertEqual(self.json(f"{name}/flight.json")["monitor"]["worst"], worst)
+
+
 class RunsBesideEachOther(system.SystemTest):
     def test_two_flights_at_once_use_two_domains(self):
         mission = self.short_mission()

@@ -14,5 +14,6 @@ std::unique_ptr<bus::Component> make_allocator();
 std::unique_ptr<bus::Component> make_simulator();
 std::unique_ptr<bus::Component> make_emulator();
 std::unique_ptr<bus::Component> make_gateway();
+std::unique_ptr<bus::Component> make_monitor();
 
 }  // namespace omniflight::components

@@ -61,7 +61,7 @@ constexpr int kIncomplete = static_cast<int>(ErrorCode::incomplete);
 constexpr int kBadInput = static_cast<int>(ErrorCode::bad_input);
 
 TEST_F(Components, EveryNameMakesAComponentOfThatName) {
-  ASSERT_EQ(components::component_names().size(), 7u);
+  ASSERT_EQ(components::component_names().size(), 8u);
   for (const std::string& name : components::component_names()) {
     const auto component = components::make_component(name);
     ASSERT_TRUE(component) << name;
@@ -74,6 +74,7 @@ TEST_F(Components, RefuseUnknownParameters) {
   const std::string file = (folder_ / "x.mcap").string(), folder = folder_.string();
   const std::map<std::string, std::vector<std::string>> needed{
       {"recorder", {"file:=" + file}},
+      {"monitor", {"vehicle:=omnimorph"}},
       {"planner", {"plan:=" + folder}},
       {"allocator", {"vehicle:=omnimorph"}},
       {"controller", {}},

@@ -13,6 +13,8 @@ struct Section {
   double b0, b1, b2, a1, a2;
 };
 
+constexpr std::array kQuality{0.54119610, 1.3065630};  // of the sections of a 4th-order Butterworth
+
 /// Second-order Butterworth-type section with quality q by the bilinear transform with prewarping.
 Section section(double rate_hz, double cutoff_hz, double q) {
   const double k = std::tan(kPi * cutoff_hz / rate_hz);
@@ -36,8 +38,8 @@ void run(const Section& s, Eigen::VectorXd& x) {
 Eigen::MatrixXd low_pass(const Eigen::MatrixXd& x, double rate_hz, double cutoff_hz) {
   const Eigen::Index n = x.rows();
   if (n < 4 || cutoff_hz <= 0 || cutoff_hz >= 0.49 * rate_hz) return x;
-  const std::array<Section, 2> sections{section(rate_hz, cutoff_hz, 0.54119610),
-                                        section(rate_hz, cutoff_hz, 1.3065630)};
+  const std::array<Section, 2> sections{section(rate_hz, cutoff_hz, kQuality[0]),
+                                        section(rate_hz, cutoff_hz, kQuality[1])};
   const Eigen::Index pad =
       std::min<Eigen::Index>(n - 1, static_cast<Eigen::Index>(3.0 * rate_hz / cutoff_hz));
   Eigen::MatrixXd out(n, x.cols());
@@ -55,6 +57,33 @@ Eigen::MatrixXd low_pass(const Eigen::MatrixXd& x, double rate_hz, double cutoff
     out.col(c) = work.segment(pad, n);
   }
   return out;
+}
+
+CausalLowPass::CausalLowPass(double rate_hz, double cutoff_hz, Eigen::Index channels)
+    : state_(Eigen::MatrixXd::Zero(channels, 4)) {
+  Eigen::Index k = 0;
+  for (const double q : kQuality) {
+    const Section s = section(rate_hz, cutoff_hz, q);
+    coefficients_.col(k++) << s.b0, s.b1, s.b2, s.a1, s.a2;
+    delay_ += 1.0 / (q * 2 * kPi * cutoff_hz);
+  }
+}
+
+void CausalLowPass::step(Eigen::Ref<Eigen::VectorXd> x) {
+  for (Eigen::Index c = 0; c < state_.rows(); ++c)
+    for (Eigen::Index k = 0; k < 2; ++k) {
+      const auto b = coefficients_.col(k);
+      double &z1 = state_(c, 2 * k), &z2 = state_(c, 2 * k + 1);
+      if (fresh_) {
+        z2 = (b[2] - b[4]) * x[c];
+        z1 = (b[1] - b[3]) * x[c] + z2;
+      }
+      const double in = x[c], out = b[0] * in + z1;
+      z1 = b[1] * in - b[3] * out + z2;
+      z2 = b[2] * in - b[4] * out;
+      x[c] = out;
+    }
+  fresh_ = false;
 }
 
 Eigen::MatrixXd differentiate(const Eigen::MatrixXd& x, double rate_hz) {

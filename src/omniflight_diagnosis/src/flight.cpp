@@ -6,6 +6,7 @@
 #include "faults.hpp"
 #include "ground.hpp"
 #include "omniflight_diagnosis/filter.hpp"
+#include "omniflight_diagnosis/residual.hpp"
 #include "thrust_source.hpp"
 
 namespace omniflight::diagnosis {
@@ -92,9 +93,8 @@ Eigen::MatrixXd modelled_speed(const Eigen::MatrixXd& command, double rate_hz, c
   Eigen::MatrixXd speed = command;
   for (Eigen::Index r = 0; r < command.cols(); ++r) {
     const double tau = v.rotors[static_cast<std::size_t>(r)].time_constant;
-    const double a = tau > 0 ? std::exp(-1.0 / (rate_hz * tau)) : 0.0;
     for (Eigen::Index i = 1; i < command.rows(); ++i)
-      speed(i, r) = a * speed(i - 1, r) + (1 - a) * command(i - 1, r);
+      speed(i, r) = lagged_speed(speed(i - 1, r), command(i - 1, r), tau, 1.0 / rate_hz);
   }
   return speed;
 }

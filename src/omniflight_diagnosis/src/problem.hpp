@@ -7,16 +7,13 @@
 #include <span>
 
 #include "omniflight_diagnosis/flight.hpp"
+#include "omniflight_diagnosis/residual.hpp"
 #include "omniflight_physics/effect.hpp"
 
 namespace omniflight::diagnosis {
 
 inline constexpr std::array<const char*, 6> kChannels{"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
 inline const char* channel_unit(int channel) { return channel < 3 ? "N" : "Nm"; }
-
-/// Force [N] and torque [Nm] about the body origin, body axes, that the nominal rotors do not explain:
-/// rho_F = m f - sum T_i n_i, rho_tau = J dw + w x J w + c x m f - rotor torque.
-Vec6 wrench_residual(const physics::Situation& s, const Vec3& specific_force, const Vec3& center_of_mass);
 
 /// An uninterrupted stretch of stacked rows [begin, end).
 struct Run {

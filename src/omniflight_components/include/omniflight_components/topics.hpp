@@ -15,6 +15,8 @@ inline constexpr const char* command = "/omniflight/command";        ///< actuat
 inline constexpr const char* recorder = "/omniflight/recorder";      ///< omniflight_msgs/RecorderState
 inline constexpr const char* trajectory = "/command_trajectory";  ///< trajectory_msgs/MultiDOFJointTrajectory
 
+inline constexpr const char* diagnostics =
+    "/diagnostics";                                       ///< diagnostic_msgs/DiagnosticArray, as ROS has it
 inline constexpr const char* state = "/component_state";  ///< omniflight_msgs/ComponentState, latched
 
 /// A topic with its ROS type.
@@ -35,6 +37,7 @@ inline constexpr Entry recorded[] = {
     {command, "actuator_msgs/msg/Actuators", false},
     {truth, "omniflight_msgs/msg/TruthState", false},
     {trajectory, "trajectory_msgs/msg/MultiDOFJointTrajectory", true},
+    {diagnostics, "diagnostic_msgs/msg/DiagnosticArray", false},
     {state, "omniflight_msgs/msg/ComponentState", true},
 };
 

@@ -1,4 +1,5 @@
-// Zero-phase low pass and derivative: the same for the measured side and for every regressor.
+// Low passes and derivative: zero-phase for recordings (the same for the measured side and for every
+// regressor), causal for what is judged in flight.
 #pragma once
 
 #include <Eigen/Dense>
@@ -11,5 +12,23 @@ Eigen::MatrixXd low_pass(const Eigen::MatrixXd& x, double rate_hz, double cutoff
 
 /// Central difference of every column (one-sided at the ends), per second.
 Eigen::MatrixXd differentiate(const Eigen::MatrixXd& x, double rate_hz);
+
+/// The forward half of low_pass(): 4th-order Butterworth, sample by sample. The first sample after a reset is
+/// taken for the state it has rested in.
+class CausalLowPass {
+ public:
+  CausalLowPass(double rate_hz, double cutoff_hz, Eigen::Index channels);
+  /// Filters one sample of all channels in place; allocates nothing.
+  void step(Eigen::Ref<Eigen::VectorXd> x);
+  void reset() { fresh_ = true; }
+  /// Group delay of slow signals [s].
+  double delay_s() const { return delay_; }
+
+ private:
+  Eigen::Matrix<double, 5, 2> coefficients_;  ///< b0 b1 b2 a1 a2 of both sections
+  Eigen::MatrixXd state_;                     ///< channels x 4
+  double delay_ = 0;
+  bool fresh_ = true;
+};
 
 }  // namespace omniflight::diagnosis
