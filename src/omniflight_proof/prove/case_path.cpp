@@ -46,7 +46,13 @@ Jet2 Coordinate::at(double t) const {
   }
   if (sines.empty()) return out;
   const Jet2 in = smooth(t, sines_from, ramp), fade = smooth(t, sines_until - ramp, ramp);
-  const Jet2 envelope = product(in, {1 - fade.value, -fade.rate, -fade.acceleration});
+  Jet2 envelope = product(in, {1 - fade.value, -fade.rate, -fade.acceleration});
+  for (const Calm& c : calms) {
+    const Jet2 down = smooth(t, c.from - calm_ramp, calm_ramp), up = smooth(t, c.until, calm_ramp);
+    const double depth = 1 - calm_share;
+    envelope = product(envelope, {1 - depth * (down.value - up.value), -depth * (down.rate - up.rate),
+                                  -depth * (down.acceleration - up.acceleration)});
+  }
   Jet2 sum;
   for (const Sine& s : sines) {
     const double w = 2 * kPi * s.frequency, phase = w * t + s.phase;
@@ -113,18 +119,40 @@ Path path_designed(Random& random, double vigour) {
   Path p;
   p.name = "designed";
   const double end = p.duration - 1;
+  // Stages of height with pauses. In each pause the rotors are tilted further, the vehicle leans as far as it
+  // can without reversing a rotor, and comes back; between them quick legs to the side.
+  // 33 deg at 59 deg of tilt leaves every rotor 0.15 N above its smallest thrust; beyond 38 deg one reverses.
+  const double lean = to_radians(33) * std::min(1.0, vigour), spread = to_radians(29), leg_m = 0.6;
   p.position[2].start = 0.55;
-  p.position[2].steps = {{8, 4, 0.45}, {20, 4, 0.45}, {34, 4, -0.45}, {46, 4, -0.45}};
-  add_sines(p.position[0], random, {0.11, 0.23, 0.41, 0.73}, 0.26 * vigour, 1.2, end);
-  add_sines(p.position[1], random, {0.13, 0.27, 0.47, 0.83}, 0.26 * vigour, 1.2, end);
-  add_sines(p.position[2], random, {0.17, 0.31, 0.53, 0.97}, 0.18 * vigour, 0.9, end);
-  add_sines(p.rotation[0], random, {0.10, 0.29, 0.61, 1.13}, to_radians(5.5) * vigour, 0.8, end);
-  add_sines(p.rotation[1], random, {0.12, 0.33, 0.67, 1.21}, to_radians(5.5) * vigour, 0.8, end);
-  add_sines(p.rotation[2], random, {0.09, 0.25, 0.59, 1.07}, to_radians(16) * vigour, 0.8, end);
+  p.position[2].steps = {{8, 3, 0.45}, {20, 3, 0.45}, {33, 3, -0.45}, {45, 3, -0.45}};
+  int k = 0;
+  std::vector<Coordinate::Calm> calms;
+  for (const double at : {11.5, 24.5, 36.5, 49.0}) {
+    const double way = k < 2 ? lean : -lean;
+    p.rotation[k % 2].steps.push_back({at, 2.0, way});
+    p.rotation[k % 2].steps.push_back({at + 4.0, 2.0, -way});
+    p.alpha.steps.push_back({at - 1.5, 2.0, spread});
+    p.alpha.steps.push_back({at + 5.5, 2.0, -spread});
+    calms.push_back({at, at + 6.0});
+    const double leg = k < 2 ? leg_m : -leg_m;
+    p.position[1 - k % 2].steps.push_back({at - 4.4, 2.2, leg});
+    ++k;
+  }
+  add_sines(p.position[0], random, {0.11, 0.23, 0.41, 0.73}, 0.23 * vigour, 1.2, end);
+  add_sines(p.position[1], random, {0.13, 0.27, 0.47, 0.83}, 0.23 * vigour, 1.2, end);
+  add_sines(p.position[2], random, {0.17, 0.31, 0.53, 0.97}, 0.16 * vigour, 0.9, end);
+  add_sines(p.rotation[0], random, {0.10, 0.29, 0.61, 1.13}, to_radians(5) * vigour, 0.8, end);
+  add_sines(p.rotation[1], random, {0.12, 0.33, 0.67, 1.21}, to_radians(5) * vigour, 0.8, end);
+  add_sines(p.rotation[2], random, {0.09, 0.25, 0.59, 1.07}, to_radians(15) * vigour, 0.8, end);
   p.alpha.start = to_radians(30);
   add_sines(p.alpha, random, {0.07, 0.19}, to_radians(8), 0.3, end);
-  add_sines(p.null_space[0], random, {0.21, 0.57, 1.31}, 0.25, 0.2, end);
-  add_sines(p.null_space[1], random, {0.35, 0.79, 1.73}, 0.25, 0.2, end);
+  add_sines(p.null_space[0], random, {0.21, 0.57, 1.31}, 0.23, 0.2, end);
+  add_sines(p.null_space[1], random, {0.35, 0.79, 1.73}, 0.23, 0.2, end);
+  for (Coordinate* c : {&p.position[0], &p.position[1], &p.position[2], &p.rotation[0], &p.rotation[1],
+                        &p.rotation[2], &p.alpha, &p.null_space[0], &p.null_space[1]}) {
+    c->calms = calms;
+    c->calm_share = 0.03;
+  }
   return p;
 }
 

@@ -27,6 +27,11 @@ struct Coordinate {
   std::vector<Step> steps;
   std::vector<Sine> sines;
   double sines_from = 0, sines_until = 0, ramp = 3;  ///< s; sines fade in and out
+  struct Calm {
+    double from, until;  ///< s; sines are down to calm_share in between
+  };
+  std::vector<Calm> calms;  ///< in order, at least 2 calm_ramp apart
+  double calm_share = 0.2, calm_ramp = 1.5;
 
   Jet2 at(double t) const;
 };

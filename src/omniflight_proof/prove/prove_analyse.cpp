@@ -71,7 +71,8 @@ Status settle(const AnalyseOptions& o, Running& r) {
   std::vector<fs::path> extra;
   for (const auto& file : fs::directory_iterator(r.part, ec)) {
     const std::string name = file.path().filename().string();
-    if (name != "diagnosis.json" && name != "model.yaml" && name != "log.txt" && name != "baselines.json")
+    if (name != "diagnosis.json" && name != "model.yaml" && name != "next_flight.yaml" && name != "log.txt" &&
+        name != "baselines.json")
       extra.push_back(file.path());
   }
   for (const auto& file : extra) fs::remove_all(file, ec);

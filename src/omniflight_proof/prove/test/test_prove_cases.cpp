@@ -89,6 +89,19 @@ TEST(Case, DesignedFlightsExciteWithoutReversingARotor) {
     auto flown = fly(v, s);
     ASSERT_TRUE(flown) << flown.error().text();
     EXPECT_GT(flown->lowest_thrust, v.rotors[0].min_thrust);
+    double lean = 0, alpha = 0, slowest = 1e9, fastest = 0;
+    for (double t = 0; t < s.path.duration; t += 0.05) {
+      const Reference r = s.path.at(t);
+      lean = std::max(lean, std::acos((r.q_WB * Vec3::UnitZ()).z()));
+      alpha = std::max(alpha, r.alpha);
+      slowest = std::min(slowest, r.v_WB_W.norm());
+      fastest = std::max(fastest, r.v_WB_W.norm());
+    }
+    EXPECT_GT(lean, to_radians(32));
+    EXPECT_GT(alpha, to_radians(57));
+    EXPECT_LE(alpha, v.tilt.max);
+    EXPECT_LT(slowest, 0.05);
+    EXPECT_GT(fastest, 0.5);
     EXPECT_LT(flown->saturated, 1e-9);
     EXPECT_GT(flown->dw, 0.5);
     EXPECT_LT(flown->command[0], 0.01);  // commands and the nominal lag give the thrusts
