@@ -117,19 +117,69 @@ void exclude(const std::vector<char>& bad, const Grid& grid, double margin_s, co
   }
 }
 
+/// Where an onboard estimator had no position to correct its velocity with: from max_gap_s after the last one
+/// until as long after the next.
+std::vector<char> unaided(const Signal& position, const Grid& grid, double max_gap_s) {
+  std::vector<char> out(grid.t.size(), 0);
+  for (std::size_t k = 1; k < position.t_s.size(); ++k) {
+    if (position.t_s[k] - position.t_s[k - 1] <= max_gap_s) continue;
+    for (std::size_t i = 0; i < out.size(); ++i)
+      if (grid.t[i] > position.t_s[k - 1] + max_gap_s && grid.t[i] < position.t_s[k] + max_gap_s) out[i] = 1;
+  }
+  return out;
+}
+
 std::vector<char> negated(const std::vector<char>& v) {
   std::vector<char> out(v.size());
   for (std::size_t i = 0; i < v.size(); ++i) out[i] = !v[i];
   return out;
 }
 
-}  // namespace
+/// Runs of good samples of at least a second, and their samples in all.
+std::vector<Segment> long_runs(const std::vector<char>& good, double rate_hz) {
+  std::vector<Segment> out;
+  const int n = static_cast<int>(good.size());
+  for (int i = 0; i < n;) {
+    int j = i;
+    while (j < n && good[static_cast<std::size_t>(j)]) ++j;
+    if (j - i >= static_cast<int>(rate_hz)) out.push_back({i, j});
+    i = std::max(j, i + 1);
+  }
+  return out;
+}
 
-int Flight::usable() const {
+int samples(const std::vector<Segment>& segments) {
   int n = 0;
   for (const Segment& s : segments) n += s.end - s.begin;
   return n;
 }
+
+/// Cuts the samples at which the velocity was dead reckoning, or says why it cannot afford to.
+void cut_unaided(const std::vector<char>& bad, const Grid& grid, std::vector<char>& good, Flight& f) {
+  std::vector<char> left = good;
+  int lost = 0;
+  for (std::size_t k = 0; k < left.size(); ++k) {
+    const bool unaided_here = bad[k * static_cast<std::size_t>(grid.step)];
+    lost += unaided_here;
+    if (unaided_here) left[k] = 0;
+  }
+  if (lost == 0) return;
+  if (samples(long_runs(left, f.rate_hz)) < 2 * f.rate_hz) {
+    f.notes.push_back(
+        "For " + std::to_string(100 * lost / static_cast<int>(left.size())) +
+        " % of the flight the vehicle's estimator had no position: its velocity is dead "
+        "reckoning there, and what depends on it is not to be trusted. Too little would be left "
+        "without these windows.");
+    return;
+  }
+  std::vector<char> use(grid.t.size(), 1);
+  exclude(bad, grid, 0.0, "estimated velocity without a position to correct it", use, f.excluded);
+  good = std::move(left);
+}
+
+}  // namespace
+
+int Flight::usable() const { return samples(segments); }
 
 bool Flight::has(const std::string& signal) const {
   return std::find(signals.begin(), signals.end(), signal) != signals.end();
@@ -358,12 +408,9 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
       if (std::isfinite(volt(k, 0))) f.log_voltage[k] = std::log(std::clamp(volt(k, 0) / mean, 0.3, 3.0));
     }
   }
-  for (int i = 0; i < n;) {
-    int j = i;
-    while (j < n && good[static_cast<std::size_t>(j)]) ++j;
-    if (j - i >= static_cast<int>(f.rate_hz)) f.segments.push_back({i, j});
-    i = std::max(j, i + 1);
-  }
+  if (const Signal* aid = recording.find("position"); aid && velocity && velocity->name == "est_velocity")
+    cut_unaided(unaided(*aid, grid, o.max_gap_s), grid, good, f);
+  f.segments = long_runs(good, f.rate_hz);
   if (f.usable() < 2 * f.rate_hz)
     return bad_input("less than 2 s of uninterrupted free flight is left after cutting " +
                          std::to_string(f.excluded.size()) + " windows" +

@@ -179,5 +179,60 @@ TEST(Intake, TakesEveryThingThatAToldFileMayState) {
   EXPECT_EQ(told->neighbours, (std::vector<std::string>{testing::TempDir() + "one.csv", "/tracks/two.csv"}));
 }
 
+/// Drops the positions in [from, to) and calls the velocity the vehicle's own estimate.
+void lose_positions(recording::Recording& r, const std::vector<std::pair<double, double>>& gaps) {
+  r.signals["est_velocity"] = r.signals.at("velocity");
+  r.signals["est_velocity"].name = "est_velocity";
+  r.signals.erase("velocity");
+  r.signals["est_position"] = r.signals.at("position");
+  r.signals["est_position"].name = "est_position";
+  recording::Signal &p = r.signals.at("position"), kept = p;
+  kept.t_s.clear();
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < p.size(); ++i) {
+    const double t = p.t_s[static_cast<std::size_t>(i)];
+    if (std::any_of(gaps.begin(), gaps.end(), [&](const auto& g) { return t >= g.first && t < g.second; }))
+      continue;
+    kept.t_s.push_back(t);
+    rows.push_back(i);
+  }
+  kept.values = Eigen::MatrixXd(p.values(rows, Eigen::all));
+  p = kept;
+}
+
+TEST(Intake, CutsOutWhereAnEstimatedVelocityWasDeadReckoning) {
+  const vehicle::Vehicle v = omnimorph();
+  recording::Recording r = test::fly(v, {}, {});
+  lose_positions(r, {{12.0, 12.6}, {20.0, 22.0}});
+  const auto f = prepare_flight(r, v, {});
+  ASSERT_TRUE(f) << f.error().text();
+  int windows = 0;
+  for (const Window& w : f->excluded)
+    if (w.why.find("without a position") != std::string::npos) {
+      ++windows;
+      const double from = windows == 1 ? 12.0 : 20.0, to = windows == 1 ? 12.6 : 22.0;
+      EXPECT_NEAR(w.from_s, from + Options{}.max_gap_s, 0.05);
+      EXPECT_NEAR(w.to_s, to + Options{}.max_gap_s, 0.05);
+    }
+  EXPECT_EQ(windows, 2);
+  for (const Segment& s : f->segments)
+    for (int i = s.begin; i < s.end; ++i)
+      EXPECT_FALSE(f->t[static_cast<std::size_t>(i)] > 20.2 && f->t[static_cast<std::size_t>(i)] < 22.0);
+}
+
+TEST(Intake, SaysWhenTheVelocityWasDeadReckoningNearlyAllTheTime) {
+  const vehicle::Vehicle v = omnimorph();
+  recording::Recording r = test::fly(v, {}, {});
+  std::vector<std::pair<double, double>> gaps;
+  for (double t = 0.5; t < 200; t += 0.8) gaps.emplace_back(t, t + 0.4);
+  lose_positions(r, gaps);
+  const auto f = prepare_flight(r, v, {});
+  ASSERT_TRUE(f) << f.error().text();
+  EXPECT_TRUE(std::any_of(f->notes.begin(), f->notes.end(), [](const std::string& note) {
+    return note.find("dead reckoning") != std::string::npos;
+  }));
+  EXPECT_GT(f->usable(), 2 * f->rate_hz);
+}
+
 }  // namespace
 }  // namespace omniflight::diagnosis
