@@ -40,6 +40,7 @@ Result<Actuators> Actuators::create(const vehicle::Vehicle& vehicle, Actuation a
 
 Actuators::Actuators(const vehicle::Vehicle& vehicle, Actuation actuation, double step, double initial_alpha)
     : vehicle_(vehicle),
+      count_(vehicle.rotors.size()),
       actuation_(std::move(actuation)),
       step_(step),
       gains_(actuation_.wrench_gain != Vec6::Ones()),
@@ -49,6 +50,10 @@ Actuators::Actuators(const vehicle::Vehicle& vehicle, Actuation actuation, doubl
       servo_(initial_alpha),
       alpha_(initial_alpha),
       voltage_(actuation_.battery_voltage) {
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (actuation_.time_constant[i] > 0) inverse_lag_[i] = 1.0 / actuation_.time_constant[i];
+    largest_[i] = vehicle_.rotors[i].max_speed() * actuation_.speed_limit_scale;
+  }
   std::size_t longest = 0;
   for (const double delay : actuation_.delay) {
     delay_steps_.push_back(whole_steps(delay, step));
@@ -104,11 +109,12 @@ void Actuators::begin_step(std::span<const double> command, double alpha_command
     if (const double q = actuation_.command_step; q > 0)
       for (std::size_t i = 0; i < count(); ++i) taken_[i] = q * std::round(taken_[i] / q);
   }
-  history_[steps_ % history_.size()] = taken_;
+  const std::size_t slots = history_.size(), newest = slots == 1 ? 0 : steps_ % slots;
+  history_[newest] = taken_;
   const double factor = battery_factor(mechanical_power);
   for (std::size_t i = 0; i < count(); ++i) {
-    const std::size_t back = std::min<std::size_t>(delay_steps_[i], static_cast<std::size_t>(steps_));
-    double wanted = delay_steps_[i] > steps_ ? 0.0 : history_[(steps_ - back) % history_.size()][i];
+    const std::size_t back = delay_steps_[i];
+    double wanted = back > steps_ ? 0.0 : history_[newest >= back ? newest - back : newest + slots - back][i];
     if (std::abs(wanted) < actuation_.dead_speed) wanted = 0.0;
     if (dwell_steps_ > 0) {
       if (wanted * direction_[i] < 0) rests_until_[i] = steps_ + dwell_steps_;
@@ -116,7 +122,7 @@ void Actuators::begin_step(std::span<const double> command, double alpha_command
       if (steps_ < rests_until_[i]) wanted = 0.0;
     }
     wanted *= 1.0 - actuation_.open_loop * (1.0 - factor);
-    const double limit = vehicle_.rotors[i].max_speed() * actuation_.speed_limit_scale * factor;
+    const double limit = largest_[i] * factor;
     target_[i] = std::clamp(wanted, -limit, limit);
   }
   ++steps_;

@@ -1,6 +1,7 @@
 // Rotors and tilt servo between command and motion, with every alteration of an Actuation carried out.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -27,9 +28,14 @@ class Actuators {
   double target(std::size_t rotor) const { return target_[rotor]; }
   /// dOmega/dt [rad/s^2] at a speed [rad/s]; zero for a rotor without lag, whose speed follows() at once.
   double rate(std::size_t rotor, double speed) const {
-    const double tau = actuation_.time_constant[rotor];
-    if (tau <= 0) return 0.0;
-    return std::clamp((target_[rotor] - speed) / tau, -actuation_.slew_limit, actuation_.slew_limit);
+    const double rate = (target_[rotor] - speed) * inverse_lag_[rotor];
+    return std::clamp(rate, -actuation_.slew_limit, actuation_.slew_limit);
+  }
+  /// The same of all rotors.
+  void rates(const double* speed, double* out) const {
+    const double most = actuation_.slew_limit;
+    for (std::size_t i = 0; i < count_; ++i)
+      out[i] = std::min(std::max((target_[i] - speed[i]) * inverse_lag_[i], -most), most);
   }
   /// Speed [rad/s] during the step of a rotor without lag that had `speed` before it; others keep theirs.
   double follows(std::size_t rotor, double speed) const {
@@ -47,12 +53,13 @@ class Actuators {
  private:
   Actuators(const vehicle::Vehicle& vehicle, Actuation actuation, double step, double initial_alpha);
   using Speeds = std::array<double, vehicle::kMaxRotors>;
-  std::size_t count() const { return vehicle_.rotors.size(); }
+  std::size_t count() const { return count_; }
   void change_wrench(Speeds& command) const;
   double battery_factor(double mechanical_power);
   void move_tilt(double command);
 
   vehicle::Vehicle vehicle_;
+  std::size_t count_;  ///< of rotors
   Actuation actuation_;
   double step_;
   bool gains_ = false, battery_ = false;
@@ -60,6 +67,8 @@ class Actuators {
   std::vector<Speeds> history_;  ///< commands of past steps, a ring
   std::vector<std::size_t> delay_steps_;
   Speeds taken_{}, target_{}, direction_{};
+  Speeds inverse_lag_{};  ///< 1/s, zero of a rotor without lag
+  Speeds largest_{};      ///< rad/s, commanded speed at full voltage
   std::array<std::uint64_t, vehicle::kMaxRotors> rests_until_{};
   double servo_ = 0, alpha_ = 0, voltage_ = 0, energy_ = 0;
 };

@@ -53,6 +53,17 @@ const std::vector<std::string>& known_channels();
 
 inline constexpr int kMaxParameters = 24;  ///< three numbers for each of eight rotors
 inline constexpr int kJetParameters = 8;   ///< of an effect whose derivative comes from dual numbers
+using Jet = ceres::Jet<double, kJetParameters>;
+// compiled once, in jets.cpp, and not again by every effect
+extern template struct WrenchT<double>;
+extern template struct WrenchT<Jet>;
+
+/// Parameters as independent variables; x has kJetParameters places.
+void make_jets(const double* theta, int count, Jet* x);
+/// Value (6) and derivative (6 x parameters; column k begins at k * stride) of a wrench with known
+/// accelerations.
+void split_jets(const WrenchT<Jet>& wrench, const Situation& s, int count, double* value, double* jacobian,
+                std::size_t stride = 6);
 
 /// How many numbers an effect remembers: first the continuous states, which the integrator advances with the
 /// body by state_rate(), then discrete ones, which advance() changes once a step and which rest in between.
@@ -114,17 +125,11 @@ class WrenchEffect : public Effect {
   }
   void wrench_with_jacobian(const Situation& s, const double* theta, double* value,
                             double* jacobian) const final {
-    using Jet = ceres::Jet<double, kJetParameters>;
-    const int n = parameter_count();
     Jet x[kJetParameters];
-    for (int k = 0; k < n; ++k) x[k] = Jet(theta[k], k);
+    make_jets(theta, parameter_count(), x);
     WrenchT<Jet> out;
     static_cast<const Derived*>(this)->wrench(s, x, out);
-    const Eigen::Matrix<Jet, 6, 1> w = out.at(s);
-    for (int row = 0; row < 6; ++row) {
-      value[row] = w[row].a;
-      for (int k = 0; k < n; ++k) jacobian[k * 6 + row] = w[row].v[k];
-    }
+    split_jets(out, s, parameter_count(), value, jacobian);
   }
 };
 
@@ -148,10 +153,9 @@ class MemoryEffect : public Effect {
   }
   void replay(std::span<const Situation> motion, double period, const double* theta, double* value,
               double* jacobian) const final {
-    using Jet = ceres::Jet<double, kJetParameters>;
     const int n = parameter_count();
     Jet parameters[kJetParameters];
-    for (int k = 0; k < n; ++k) parameters[k] = Jet(theta[k], k);
+    make_jets(theta, n, parameters);
     Jet x[States], trial[States], first[States], second[States];
     if (!motion.empty()) self().start(motion[0], parameters, x);
     for (std::size_t i = 0; i < motion.size(); ++i) {
@@ -164,13 +168,7 @@ class MemoryEffect : public Effect {
       }
       WrenchT<Jet> out;
       self().wrench(motion[i], parameters, x, out);
-      const Eigen::Matrix<Jet, 6, 1> w = out.at(motion[i]);
-      for (std::size_t row = 0; row < 6; ++row) {
-        value[6 * i + row] = w[static_cast<int>(row)].a;
-        if (!jacobian) continue;
-        for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k)
-          jacobian[6 * motion.size() * k + 6 * i + row] = w[static_cast<int>(row)].v[static_cast<int>(k)];
-      }
+      split_jets(out, motion[i], n, value + 6 * i, jacobian ? jacobian + 6 * i : nullptr, 6 * motion.size());
     }
   }
 

@@ -79,23 +79,16 @@ struct WrenchT {
   bool has_inertia = false;
   Eigen::Matrix<T, 6, 6> inertia = Eigen::Matrix<T, 6, 6>::Zero();  ///< kg, kg m, kg m^2
 
-  void add_at(const Vec3& p_B, const Eigen::Matrix<T, 3, 1>& f_B) {
-    force_B += f_B;
-    torque_B += p_B.cast<T>().cross(f_B);
-  }
+  void add_at(const Vec3& p_B, const Eigen::Matrix<T, 3, 1>& f_B);
   /// Total wrench when the accelerations are known.
-  Eigen::Matrix<T, 6, 1> at(const Situation& s) const {
-    Eigen::Matrix<T, 6, 1> w;
-    w << force_B, torque_B;
-    if (has_inertia) {
-      Vec6 nu;
-      nu << s.a_WB_B, s.dw_WB_B;
-      w -= inertia * nu.cast<T>();
-    }
-    return w;
-  }
+  Eigen::Matrix<T, 6, 1> at(const Situation& s) const;
 };
 using Wrench = WrenchT<double>;
+template <>
+inline void Wrench::add_at(const Vec3& p_B, const Vec3& f_B) {
+  force_B += f_B;
+  torque_B += p_B.cross(f_B);
+}
 
 /// Wrench of the rotors by the nominal law, force [N] then torque [Nm] about the body origin, body axes.
 Vec6 rotor_wrench(const Situation& situation);

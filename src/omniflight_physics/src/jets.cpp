@@ -1,0 +1,44 @@
+// The part of every effect's derivative that does not depend on its equation.
+#include <algorithm>
+
+#include "omniflight_physics/effect.hpp"
+
+namespace omniflight::physics {
+
+template <class T>
+void WrenchT<T>::add_at(const Vec3& p_B, const Eigen::Matrix<T, 3, 1>& f_B) {
+  force_B += f_B;
+  torque_B += p_B.cast<T>().cross(f_B);
+}
+
+template <class T>
+Eigen::Matrix<T, 6, 1> WrenchT<T>::at(const Situation& s) const {
+  Eigen::Matrix<T, 6, 1> w;
+  w << force_B, torque_B;
+  if (has_inertia) {
+    Vec6 nu;
+    nu << s.a_WB_B, s.dw_WB_B;
+    w -= inertia * nu.cast<T>();
+  }
+  return w;
+}
+
+template struct WrenchT<double>;
+template struct WrenchT<Jet>;
+
+void make_jets(const double* theta, int count, Jet* x) {
+  for (int k = 0; k < count; ++k) x[k] = Jet(theta[k], k);
+}
+
+void split_jets(const WrenchT<Jet>& wrench, const Situation& s, int count, double* value, double* jacobian,
+                std::size_t stride) {
+  const Eigen::Matrix<Jet, 6, 1> w = wrench.at(s);
+  for (int row = 0; row < 6; ++row) {
+    value[row] = w[row].a;
+    if (!jacobian) continue;
+    for (int k = 0; k < count; ++k)
+      jacobian[static_cast<std::size_t>(k) * stride + static_cast<std::size_t>(row)] = w[row].v[k];
+  }
+}
+
+}  // namespace omniflight::physics
