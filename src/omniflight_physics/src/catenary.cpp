@@ -73,6 +73,13 @@ bool polish(double distance, double height, double length, double stretch, Caten
 }  // namespace
 
 CatenaryEnds solve_catenary_ends(double distance, double height, double length, double stretch) {
+  // A tight cable is nearly the straight elastic line between its ends, from where Newton is there at once.
+  const double chord = std::hypot(distance, height);
+  if (chord > length && distance > 0) {
+    const double pull = (chord / length - 1) / stretch;
+    CatenaryEnds straight{pull * distance / chord, pull * height / chord + 0.5 * length};
+    if (polish(distance, height, length, stretch, straight)) return straight;
+  }
   CatenaryEnds ends = search(distance, height, length, stretch, kLoose);
   if (ends.a > 0 && polish(distance, height, length, stretch, ends)) return ends;
   ends = search(distance, height, length, stretch, kTight);

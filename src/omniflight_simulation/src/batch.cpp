@@ -1,6 +1,7 @@
 #include "omniflight_simulation/batch.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -28,7 +29,7 @@ struct Batch::Impl {
   std::vector<lanes::Block> first_blocks;
   std::vector<std::unique_ptr<physics::Actuators>> first_trains;  ///< kLanes a block
   std::vector<Plant> first_plants;
-  std::vector<double> speed_limit;  ///< rad/s, a rotor
+  std::array<double, vehicle::kMaxRotors> lowest{}, highest{};  ///< rad/s, commanded speed of a rotor
 
   void remember() {
     first_blocks = blocks;
@@ -161,7 +162,10 @@ Result<Batch> Batch::create(const vehicle::Vehicle& vehicle, std::span<const phy
   // places that nobody uses hold a copy of the first, so that no lane computes with what is no number
   for (lanes::Block& block : impl->blocks)
     for (int lane = block.used; lane < lanes::kLanes; ++lane) lanes::copy_lane(block, 0, lane);
-  for (const auto& rotor : vehicle.rotors) impl->speed_limit.push_back(rotor.max_speed());
+  for (std::size_t r = 0; r < vehicle.rotors.size(); ++r) {
+    impl->highest[r] = vehicle.rotors[r].max_speed();
+    impl->lowest[r] = vehicle.rotors[r].bidirectional ? -impl->highest[r] : 0.0;
+  }
   impl->remember();
   return Batch(std::move(impl));
 }
@@ -179,14 +183,14 @@ bool Batch::set_command(std::size_t i, std::span<const double> rotor_speed, doub
   const Impl::Place& place = impl_->places[i];
   if (place.plant) return impl_->plants[place.block].set_command(rotor_speed, alpha);
   const vehicle::Vehicle& v = impl_->vehicle;
-  if (rotor_speed.size() != v.rotors.size() || !std::isfinite(alpha)) return false;
-  for (const double s : rotor_speed)
-    if (!std::isfinite(s)) return false;
+  const std::size_t rotors = v.rotors.size();
+  if (rotor_speed.size() != rotors) return false;
+  double zero = 0.0 * alpha;  // of numbers that are finite
+  for (const double w : rotor_speed) zero += 0.0 * w;
+  if (!(zero == 0.0)) return false;
   lanes::Block& block = impl_->blocks[place.block];
-  for (std::size_t r = 0; r < v.rotors.size(); ++r) {
-    const double limit = impl_->speed_limit[r];
-    block.target[r][place.lane] = std::clamp(rotor_speed[r], v.rotors[r].bidirectional ? -limit : 0.0, limit);
-  }
+  for (std::size_t r = 0; r < rotors; ++r)
+    block.target[r][place.lane] = std::min(std::max(rotor_speed[r], impl_->lowest[r]), impl_->highest[r]);
   block.alpha_command[place.lane] =
       v.tilt.kind == vehicle::TiltKind::none ? 0.0 : std::clamp(alpha, v.tilt.min, v.tilt.max);
   return true;

@@ -81,24 +81,31 @@ struct Kernel {
     return out;
   }
 
-  /// Rotation matrix of a quaternion that need not have unit length.
+  /// Rotation matrix of a quaternion that need not have unit length, times its squared length: the division
+  /// runs beside the products and is applied to their result.
   struct Rotation {
     V3 row[3];
-    HWY_INLINE V3 world(const V3& b) const { return {dot(row[0], b), dot(row[1], b), dot(row[2], b)}; }
-    HWY_INLINE V3 body(const V3& w) const {
-      return muladd3(row[2], w.z, muladd3(row[1], w.y, scale(row[0], w.x)));
+    V inverse;  ///< one over the squared length
+    HWY_INLINE V3 world_unscaled(const V3& b) const {
+      return {dot(row[0], b), dot(row[1], b), dot(row[2], b)};
     }
+    HWY_INLINE V3 world(const V3& b) const { return scale(world_unscaled(b), inverse); }
+    HWY_INLINE V3 body(const V3& w) const {
+      return scale(muladd3(row[2], w.z, muladd3(row[1], w.y, scale(row[0], w.x))), inverse);
+    }
+    HWY_INLINE V3 up() const { return scale(row[2], inverse); }  ///< the world's vertical in body axes
   };
   static HWY_INLINE Rotation rotation(const State& s) {
-    const V n = muladd(s.qw, s.qw, muladd(s.qz, s.qz, muladd(s.qy, s.qy, hn::Mul(s.qx, s.qx))));
-    const V two = hn::Div(all(2.0), n), one = all(1.0);
-    const V x2 = hn::Mul(two, s.qx), y2 = hn::Mul(two, s.qy), z2 = hn::Mul(two, s.qz);
-    const V xx = hn::Mul(x2, s.qx), yy = hn::Mul(y2, s.qy), zz = hn::Mul(z2, s.qz);
+    const V xx = hn::Mul(s.qx, s.qx), yy = hn::Mul(s.qy, s.qy), zz = hn::Mul(s.qz, s.qz),
+            ww = hn::Mul(s.qw, s.qw);
+    const V x2 = hn::Add(s.qx, s.qx), y2 = hn::Add(s.qy, s.qy), z2 = hn::Add(s.qz, s.qz);
     const V xy = hn::Mul(x2, s.qy), xz = hn::Mul(x2, s.qz), yz = hn::Mul(y2, s.qz);
     const V wx = hn::Mul(x2, s.qw), wy = hn::Mul(y2, s.qw), wz = hn::Mul(z2, s.qw);
-    return {{{hn::Sub(one, hn::Add(yy, zz)), hn::Sub(xy, wz), hn::Add(xz, wy)},
-             {hn::Add(xy, wz), hn::Sub(one, hn::Add(xx, zz)), hn::Sub(yz, wx)},
-             {hn::Sub(xz, wy), hn::Add(yz, wx), hn::Sub(one, hn::Add(xx, yy))}}};
+    const V wpx = hn::Add(ww, xx), ypz = hn::Add(yy, zz), wmx = hn::Sub(ww, xx), ymz = hn::Sub(yy, zz);
+    return {{{hn::Sub(wpx, ypz), hn::Sub(xy, wz), hn::Add(xz, wy)},
+             {hn::Add(xy, wz), hn::Add(wmx, ymz), hn::Sub(yz, wx)},
+             {hn::Sub(xz, wy), hn::Add(yz, wx), hn::Sub(wmx, ymz)}},
+            hn::Div(all(1.0), hn::Add(wpx, ypz))};
   }
 
   /// Forces of the air on the body, world axes.
@@ -152,18 +159,19 @@ struct Kernel {
 
   static HWY_INLINE void ground(const Common& c, const Block& b, int at, const State& s, const Rotation& R,
                                 const V* square, V3& force, V3& torque) {
+    const V3 up = R.up();
     for (int i = 0; i < c.rotors; ++i) {
       const Common::Rotor& r = c.rotor[i];
       const V3 n = load3(b.axis[i], at);
       const V3 p{all(r.p.x()), all(r.p.y()), all(r.p.z())};
-      const V height = hn::Sub(hn::Add(s.p.z, dot(R.row[2], p)), all(c.floor_z));
+      const V height = hn::Sub(hn::Add(s.p.z, dot(up, p)), all(c.floor_z));
       const V ratio = hn::Div(all(r.radius), hn::Mul(all(4.0), hn::Max(height, all(0.05 * r.radius))));
       const V x = hn::Min(hn::Mul(load(b.ground_strength, at), hn::Mul(ratio, ratio)), all(0.75));
       const V gain = hn::Div(x, hn::Sub(all(1.0), x));
-      const V thrust = hn::Mul(all(r.thrust_coefficient), square[i]), up = dot(R.row[2], n);
+      const V thrust = hn::Mul(all(r.thrust_coefficient), square[i]), upward = dot(up, n);
       // wash that goes down only; thrust times the cosine of the wash is |thrust| times that of the axis
-      const V size = hn::IfThenElseZero(hn::Gt(hn::Mul(thrust, up), hn::Zero(d)),
-                                        hn::Mul(gain, hn::Mul(hn::Abs(thrust), up)));
+      const V size = hn::IfThenElseZero(hn::Gt(hn::Mul(thrust, upward), hn::Zero(d)),
+                                        hn::Mul(gain, hn::Mul(hn::Abs(thrust), upward)));
       force = muladd3(n, size, force);
       torque = muladd3(load3(b.moment[i], at), size, torque);
     }
@@ -188,24 +196,45 @@ struct Kernel {
                    hn::Min(hn::Max(height, hn::Zero(d)), load(b.cable_length, at)));
   }
 
-  /// The equations of motion at one stage. share: how far the motors have come towards their command.
-  template <bool kAnswers>
-  static HWY_INLINE Rate evaluate(const Common& c, const Block& b, int at, const State& s,
-                                  const Lane* share) {
-    const Rotation R = rotation(s);
-    V3 force{hn::Zero(d), hn::Zero(d), hn::Zero(d)}, torque = force;
-    V speed[kRotors], square[kRotors];
-    for (int i = 0; i < c.rotors; ++i) {
-      const V start = load(b.speed[i], at);
-      speed[i] = muladd(load(share[i], at), hn::Sub(load(b.command[i], at), start), start);
-      square[i] = hn::Mul(speed[i], c.rotor[i].bidirectional ? hn::Abs(speed[i]) : speed[i]);
-      force = muladd3(load3(b.map[i], at), square[i], force);
-      torque = muladd3(load3(b.map[i] + 3, at), square[i], torque);
+  /// Rotors at one stage. The wrench follows from the speeds alone, and they from time alone.
+  struct Rotors {
+    V3 force, torque;
+    V speed[kRotors], square[kRotors];  ///< only where an effect asks for them
+  };
+  /// The rotors at `stages` stages. share: how far the motors have come towards their command at each.
+  template <int kStages, bool kSpeeds>
+  static HWY_INLINE void spin(const Common& c, const Block& b, int at, Rotors (&out)[kStages]) {
+    V share[kStages];
+    for (int k = 0; k < kStages; ++k) {
+      out[k].force = out[k].torque = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+      share[k] = load(b.share[k][0], at);
     }
-    if (c.blades) blades(c, b, at, s, R, speed, force, torque);
-    if (c.flapping) flapping(c, b, at, s, R, speed, torque);
-    if (c.ground) ground(c, b, at, s, R, square, force, torque);
-    if (c.rotor_momentum) rotor_momentum(c, b, at, s, speed, torque);
+    for (int i = 0; i < c.rotors; ++i) {
+      const V start = load(b.speed[i], at), change = hn::Sub(load(b.command[i], at), start);
+      const V3 f = load3(b.map[i], at), t = load3(b.map[i] + 3, at);
+      for (int k = 0; k < kStages; ++k) {
+        const V speed = muladd(b.one_lag ? share[k] : load(b.share[k][i], at), change, start);
+        const V square = hn::Mul(speed, c.rotor[i].bidirectional ? hn::Abs(speed) : speed);
+        out[k].force = muladd3(f, square, out[k].force);
+        out[k].torque = muladd3(t, square, out[k].torque);
+        if constexpr (kSpeeds) out[k].speed[i] = speed, out[k].square[i] = square;
+      }
+    }
+  }
+
+  /// The equations of motion at one stage.
+  template <bool kAnswers, bool kSpeeds>
+  static HWY_INLINE Rate evaluate(const Common& c, const Block& b, int at, const State& s,
+                                  const Rotors& rotors) {
+    const Rotation R = rotation(s);
+    V3 force = rotors.force, torque = rotors.torque;
+    if constexpr (kSpeeds) {
+      const V *const speed = rotors.speed, *const square = rotors.square;
+      if (c.blades) blades(c, b, at, s, R, speed, force, torque);
+      if (c.flapping) flapping(c, b, at, s, R, speed, torque);
+      if (c.ground) ground(c, b, at, s, R, square, force, torque);
+      if (c.rotor_momentum) rotor_momentum(c, b, at, s, speed, torque);
+    }
 
     V3 f_W{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
     if (c.world_force) {
@@ -222,13 +251,14 @@ struct Kernel {
     torque = sub(torque, cross(s.w, Jw));
     if (!b.coupled) {
       // the mass is the same in all directions; a cable's is lifted along the world's vertical only
-      out.a = scale(add(f_W, R.world(force)), load(b.inverse_mass, at));
+      const V inverse_mass = load(b.inverse_mass, at);
+      out.a = muladd3(R.world_unscaled(force), hn::Mul(R.inverse, inverse_mass), scale(f_W, inverse_mass));
       if (c.cable) out.a.z = hn::Mul(out.a.z, hn::Div(weight_mass, hn::Add(weight_mass, carried(b, at, s))));
       out.a.z = hn::Sub(out.a.z, g);
       out.dw = symmetric_times(b.inverse_inertia, at, torque, c.products);
       if (kAnswers) out.specific_force = R.body({out.a.x, out.a.y, hn::Add(out.a.z, g)});
     } else {
-      const V3 com = load3(b.com, at), g_B = scale(R.row[2], hn::Neg(g));
+      const V3 com = load3(b.com, at), up = R.up(), g_B = scale(up, hn::Neg(g));
       const V mass = load(b.mass, at);
       V3 rhs = add(force, R.body(f_W));
       V cable = hn::Zero(d);
@@ -244,7 +274,6 @@ struct Kernel {
           nu[row] = muladd(load(b.inverse_generalised[6 * row + k], at), r[k], nu[row]);
       }
       if (c.cable) {  // Sherman and Morrison: the cable's mass acts along the vertical only
-        const V3& up = R.row[2];
         V y[6];
         for (int row = 0; row < 6; ++row)
           y[row] = muladd(load(b.inverse_generalised[6 * row + 2], at), up.z,
@@ -289,25 +318,28 @@ struct Kernel {
     }
   }
 
+  template <bool kSpeeds>
   static HWY_INLINE void step(const Common& c, Block& b, int at) {
     const V h = all(c.step), half = all(0.5 * c.step), sixth = all(c.step / 6), third = all(c.step / 3);
+    Rotors rotors[4];
+    spin<4, kSpeeds>(c, b, at, rotors);
     const State s = read(b, at);
-    const Rate k1 = evaluate<false>(c, b, at, s, b.share[0]);
+    const Rate k1 = evaluate<false, kSpeeds>(c, b, at, s, rotors[0]);
     State sum = moved(s, s.v, k1, sixth);
     const State s2 = moved(s, s.v, k1, half);
-    const Rate k2 = evaluate<false>(c, b, at, s2, b.share[1]);
+    const Rate k2 = evaluate<false, kSpeeds>(c, b, at, s2, rotors[1]);
     gather(sum, s2.v, k2, third);
     const State s3 = moved(s, s2.v, k2, half);
-    const Rate k3 = evaluate<false>(c, b, at, s3, b.share[2]);
+    const Rate k3 = evaluate<false, kSpeeds>(c, b, at, s3, rotors[2]);
     gather(sum, s3.v, k3, third);
     const State s4 = moved(s, s3.v, k3, h);
-    const Rate k4 = evaluate<false>(c, b, at, s4, b.share[3]);
+    const Rate k4 = evaluate<false, kSpeeds>(c, b, at, s4, rotors[3]);
     gather(sum, s4.v, k4, sixth);
     advance_motors(c, b, at);
 
     const V n =
         muladd(sum.qw, sum.qw, muladd(sum.qz, sum.qz, muladd(sum.qy, sum.qy, hn::Mul(sum.qx, sum.qx))));
-    const V length = hn::Sqrt(n);
+    const V unit = hn::Div(all(1.0), hn::Sqrt(n));
     // a vehicle that is out of range stays where it was (a comparison with what is no number is false)
     const auto most = [](const V3& v) { return hn::Max(hn::Max(hn::Abs(v.x), hn::Abs(v.y)), hn::Abs(v.z)); };
     const V far = all(1e3);
@@ -321,12 +353,14 @@ struct Kernel {
     keep(sum.p.x, s.p.x, b.p[0]), keep(sum.p.y, s.p.y, b.p[1]), keep(sum.p.z, s.p.z, b.p[2]);
     keep(sum.v.x, s.v.x, b.v[0]), keep(sum.v.y, s.v.y, b.v[1]), keep(sum.v.z, s.v.z, b.v[2]);
     keep(sum.w.x, s.w.x, b.w[0]), keep(sum.w.y, s.w.y, b.w[1]), keep(sum.w.z, s.w.z, b.w[2]);
-    keep(hn::Div(sum.qx, length), s.qx, b.q[0]), keep(hn::Div(sum.qy, length), s.qy, b.q[1]);
-    keep(hn::Div(sum.qz, length), s.qz, b.q[2]), keep(hn::Div(sum.qw, length), s.qw, b.q[3]);
+    keep(hn::Mul(sum.qx, unit), s.qx, b.q[0]), keep(hn::Mul(sum.qy, unit), s.qy, b.q[1]);
+    keep(hn::Mul(sum.qz, unit), s.qz, b.q[2]), keep(hn::Mul(sum.qw, unit), s.qw, b.q[3]);
   }
 
   static void answers(const Common& c, Block& b, int at) {
-    const Rate k = evaluate<true>(c, b, at, read(b, at), b.share[0]);
+    Rotors rotors[1];
+    spin<1, true>(c, b, at, rotors);
+    const Rate k = evaluate<true, true>(c, b, at, read(b, at), rotors[0]);
     store3(k.specific_force, b.specific_force, at);
     store3(k.dw, b.angular_acceleration, at);
   }
@@ -362,23 +396,19 @@ struct Kernel {
   }
 
   /// Tilt and commands at the start of a step.
-  static void begin_step(const Common& c, Block& b, const Trains& trains) {
+  static HWY_INLINE void begin_step(const Common& c, Block& b, const Trains& trains) {
+    const int n = static_cast<int>(hn::Lanes(d));
+    const double most = c.tilt_rate * c.step;
     bool moved_tilt = false;
-    for (int i = 0; i < c.rotors; ++i)
-      for (int k = 0; k < kLanes; ++k) b.command[i][k] = b.target[i][k];
-    for (int k = 0; k < b.used; ++k) {
-      if (physics::Actuators* train = trains.any ? trains.of[k].get() : nullptr) {
-        double command[kRotors];
-        for (int i = 0; i < c.rotors; ++i) command[i] = b.target[i][k];
-        train->begin_step({command, static_cast<std::size_t>(c.rotors)}, b.alpha_command[k], 0.0);
-        for (int i = 0; i < c.rotors; ++i) b.command[i][k] = train->target(static_cast<std::size_t>(i));
-        b.alpha[k] = train->alpha();
-      } else {
-        const double error = b.alpha_command[k] - b.alpha[k], most = c.tilt_rate * c.step;
-        b.alpha[k] = most > 0 ? b.alpha[k] + std::min(std::max(error, -most), most) : b.alpha_command[k];
-      }
-      moved_tilt = moved_tilt || b.alpha[k] != b.mapped_alpha[k];
+    for (int at = 0; at < b.used; at += n) {
+      for (int i = 0; i < c.rotors; ++i) store(load(b.target[i], at), b.command[i], at);
+      const V command = load(b.alpha_command, at), alpha = load(b.alpha, at);
+      const V error = hn::Sub(command, alpha);
+      const V next = most > 0 ? hn::Add(alpha, hn::Min(hn::Max(error, all(-most)), all(most))) : command;
+      store(next, b.alpha, at);
+      moved_tilt = moved_tilt || !hn::AllTrue(d, hn::Eq(next, load(b.mapped_alpha, at)));
     }
+    if (trains.any) moved_tilt = begin_with_trains(c, b, trains) || moved_tilt;
     if (moved_tilt) remap(c, b);
     if (c.ideal_motors)
       for (int i = 0; i < c.rotors; ++i)
@@ -386,16 +416,35 @@ struct Kernel {
           if (b.ideal[i][k]) b.speed[i][k] = b.command[i][k];
   }
 
+  /// The same for vehicles whose commands pass through more than a lag.
+  static bool begin_with_trains(const Common& c, Block& b, const Trains& trains) {
+    bool moved_tilt = false;
+    for (int k = 0; k < b.used; ++k) {
+      physics::Actuators* const train = trains.of[k].get();
+      if (!train) continue;
+      double command[kRotors];
+      for (int i = 0; i < c.rotors; ++i) command[i] = b.target[i][k];
+      train->begin_step({command, static_cast<std::size_t>(c.rotors)}, b.alpha_command[k], 0.0);
+      for (int i = 0; i < c.rotors; ++i) b.command[i][k] = train->target(static_cast<std::size_t>(i));
+      b.alpha[k] = train->alpha();
+      moved_tilt = moved_tilt || b.alpha[k] != b.mapped_alpha[k];
+    }
+    return moved_tilt;
+  }
+
   static void run(const Common& c, Block& b, const Trains& trains, int steps, bool held) {
     const int n = static_cast<int>(hn::Lanes(d));
+    const bool speeds = c.blades || c.flapping || c.ground || c.rotor_momentum;
     b.answered = steps == 0;
     for (int k = 0; k < steps; ++k) {
       begin_step(c, b, trains);
       for (int at = 0; at < b.used; at += n) {
         if (held)
           advance_motors(c, b, at);
+        else if (speeds)
+          step<true>(c, b, at);
         else
-          step(c, b, at);
+          step<false>(c, b, at);
       }
     }
     if (steps == 0) {

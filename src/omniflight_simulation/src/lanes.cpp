@@ -198,6 +198,7 @@ void put_motors(const physics::Actuation& actuation, Common& common, Block& b, i
       b.ideal[i][k] = true;
       common.ideal_motors = true;
     }
+    b.one_lag = b.one_lag && tau == actuation.time_constant[0];
   }
 }
 

@@ -65,6 +65,7 @@ struct alignas(64) Block {
   /// The centre of mass is off the origin: translation and rotation are solved together. All vehicles of a
   /// block agree in this, because the other way rounds differently.
   bool coupled = false;
+  bool one_lag = true;    ///< all rotors of every vehicle share its lag
   bool answered = false;  ///< specific_force and angular_acceleration are of the present state
   int used = 0;           ///< vehicles
 };

@@ -52,9 +52,12 @@ Result<Plant> Plant::create(const vehicle::Vehicle& vehicle, const physics::Mode
 Plant::Plant(const vehicle::Vehicle& vehicle, const physics::Model& model, const PlantConfig& config,
              physics::Actuators actuators)
     : vehicle_(vehicle),
+      count_(vehicle.rotors.size()),
       config_(config),
       actuators_(std::move(actuators)),
       inverse_inertia_(vehicle.inertia.inverse()),
+      inverse_mass_(1.0 / vehicle.mass),
+      centred_(vehicle.center_of_mass.isZero()),
       body_(config.initial) {
   body_.q_WB.normalize();
   for (std::size_t i = 0; i < count(); ++i) speed_limit_[i] = vehicle_.rotors[i].max_speed();
@@ -93,26 +96,29 @@ bool Plant::set_command(std::span<const double> rotor_speed, double alpha) {
   return true;
 }
 
-void Plant::solve_motion(const physics::Wrench& sum, Derivative& out) const {
-  vehicle::RotorVector thrust(static_cast<Eigen::Index>(count()));
-  for (std::size_t i = 0; i < count(); ++i)
-    thrust[static_cast<Eigen::Index>(i)] = situation_.rotors[i].thrust;
-  const Vec6 rotors = map_.lazyProduct(thrust);
+Vec6 Plant::rotor_wrench(const double* speed) const {
+  Vec6 sum = Vec6::Zero();
+  for (std::size_t i = 0; i < count_; ++i)
+    sum += (speed[i] * (vehicle_.rotors[i].bidirectional ? std::abs(speed[i]) : speed[i])) * map_[i];
+  return sum;
+}
+
+void Plant::solve_motion(const Vec6& rotors, const physics::Wrench& sum, Derivative& out) const {
   const Vec3& w = situation_.body.w_WB_B;
   const Vec3& c = vehicle_.center_of_mass;
   const double m = vehicle_.mass;
   Vec3 force = rotors.head<3>() + sum.force_B + m * situation_.g_B;
   Vec3 torque = rotors.tail<3>() + sum.torque_B - w.cross(vehicle_.inertia * w);
   Vec3 a_B;
-  if (c.isZero() && !sum.has_inertia) {
-    a_B = force / m;
+  if (centred_ && !sum.has_inertia) {
+    a_B = inverse_mass_ * force;
     out.dw_B = inverse_inertia_ * torque;
   } else {
     // equations about the body origin: [A B; C D] (a, dw) = (force, torque), solved by blocks, since A and D
     // are mass and inertia and far from singular. The vehicle's inertia is about its centre of mass: add m
     // (|c|^2 I - c c^T)
     Mat3 A = m * Mat3::Identity(), B = Mat3::Zero(), C = Mat3::Zero(), D = vehicle_.inertia;
-    if (!c.isZero()) {
+    if (!centred_) {
       const Mat3 cross = skew(c);
       const Mat3 shift = -m * cross * cross;
       force -= m * w.cross(w.cross(c));
@@ -156,21 +162,24 @@ void Plant::apply_rotor_faults() {
 }
 
 /// What the effects look at. Most of it rests while the tilt does; prepare() is for when it moves.
-void Plant::look(const RigidState& body, const double* speed, const Speeds& acceleration, double t) const {
+void Plant::look(const RigidState& body, const double* speed, const Speeds& acceleration, double t,
+                 bool rotors) const {
   const double alpha = actuators_.alpha();
   RigidState unit = body;
-  unit.q_WB.normalize();
+  unit.q_WB.coeffs() *= 1.0 / std::sqrt(body.q_WB.squaredNorm());
   if (alpha != mapped_alpha_) {
     physics::prepare(vehicle_, unit, alpha, {speed, count()}, {acceleration.data(), count()},
                      config_.environment, situation_);
-    map_ = vehicle_.allocation_matrix(alpha);
+    const vehicle::AllocationMatrix map = vehicle_.allocation_matrix(alpha);
+    for (std::size_t i = 0; i < count(); ++i)
+      map_[i] = vehicle_.rotors[i].thrust_coefficient * map.col(static_cast<Eigen::Index>(i));
     mapped_alpha_ = alpha;
   } else {
     situation_.body = unit;
     situation_.R_WB = unit.q_WB.toRotationMatrix();
     situation_.v_WB_B = situation_.R_WB.transpose() * unit.v_WB_W;
     situation_.g_B = -config_.environment.gravity * situation_.R_WB.row(2).transpose();
-    for (std::size_t i = 0; i < count(); ++i) {
+    for (std::size_t i = 0; rotors && i < count(); ++i) {
       physics::RotorSituation& r = situation_.rotors[i];
       r.speed = speed[i];
       r.acceleration = acceleration[i];
@@ -185,8 +194,12 @@ void Plant::look(const RigidState& body, const double* speed, const Speeds& acce
 
 void Plant::evaluate(const RigidState& body, const double* speed, const double* memory, double t, bool held,
                      Derivative& out, double* memory_rate, Answers* answers) const {
-  for (std::size_t i = 0; i < count(); ++i) out.speed[i] = speed_rate(i, speed[i]);
-  look(body, speed, out.speed, t);
+  if (faulty_)
+    for (std::size_t i = 0; i < count(); ++i) out.speed[i] = speed_rate(i, speed[i]);
+  else
+    actuators_.rates(speed, out.speed.data());
+  // effects, disturbances and whoever asks for the answers look at single rotors
+  look(body, speed, out.speed, t, !effects_.empty() || disturbance_ || answers);
   out.v_W = body.v_WB_W;
   out.w_B = body.w_WB_B;
   const Vec3 half = 0.5 * body.w_WB_B;
@@ -196,13 +209,17 @@ void Plant::evaluate(const RigidState& body, const double* speed, const double* 
     out.dw_B.setZero();
     if (answers) *answers = {-situation_.g_B, Vec3::Zero(), Vec6::Zero()};
   } else {
-    physics::Wrench sum;
+    physics::Wrench& sum = wrench_;
+    sum.force_B.setZero();
+    sum.torque_B.setZero();
+    if (sum.has_inertia) sum.inertia.setZero();
+    sum.has_inertia = false;
     for (const Acting& e : effects_) {
       if (e.on_wrench) e.effect->add_wrench(situation_, e.theta.data(), sum);
       if (e.size.total() > 0) e.effect->add_memory_wrench(situation_, e.theta.data(), memory + e.at, sum);
     }
     if (disturbance_) disturbance_->add_wrench(situation_, sum);
-    solve_motion(sum, out);
+    solve_motion(rotor_wrench(speed), sum, out);
     if (answers) *answers = {situation_.a_WB_B - situation_.g_B, out.dw_B, sum.at(situation_)};
   }
   if (!memory_rate) return;

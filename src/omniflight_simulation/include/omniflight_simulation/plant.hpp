@@ -1,6 +1,8 @@
 // The plant: rigid body, rotors with first-order speed, and the effects of a model file.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <limits>
 #include <memory>
 #include <span>
@@ -114,11 +116,12 @@ class Plant {
       for (std::size_t j = e.at; j < e.at + static_cast<std::size_t>(e.size.continuous); ++j) f(j);
   }
   enum class Fault { none, cut, seized };
-  std::size_t count() const { return vehicle_.rotors.size(); }
+  std::size_t count() const { return count_; }
   void set_fault(std::size_t i, Fault fault, double speed) {
     (void)answers();
     fault_[i] = fault;
     seized_at_[i] = speed;
+    faulty_ = std::any_of(fault_.begin(), fault_.end(), [](Fault f) { return f != Fault::none; });
   }
   double speed_rate(std::size_t i, double speed) const;
   void apply_rotor_faults();
@@ -129,20 +132,28 @@ class Plant {
   };
   /// Of the present state; evaluated when somebody asks for them.
   const Answers& answers() const;
-  void look(const RigidState& body, const double* speed, const Speeds& acceleration, double t) const;
+  /// `rotors`: also one by one, for those who look at them.
+  void look(const RigidState& body, const double* speed, const Speeds& acceleration, double t,
+            bool rotors) const;
   /// Looks from a state, fills the derivative and, unless null, the rates of the memories and the answers.
   void evaluate(const RigidState& body, const double* speed, const double* memory, double t, bool held,
                 Derivative& out, double* memory_rate, Answers* answers) const;
-  void solve_motion(const physics::Wrench& effects, Derivative& out) const;
+  /// Force and torque of the rotors by the nominal law [N, Nm, body].
+  Vec6 rotor_wrench(const double* speed) const;
+  void solve_motion(const Vec6& rotors, const physics::Wrench& effects, Derivative& out) const;
   void euler_step(bool held);
   void runge_kutta_step(bool held);
   Status check() const;
 
   vehicle::Vehicle vehicle_;
+  std::size_t count_;  ///< of rotors
   PlantConfig config_;
   physics::Actuators actuators_;
   std::vector<Acting> effects_;
   Mat3 inverse_inertia_;
+  double inverse_mass_;
+  bool centred_;         ///< the centre of mass is the body origin
+  bool faulty_ = false;  ///< a rotor is
   RigidState body_;
   Speeds speed_{}, command_{}, speed_limit_{};
   double alpha_command_ = 0, time_ = 0;
@@ -152,7 +163,9 @@ class Plant {
   bool held_ = true;
   mutable physics::Situation situation_;
   mutable double mapped_alpha_ = std::numeric_limits<double>::quiet_NaN();  ///< of the two below
-  mutable vehicle::AllocationMatrix map_;                                   ///< N and Nm per newton of thrust
+  /// N and Nm per squared speed of rotors, signed where they reverse
+  mutable std::array<Vec6, vehicle::kMaxRotors> map_;
+  mutable physics::Wrench wrench_;  ///< of the effects, in evaluate()
   std::vector<double> memory_, stage_memory_, memory_sum_, memory_rate_;
   std::vector<Random> random_;  ///< a stream for each acting effect
   std::uint64_t steps_ = 0;

@@ -1,0 +1,47 @@
+"""`fly --faults`: what breaks on a schedule is flown and recorded, and a schedule that makes no sense is refused."""
+
+import csv
+
+import system
+
+SCHEDULE = "schema: omniflight.faults/1\nfaults:\n  - {%s}\n"
+
+
+class Faults(system.SystemTest):
+    def schedule(self, fault):
+        return self.write("faults.yaml", SCHEDULE % fault)
+
+    def error(self, flight, axis):
+        return flight["metrics"]["true"]["position_rmse_m"][axis]
+
+    def column(self, recording, name):
+        """[(time, value)] of one column of a recording."""
+        self.run_command("export", recording, "--to", "csv", "--out", "flight.csv", "--quiet")
+        with open(self.dir / "flight.csv", newline="") as file:
+            return [(float(row["t_s"]), float(row[name])) for row in csv.DictReader(file) if row[name]]
+
+    def test_a_gust_pushes_along_its_axis_and_no_other(self):
+        common = ("--in-process", "--sensors", "ideal")
+        calm = self.fly("trajectory_1", *common, out="calm")
+        gust = self.fly("trajectory_1", *common, "--faults", self.schedule("at_s: 6, kind: gust, for_s: 1, force_N: [3, 0, 0]"))
+        self.assertEqual(gust["verdict"], "flown")
+        self.assertGreater(self.error(gust, "x"), 5 * self.error(calm, "x"))
+        self.assertAlmostEqual(self.error(gust, "y"), self.error(calm, "y"), delta=1e-5)
+
+    def test_a_rotor_without_power_stops_and_comes_back(self):
+        flight = self.fly("trajectory_1", "--in-process", "--sensors", "ideal", "--faults", "rotor_loss")
+        self.assertEqual(flight["verdict"], "flown")
+        speed = self.column("flight/flight.mcap", "rotor3_radps")
+        start = speed[0][0]
+        mean = lambda a, b: sum(abs(w) for t, w in speed if a <= t - start < b) / sum(a <= t - start < b for t, _ in speed)
+        self.assertLess(mean(7, 8), 0.05 * mean(5, 6), "powerless from 6 s on, its speed decays within a second")
+        self.assertGreater(mean(9, 10), 0.5 * mean(5, 6), "power is back after 8 s")
+
+    def test_what_cannot_break_is_refused(self):
+        for fault, where in (("at_s: 6, kind: rotor_loss, rotor: 9", "rotor"), ("at_s: 6, kind: gremlin", "kind"),
+                             ("at_s: -1, kind: rotor_loss, rotor: 1", "at_s")):
+            done = self.run_command("fly", "trajectory_1", "--faults", self.schedule(fault), "--out", "x", expect=4)
+            self.assertIn("faults.yaml", done.stderr)
+            self.assertIn(where, done.stderr)
+        done = self.run_command("fly", "trajectory_1", "--plant", "emulator", "--faults", "rotor_loss", "--out", "x", expect=4)
+        self.assertIn("--plant simulator", done.stderr)
