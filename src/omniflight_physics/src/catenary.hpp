@@ -24,7 +24,9 @@ std::pair<T, T> catenary_span(const T& a, const T& b, const T& length, const T& 
   // asinh(b/a) - asinh(u/a), without the division by a small a
   const T bend = a * log((b + top) / (u + bottom));
   const T lying = b > length ? T(0) : T(length - b);
-  return {lying + bend + stretch * a * length, top - bottom + T(0.5) * stretch * (b * b - u * u)};
+  // differences of squares as products: those of large numbers would lose the digits that Newton needs
+  const T squares = (b > length ? length : b) * (b + u);
+  return {lying + bend + stretch * a * length, squares / (top + bottom) + T(0.5) * stretch * squares};
 }
 
 /// The inverse: tensions at which the span is {distance >= 0, height > 0} [m]. Always has an answer; a cable

@@ -1,5 +1,8 @@
 // Rotors in the wash of other rotors of the same vehicle. Nothing of it depends on the tilt directly: the
 // tilt moves and turns the wakes, and what they hit.
+#include <array>
+#include <cmath>
+
 #include "effects/rotor_air.hpp"
 #include "effects/table.hpp"
 
@@ -42,23 +45,37 @@ class DownwashInterference final : public WrenchEffect<DownwashInterference> {
   void wrench(const Situation& s, const T* theta, WrenchT<T>& out) const {
     using std::exp;
     const auto rotors = s.all_rotors();
+    struct Wash {
+      double velocity = 0, square = 0;  ///< m/s at the disc; m^2 of its radius
+      Vec3 away;                        ///< where it goes, unit
+    };
+    std::array<Wash, vehicle::kMaxRotors> washes;
     for (std::size_t i = 0; i < rotors.size(); ++i) {
       const RotorSituation& a = rotors[i];
-      const double v = hover_induced_velocity(a, s.environment.air_density), R2 = a.radius * a.radius;
-      if (v == 0.0) continue;
-      const Vec3 away = -thrust_sign(a) * a.n_B;
-      for (std::size_t j = 0; j < rotors.size(); ++j) {
-        if (i == j) continue;
-        const RotorSituation& b = rotors[j];
-        const Vec3 to = b.p_BR - a.p_BR;
-        const double z = to.dot(away), off = std::max(0.0, to.squaredNorm() - z * z);
-        const double grown = 0.5 * (1.0 + z / std::sqrt(z * z + R2));
-        const T B2 = T(0.5 * b.radius * b.radius) + theta[1] * theta[1] * T(R2);
-        const T g = T(grown * R2) / B2 * exp(T(-off) / B2);
-        const T through = (T(1) - theta[2]) * T(away.dot(b.n_B)) - theta[2] * T(thrust_sign(b));
-        const T f = theta[0] * T(std::abs(b.speed) * v) * g * through;
-        out.add_at(b.p_BR, f * b.n_B.cast<T>());
+      washes[i] = {hover_induced_velocity(a, s.environment.air_density), a.radius * a.radius,
+                   -thrust_sign(a) * a.n_B};
+    }
+    // one over B^2, which is the same for rotors of one size
+    double of_a = -1, of_b = -1;
+    T inverse(0);
+    for (std::size_t j = 0; j < rotors.size(); ++j) {
+      const RotorSituation& b = rotors[j];
+      T sum(0);
+      for (std::size_t i = 0; i < rotors.size(); ++i) {
+        const Wash& a = washes[i];
+        if (i == j || a.velocity == 0.0) continue;
+        const Vec3 to = b.p_BR - rotors[i].p_BR;
+        const double z = to.dot(a.away), off = std::max(0.0, to.squaredNorm() - z * z);
+        const double grown = 0.5 * (1.0 + z / std::sqrt(z * z + a.square));
+        if (a.square != of_a || b.radius != of_b) {
+          inverse = T(1) / (T(0.5 * b.radius * b.radius) + theta[1] * theta[1] * T(a.square));
+          of_a = a.square;
+          of_b = b.radius;
+        }
+        const T g = T(grown * a.square * a.velocity) * inverse * exp(T(-off) * inverse);
+        sum += g * ((T(1) - theta[2]) * T(a.away.dot(b.n_B)) - theta[2] * T(thrust_sign(b)));
       }
+      out.add_at(b.p_BR, theta[0] * T(std::abs(b.speed)) * sum * b.n_B.cast<T>());
     }
   }
 };
