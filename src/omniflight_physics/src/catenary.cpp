@@ -80,6 +80,13 @@ CatenaryEnds solve_catenary_ends(double distance, double height, double length, 
     CatenaryEnds straight{pull * distance / chord, pull * height / chord + 0.5 * length};
     if (polish(distance, height, length, stretch, straight)) return straight;
   }
+  // A slack one begins with the guess of Jonkman 2007 (eq. 2.38); the search is for what Newton cannot reach.
+  if (chord <= length && distance > 1e-3 * length) {
+    const double ratio = (length * length - height * height) / (distance * distance) - 1;
+    const double lambda = ratio > 0.01 ? std::sqrt(3 * ratio) : 0.2;
+    CatenaryEnds slack{distance / (2 * lambda), 0.5 * (height / std::tanh(lambda) + length)};
+    if (polish(distance, height, length, stretch, slack)) return slack;
+  }
   CatenaryEnds ends = search(distance, height, length, stretch, kLoose);
   if (ends.a > 0 && polish(distance, height, length, stretch, ends)) return ends;
   ends = search(distance, height, length, stretch, kTight);
