@@ -161,10 +161,9 @@ Result<Tuned> tune(const vehicle::Vehicle& vehicle, const Mechanism& m, const Sh
 
 std::string rms_text(double x) { return fmt::format("{:.2g}", x); }
 
-}  // namespace
-
-Result<MadeCase> make_case(const vehicle::Vehicle& vehicle, const std::vector<Mechanism>& mechanisms,
-                           const CasePlan& plan, const std::string& salt, bool sealed) {
+/// next: fly this path in the world of the case instead of its own, and nothing else.
+Result<MadeCase> make(const vehicle::Vehicle& vehicle, const std::vector<Mechanism>& mechanisms,
+                      const CasePlan& plan, const std::string& salt, bool sealed, const Path* next) {
   Random random = draw(salt, plan.id);
   FlightSetup s;
   s.sensors = laboratory();
@@ -201,13 +200,17 @@ Result<MadeCase> make_case(const vehicle::Vehicle& vehicle, const std::vector<Me
     t.effects.push_back({m.id, m.stage, m.realisation + ", amplitude " + rms_text(tuned->amplitude),
                          tuned->sigma, m.parameters(tuned->amplitude, shape), m.variables});
   }
+  if (next) {
+    s.path = *next;
+    s.seed = draw(salt, plan.id + " next").next() >> 12;
+  }
   // an effect that cannot be made so large counts as what it is
   if (!plan.parts.empty() && smallest < 0.8 * plan.magnitude) t.magnitude = smallest;
   auto flown = fly(vehicle, s);
   if (!flown) return Failure(flown.error());
   const Turbulence& noise = *s.world.turbulence;
   for (std::size_t c = 0; c < 6; ++c) t.noise[c] = c < 3 ? noise.force_rms : noise.torque_rms;
-  if (!plan.parts.empty()) {
+  if (!plan.parts.empty() && !next) {
     FlightSetup quiet = s;
     quiet.record = false;
     quiet.world.turbulence.reset();
@@ -226,12 +229,25 @@ Result<MadeCase> make_case(const vehicle::Vehicle& vehicle, const std::vector<Me
       t.wrench_variance = alone->variance;
     }
   }
-  Random padding = draw(salt, plan.id + " padding");
-  auto gz = gzip_of_size(recording::to_csv(flown->recording), kRecordingBytes, padding);
+  Random padding = draw(salt, plan.id + (next ? " next padding" : " padding"));
+  auto gz = gzip_of_size(recording::to_csv(flown->recording), (next ? 2 : 1) * kRecordingBytes, padding);
   if (!gz) return Failure(gz.error());
   out.recording = std::move(*gz);
   out.told = told_yaml(s);
+  if (next) out.truth = {};
   return out;
+}
+
+}  // namespace
+
+Result<MadeCase> make_case(const vehicle::Vehicle& vehicle, const std::vector<Mechanism>& mechanisms,
+                           const CasePlan& plan, const std::string& salt, bool sealed) {
+  return make(vehicle, mechanisms, plan, salt, sealed, nullptr);
+}
+
+Result<MadeCase> fly_again(const vehicle::Vehicle& vehicle, const std::vector<Mechanism>& mechanisms,
+                           const CasePlan& plan, const std::string& salt, bool sealed, const Path& path) {
+  return make(vehicle, mechanisms, plan, salt, sealed, &path);
 }
 
 }  // namespace omniflight::proof

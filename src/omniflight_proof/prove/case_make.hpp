@@ -19,5 +19,8 @@ struct MadeCase {
 /// salt: of the draw. Errors: a flight that is lost at every size of its effects, naming the case.
 Result<MadeCase> make_case(const vehicle::Vehicle& vehicle, const std::vector<Mechanism>& mechanisms,
                            const CasePlan& plan, const std::string& salt, bool sealed);
+/// The same concealed world once more, along another path and with other noise; the truth stays empty.
+Result<MadeCase> fly_again(const vehicle::Vehicle& vehicle, const std::vector<Mechanism>& mechanisms,
+                           const CasePlan& plan, const std::string& salt, bool sealed, const Path& path);
 
 }  // namespace omniflight::proof

@@ -18,7 +18,7 @@ target_link_libraries(omniflight_proof_protocol PUBLIC omniflight_core::omniflig
   nlohmann_json::nlohmann_json fmt::fmt PRIVATE ZLIB::ZLIB omniflight_warnings)
 
 add_library(omniflight_proof_cases STATIC
-  ${PROVE}/case_path.cpp ${PROVE}/case_log.cpp ${PROVE}/case_flight.cpp ${PROVE}/case_mechanism.cpp
+  ${PROVE}/case_path.cpp ${PROVE}/case_next.cpp ${PROVE}/case_log.cpp ${PROVE}/case_flight.cpp ${PROVE}/case_mechanism.cpp
   ${PROVE}/case_unknown.cpp ${PROVE}/case_draw.cpp ${PROVE}/case_make.cpp)
 target_link_libraries(omniflight_proof_cases PUBLIC omniflight_proof omniflight_proof_protocol
   omniflight_control::omniflight_control omniflight_allocation::omniflight_allocation

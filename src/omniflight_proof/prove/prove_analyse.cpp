@@ -57,8 +57,10 @@ Confined run_of(const AnalyseOptions& o, const std::string& name, const fs::path
   c.limit_s = o.limit_s;
   c.log = (part / "log.txt").string();
   const fs::path in = o.places.cases() / name;
-  c.arguments = {o.command,     "diagnose", (in / "flight.csv.gz").string(), "--vehicle", o.vehicle, "--out",
-                 part.string(), "--quiet"};
+  c.arguments = {o.command, "diagnose", (in / "flight.csv.gz").string()};
+  if (o.second) c.arguments.push_back((o.places.next() / name / "flight.csv.gz").string());
+  c.arguments.insert(c.arguments.end(), {"--vehicle", o.vehicle, "--out", part.string(), "--quiet"});
+  c.arguments.insert(c.arguments.end(), o.more.begin(), o.more.end());
   return c;
 }
 
@@ -84,7 +86,7 @@ Status settle(const AnalyseOptions& o, Running& r) {
   if (geteuid() == 0 && chown(r.part.c_str(), 0, 0) != 0)
     return bad_input("cannot be taken back", r.part.string());
   if (auto ok = files::write_file_atomic(r.part / "run.json", run.dump(1) + "\n"); !ok) return ok;
-  fs::rename(r.part, o.places.answers() / r.name, ec);
+  fs::rename(r.part, o.answers() / r.name, ec);
   if (ec) return bad_input("cannot be put in place: " + ec.message(), r.part.string());
   return {};
 }
@@ -134,17 +136,18 @@ Status check_confinement(const AnalyseOptions& o) {
 }
 
 Status analyse(const AnalyseOptions& o) {
-  auto names = case_names(o.places.cases());
+  auto names = case_names(o.flights());
   if (!names) return Failure(names.error());
   std::error_code ec;
-  fs::create_directories(o.places.answers(), ec);
+  fs::create_directories(o.answers(), ec);
   const fs::path working = o.places.out / "working";
   fs::create_directories(working, ec);
   std::vector<std::string> open;
   for (const auto& n : *names)
-    if (!fs::exists(o.places.answers() / n)) open.push_back(n);
+    if (!fs::exists(o.answers() / n)) open.push_back(n);
   const std::size_t before = names->size() - open.size();
-  Progress progress("diagnosing", static_cast<double>(names->size()), "cases", o.quiet);
+  Progress progress(o.second ? "diagnosing with the proposed flights" : "diagnosing",
+                    static_cast<double>(names->size()), "cases", o.quiet);
   progress.update(static_cast<double>(before));
   std::list<Running> running;
   std::size_t next = 0, done = before;
@@ -209,20 +212,20 @@ Status run_baselines(const AnalyseOptions& o) {
   return {};
 }
 
-Result<std::string> freeze(const Places& places) {
-  auto digests = digest_folder(places.answers());
+Result<std::string> freeze(const fs::path& answers, const fs::path& frozen) {
+  auto digests = digest_folder(answers);
   if (!digests) return Failure(digests.error());
   const std::string text = manifest_text(*digests);
-  if (fs::exists(places.frozen())) {
-    auto before = files::read_file(places.frozen(), 64 * files::kMegabyte);
+  if (fs::exists(frozen)) {
+    auto before = files::read_file(frozen, 64 * files::kMegabyte);
     if (!before) return Failure(before.error());
     if (*before != text)
-      return bad_input("the answers are not those that were frozen", places.frozen().string(),
+      return bad_input("the answers are not those that were frozen", frozen.string(),
                        "Answers must not be touched; begin a new campaign");
     return files::sha256_hex(text);
   }
-  for (const auto& [path, digest] : *digests) chmod((places.answers() / path).c_str(), 0444);
-  if (auto ok = files::write_file_atomic(places.frozen(), text); !ok) return Failure(ok.error());
+  for (const auto& [path, digest] : *digests) chmod((answers / path).c_str(), 0444);
+  if (auto ok = files::write_file_atomic(frozen, text); !ok) return Failure(ok.error());
   return files::sha256_hex(text);
 }
 

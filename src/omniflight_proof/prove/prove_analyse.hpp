@@ -19,6 +19,10 @@ struct AnalyseOptions {
   int jobs = 1;
   double limit_s = 600;  ///< a case
   bool quiet = false;
+  bool second = false;            ///< the flights in OUT/next, each together with the one before
+  std::vector<std::string> more;  ///< further arguments of diagnose
+  std::filesystem::path flights() const { return second ? places.next() : places.cases(); }
+  std::filesystem::path answers() const { return second ? places.answers_next() : places.answers(); }
 };
 
 /// Runs the probe inside the confinement and writes OUT/probe.json. With a confinement, any leak is an error;
@@ -30,8 +34,8 @@ Status check_confinement(const AnalyseOptions& options);
 Status analyse(const AnalyseOptions& options);
 /// The textbook methods on the same recordings, in the same confinement: OUT/answers/baselines.json.
 Status run_baselines(const AnalyseOptions& options);
-/// Writes OUT/answers.sha256 and makes the answers read-only. Returns its SHA-256. When it exists already,
-/// the answers must still have those hashes.
-Result<std::string> freeze(const Places& places);
+/// Writes the hashes of all answers to `frozen` and makes the answers read-only. Returns its SHA-256. When it
+/// exists already, the answers must still have those hashes.
+Result<std::string> freeze(const std::filesystem::path& answers, const std::filesystem::path& frozen);
 
 }  // namespace omniflight::proof

@@ -24,7 +24,8 @@ struct Options {
   std::string out = "runs/proof", seal, reveal, vehicle = "omnimorph", level, salt, command;
   int cases = 240, nulls = 300, jobs = 0;
   double limit_s = 600;
-  bool tuning = false, allow_unsealed = false, baselines = true, quiet = false, as_json = false;
+  bool tuning = false, allow_unsealed = false, baselines = true, second = true, quiet = false,
+       as_json = false;
   // --probe
   std::string probe_seal, probe_secret, probe_readable, probe_writable;
   int probe_parent = 0;
@@ -74,7 +75,7 @@ Status ended(Result<int> code, const std::string& what) {
   return fail(kind, fmt::format("{} ended with {}", what, *code), "", "See the line above");
 }
 
-Status hide(const Options& o, const Places& places) {
+Result<std::vector<std::string>> generator_arguments(const Options& o, const Places& places) {
   auto generator = program("omniflight_proof_generate");
   if (!generator) return Failure(generator.error());
   std::vector<std::string> a{*generator,
@@ -93,7 +94,32 @@ Status hide(const Options& o, const Places& places) {
   if (o.jobs > 0) a.insert(a.end(), {"--jobs", std::to_string(o.jobs)});
   if (o.tuning) a.emplace_back("--tuning");
   if (o.quiet) a.emplace_back("--quiet");
-  return ended(run(a, true), "hiding the effects");
+  return a;
+}
+
+Status hide(const Options& o, const Places& places) {
+  auto arguments = generator_arguments(o, places);
+  if (!arguments) return Failure(arguments.error());
+  return ended(run(*arguments, true), "hiding the effects");
+}
+
+/// What is proposed for cases that could not be told apart is flown in the same world, which the generator
+/// alone knows, and analysed together with the first flight. The first answers are frozen by then.
+Status second_round(const Options& o, const Places& places, AnalyseOptions a) {
+  if (!fs::exists(places.frozen_next())) {
+    auto arguments = generator_arguments(o, places);
+    if (!arguments) return Failure(arguments.error());
+    arguments->emplace_back("--next");
+    if (auto ok = ended(run(*arguments, true), "flying what was proposed"); !ok) return ok;
+    std::error_code ec;
+    if (fs::is_empty(places.next(), ec) || ec) return {};  // nothing was proposed
+    a.second = true;
+    if (auto ok = analyse(a); !ok) return ok;
+  }
+  auto frozen = freeze(places.answers_next(), places.frozen_next());
+  if (!frozen) return Failure(frozen.error());
+  say(o, "answers with the proposed flights frozen: SHA-256 " + *frozen);
+  return {};
 }
 
 Status open_and_score(const Options& o, const Places& places) {
@@ -123,6 +149,7 @@ Result<int> prove(const Options& o) {
   if (!inside.empty() && *inside.begin() != "..")
     return bad_input("lies inside --out, which the analysis sees", places.seal.string(),
                      "Choose a --seal elsewhere");
+  AnalyseOptions a;
   if (!only_open) {
     if (auto ok = hide(o, places); !ok) return Failure(ok.error());
     auto commitment = files::read_file(places.commitment(), files::kMegabyte);
@@ -132,7 +159,6 @@ Result<int> prove(const Options& o) {
       return bad_input("is damaged", places.commitment().string(), "Begin a new campaign in another --out");
     say(o, "truth sealed:   SHA-256 " + c["truth_sha256"].get<std::string>());
 
-    AnalyseOptions a;
     a.places = places;
     auto command =
         o.command.empty()
@@ -159,9 +185,11 @@ Result<int> prove(const Options& o) {
       if (auto ok = run_baselines(a); !ok) return Failure(ok.error());
     }
   }
-  auto frozen = freeze(places);
+  auto frozen = freeze(places.answers(), places.frozen());
   if (!frozen) return Failure(frozen.error());
   say(o, "answers frozen: SHA-256 " + *frozen);
+  if (!only_open && o.second)
+    if (auto ok = second_round(o, places, a); !ok) return Failure(ok.error());
   if (!o.seal.empty() && o.reveal.empty()) {
     say(o, "the seal stays closed; open it with: omniflight prove --out " + o.out + " --reveal " + o.seal);
     return 0;
@@ -203,6 +231,8 @@ int main(int argc, char** argv) {
   app.add_flag("--allow-unsealed", o.allow_unsealed,
                "Go on where the analysis cannot be confined; the result says so");
   app.add_flag("--baselines,!--no-baselines", o.baselines, "Textbook methods on the same cases");
+  app.add_flag("--second,!--no-second", o.second,
+               "Fly what is proposed for cases that could not be told apart, and diagnose both flights");
   app.add_flag("--quiet", o.quiet, "No progress");
   app.add_flag("--json", o.as_json, "proof.json on stdout");
   app.add_option("--probe", o.probe_seal, "What may be done to this seal? (run inside the confinement)")

@@ -5,8 +5,9 @@
 //   OUT/probe.json                                   what the analysis could not do
 //   OUT/answers/case-0001/{diagnosis.json, run.json, ...}
 //   OUT/answers.sha256                               freezes the answers; its own hash is printed
-//   OUT/proof.json, OUT/report.html                  after the seal was opened
-//   SEAL/truth.json                                  mode 600, in a folder of mode 700
+//   OUT/next/case-0001/..., OUT/answers_next/case-0001/..., OUT/answers_next.sha256   the flight an answer
+//   asked for OUT/proof.json, OUT/report.html                  after the seal was opened SEAL/truth.json mode
+//   600, in a folder of mode 700
 #pragma once
 
 #include <filesystem>
@@ -20,6 +21,9 @@ struct Places {
   std::filesystem::path commitment() const { return out / "commitment.json"; }
   std::filesystem::path probe() const { return out / "probe.json"; }
   std::filesystem::path frozen() const { return out / "answers.sha256"; }
+  std::filesystem::path next() const { return out / "next"; }
+  std::filesystem::path answers_next() const { return out / "answers_next"; }
+  std::filesystem::path frozen_next() const { return out / "answers_next.sha256"; }
   std::filesystem::path truth() const { return seal / "truth.json"; }
 };
 

@@ -14,6 +14,7 @@
 
 #include "case_aliases.hpp"
 #include "case_make.hpp"
+#include "case_next.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
 #include "seal.hpp"
@@ -27,7 +28,7 @@ using nlohmann::json;
 struct Options {
   DrawOptions draw;
   std::string out, seal, vehicle = "omnimorph";
-  bool tuning = false, quiet = false;
+  bool tuning = false, next = false, quiet = false;
   int jobs = 0;
 };
 
@@ -111,6 +112,45 @@ Status publish(const Options& o, const std::vector<CasePlan>& plans) {
   return files::write_file_atomic(out / "commitment.json", commitment.dump(1) + "\n");
 }
 
+/// Flies what the frozen answers ask for, each in the world of its case. What cannot be read or flown is left
+/// out: the scorer counts it as not resolved.
+Status fly_next(const Options& o, const vehicle::Vehicle& vehicle, const std::vector<Mechanism>& mechanisms,
+                const std::vector<CasePlan>& plans) {
+  const fs::path out(o.out);
+  if (!fs::exists(out / "answers.sha256"))
+    return bad_input("the first answers are not frozen", (out / "answers.sha256").string(),
+                     "Let the campaign freeze them before their proposals are flown");
+  std::error_code ec;
+  fs::create_directories(out / "next", ec);
+  std::vector<const CasePlan*> asked;
+  for (const CasePlan& p : plans)
+    if (fs::is_regular_file(out / "answers" / p.id / "next_flight.yaml", ec)) asked.push_back(&p);
+  Progress progress("flying what was proposed", static_cast<double>(asked.size()), "flights", o.quiet);
+  int done = 0;
+  for (const CasePlan* p : asked) {
+    if (interrupted()) return fail(ErrorCode::incomplete, "stopped", "", "The same command resumes");
+    progress.update(++done);
+    if (fs::exists(out / "next" / p->id)) continue;
+    const fs::path file = out / "answers" / p->id / "next_flight.yaml";
+    auto text = files::read_file(file, files::kMegabyte);
+    auto path = text ? read_next_flight(*text, file.string()) : Result<Path>(Failure(text.error()));
+    auto made = path ? fly_again(vehicle, mechanisms, *p, o.draw.salt, o.draw.sealed, *path)
+                     : Result<MadeCase>(Failure(path.error()));
+    if (!made) {
+      std::cerr << p->id << ": the proposed flight is left out: " << made.error().text() << "\n";
+      continue;
+    }
+    const fs::path part = out / "next" / ("." + p->id), whole = out / "next" / p->id;
+    fs::create_directories(part, ec);
+    if (auto ok = write_neutral(part / "flight.csv.gz", made->recording); !ok) return ok;
+    if (auto ok = write_neutral(part / "told.yaml", made->told); !ok) return ok;
+    fs::rename(part, whole, ec);
+    if (ec) return bad_input("cannot be put in place: " + ec.message(), whole.string());
+  }
+  progress.finish();
+  return {};
+}
+
 Status copy_vehicle(const Options& o, const vehicle::Vehicle& vehicle) {
   const fs::path from = fs::path(vehicle.file).parent_path(), to = fs::path(o.out) / "vehicle";
   std::error_code ec;
@@ -140,6 +180,11 @@ Result<int> run(Options& o) {
   const auto parts = mechanisms(*vehicle);
   const auto plans = draw_cases(o.draw, parts);
   const bool complete = fs::exists(fs::path(o.out) / "commitment.json");
+  if (o.next) {
+    if (!complete) return bad_input("there is no campaign yet", o.out, "Generate it first");
+    if (auto ok = fly_next(o, *vehicle, parts, plans); !ok) return Failure(ok.error());
+    return 0;
+  }
   if (!complete) {
     std::atomic<std::size_t> next{0}, done{0};
     std::mutex mutex;
@@ -192,6 +237,7 @@ int main(int argc, char** argv) {
   app.add_option("--vehicle", o.vehicle, "Nominal vehicle");
   app.add_option("--salt", o.draw.salt, "For tests only; a proof draws its own");
   app.add_flag("--tuning", o.tuning, "Draw from the tuning box: other shapes and magnitudes");
+  app.add_flag("--next", o.next, "Fly what the frozen answers propose, in the worlds of their cases");
   app.add_option("--jobs", o.jobs, "Flights at once")->check(CLI::Range(1, 64));
   app.add_flag("--quiet", o.quiet, "No progress");
   CLI11_PARSE(app, argc, argv);

@@ -87,6 +87,7 @@ json to_json(const ProofResult& r) {
           {"commitment", r.commitment},
           {"truth_sha256", r.truth_sha256},
           {"answers_sha256", r.answers_sha256},
+          {"answers_next_sha256", r.answers_next_sha256},
           {"salt", r.salt},
           {"box", r.box},
           {"scores", table},

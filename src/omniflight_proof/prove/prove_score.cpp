@@ -41,15 +41,25 @@ Result<Seal> open_seal(const Places& places, const json& commitment, ProofResult
   return read_seal(*text, places.truth().string());
 }
 
-Status check_frozen(const Places& places, ProofResult& result) {
-  auto before = files::read_file(places.frozen(), std::size_t{64} << 20);
+Result<std::string> frozen_hash(const fs::path& answers, const fs::path& frozen) {
+  auto before = files::read_file(frozen, std::size_t{64} << 20);
   if (!before) return Failure(before.error());
-  auto now = digest_folder(places.answers());
+  auto now = digest_folder(answers);
   if (!now) return Failure(now.error());
   if (manifest_text(*now) != *before)
-    return bad_input("the answers are not those that were frozen", places.frozen().string(),
+    return bad_input("the answers are not those that were frozen", frozen.string(),
                      "This campaign proves nothing; begin a new one");
-  result.answers_sha256 = files::sha256_hex(*before);
+  return files::sha256_hex(*before);
+}
+
+Status check_frozen(const Places& places, ProofResult& result) {
+  auto first = frozen_hash(places.answers(), places.frozen());
+  if (!first) return Failure(first.error());
+  result.answers_sha256 = *first;
+  if (!fs::exists(places.answers_next())) return {};
+  auto second = frozen_hash(places.answers_next(), places.frozen_next());
+  if (!second) return Failure(second.error());
+  result.answers_next_sha256 = *second;
   return {};
 }
 
@@ -109,7 +119,11 @@ Result<int> run(const Places& places) {
     answers[t.id] = std::move(a);
   }
   result.median_s = median(times);
-  result.scores = score(seal->cases, answers);
+  std::map<std::string, Answer> second;
+  for (const Truth& t : seal->cases)
+    if (auto text = files::read_file(places.answers_next() / t.id / "diagnosis.json", std::size_t{64} << 20))
+      second[t.id] = read_answer(*text);
+  result.scores = score(seal->cases, answers, second);
   if (auto baselines = read_json(places.answers() / "baselines.json", std::size_t{256} << 20)) {
     const json methods = baselines->value("baselines", json::object());
     for (const auto& [name, cases] : methods.items()) {

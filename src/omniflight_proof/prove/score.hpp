@@ -45,7 +45,9 @@ struct Scores {
 /// One case against its answer.
 Judged judge(const Truth& truth, const Answer& answer);
 /// All of them. Answers are by case id; a missing one counts as not given.
-Scores score(const std::vector<Truth>& truths, const std::map<std::string, Answer>& answers);
+/// second: answers from the first flight and the proposed one together, where one was proposed and flown.
+Scores score(const std::vector<Truth>& truths, const std::map<std::string, Answer>& answers,
+             const std::map<std::string, Answer>& second = {});
 
 /// An answer without what is really there besides the hidden effects: naming a nuisance is no error.
 Answer without_nuisances(const Truth& truth, Answer answer);

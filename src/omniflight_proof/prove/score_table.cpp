@@ -142,6 +142,36 @@ void fits(const Cases& cases, std::vector<Score>& table) {
                          100 * median(power), 4, 2, true));
 }
 
+/// Single effects that an answer could not tell apart from others, and a flight was proposed: is it told by
+/// both flights together? A proposal that could not be flown resolves nothing.
+void resolved(const Cases& cases, const std::map<std::string, Answer>& second, std::vector<Score>& table) {
+  const auto ambiguous = [](const Pair& p) {
+    return single(p) && large(p) && p.judged.set_size > 1 && p.judged.covered && p.answer->proposes;
+  };
+  const auto then = [&](const Pair& p) {
+    const auto found = second.find(p.truth->id);
+    return found == second.end() ? nullptr : &found->second;
+  };
+  table.push_back(rate(
+      cases, "ambiguity resolved by the one proposed flight",
+      "single effects, >= 0.3 sigma, truth in a set of several, a flight proposed", ambiguous,
+      [&](const Pair& p) {
+        const Answer* a = then(p);
+        const Judged j = a ? judge(*p.truth, *a) : Judged{};
+        return j.top1 && j.set_size == 1;
+      },
+      0.75, 0.90));
+  table.push_back(rate(
+      cases, "  top-1 with both flights", "the same", ambiguous,
+      [&](const Pair& p) {
+        const Answer* a = then(p);
+        return a && judge(*p.truth, *a).top1;
+      },
+      -1, -1));
+  table.push_back(rate(
+      cases, "  top-1 before", "the same", ambiguous, [](const Pair& p) { return p.judged.top1; }, -1, -1));
+}
+
 }  // namespace
 
 std::string to_string(Score::Verdict v) {
@@ -160,7 +190,8 @@ std::string to_string(Score::Verdict v) {
   return "information";
 }
 
-Scores score(const std::vector<Truth>& truths, const std::map<std::string, Answer>& answers) {
+Scores score(const std::vector<Truth>& truths, const std::map<std::string, Answer>& answers,
+             const std::map<std::string, Answer>& second) {
   static const Answer none{.problem = "there is no answer"};
   Scores out;
   Cases cases;
@@ -267,6 +298,7 @@ Scores score(const std::vector<Truth>& truths, const std::map<std::string, Answe
       [](const Pair& p) { return p.judged.top1; }, -1, -1));
   parameters(cases, t);
   fits(cases, t);
+  resolved(cases, second, t);
   return out;
 }
 
