@@ -10,6 +10,7 @@
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/plan.hpp"
 #include "omniflight_recording/formats.hpp"
+#include "refly_recorded.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
@@ -17,10 +18,24 @@ namespace {
 
 struct Options {
   std::vector<std::string> recordings, held_out, set;
-  std::string vehicle, refly, plan, told, map, test_bed = "pyramid";
+  std::string vehicle, refly, plan, told, map, ablation, test_bed = "pyramid";
   double budget_s = 0;
-  bool check = false;
+  bool check = false, refly_recorded = false;
 };
+
+/// What a proof leaves out to see what it is worth.
+void ablate(const std::string& what, diagnosis::Options& options) {
+  if (what == "no-whitening") {
+    options.ar_order = 0;
+  } else if (what == "no-gate") {
+    options.min_share = options.min_magnitude = 0;
+  } else if (what == "no-tolerance") {
+    auto& t = options.tolerance;
+    for (double* sigma : {&t.thrust_scale, &t.accelerometer_lateral, &t.accelerometer_vertical,
+                          &t.world_force, &t.torque_trim})
+      *sigma *= 1e-3;
+  }
+}
 
 Result<std::vector<recording::Recording>> load_all(const std::vector<std::string>& paths,
                                                    const std::string& map) {
@@ -158,11 +173,17 @@ Action add_diagnose(CLI::App& verb, Common& common) {
   verb.add_option("--refly", o->refly,
                   "Mission to fly again in the simulator, without and with the model found");
   verb.add_option("--plan", o->plan, "Plan folder for --refly");
+  verb.add_flag(
+      "--refly-recorded", o->refly_recorded,
+      "Fly the recorded reference again in the simulator with the told gains, without and with the model");
   verb.add_option("--budget-s", o->budget_s, "Time to stay within [s]")->check(not_negative(false));
   verb.add_flag("--check", o->check,
                 "Only say what these recordings can and cannot tell; takes seconds and fits nothing");
   verb.add_option("--told", o->told, "What is known beside the recording (default: told.yaml beside it)");
   verb.add_option("--map", o->map, "Which columns of a foreign CSV are which signals");
+  verb.add_option("--ablation", o->ablation,
+                  "Leave a safeguard out, to see what it is worth: no-whitening | no-gate | no-tolerance")
+      ->check(CLI::IsMember({"no-whitening", "no-gate", "no-tolerance"}));
   verb.add_option("--test-bed", o->test_bed, "Where the proposed next flight has to fit");
   return [o, &common]() -> Result<int> {
     const auto begin = std::chrono::steady_clock::now();
@@ -174,6 +195,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     if (!held_out) return Failure(held_out.error());
     diagnosis::Options options;
     if (auto ok = take_told(*o, fit->front(), options, common); !ok) return Failure(ok.error());
+    ablate(o->ablation, options);
     const auto elapsed = [begin] {
       return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     };
@@ -198,6 +220,14 @@ Action add_diagnose(CLI::App& verb, Common& common) {
       auto flown = refly(*o, out, fit->front(), common.quiet, *d);
       if (!flown) return Failure(flown.error());
       refit = std::move(*flown);
+    }
+    if (o->refly_recorded && !o->check) {
+      const std::string file = o->told.empty() ? diagnosis::told_beside(o->recordings.front()) : o->told;
+      const auto told =
+          file.empty() ? Result<diagnosis::Told>(diagnosis::Told{}) : diagnosis::load_told(file);
+      if (!told) return Failure(told.error());
+      if (auto ok = refly_recorded(fit->front(), *vehicle, *told, options.environment, *d); !ok)
+        say(common, "  not flown again: " + ok.error().text());
     }
     const std::string json = diagnosis::to_json(*d);
     if (auto ok = files::write_file_atomic(out + "/diagnosis.json", json); !ok) return Failure(ok.error());

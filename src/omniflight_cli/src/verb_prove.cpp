@@ -13,10 +13,10 @@ namespace omniflight::cli {
 namespace {
 
 struct Options {
-  std::string seal, reveal, vehicle, level, salt;
+  std::string seal, reveal, vehicle, level, salt, ablation;
   int cases = 240, nulls = 300, jobs = 0;
   double limit_s = 600;
-  bool tuning = false, allow_unsealed = false, no_baselines = false;
+  bool tuning = false, allow_unsealed = false, no_baselines = false, no_second = false;
 };
 
 /// Runs a program with this terminal; Ctrl-C reaches it, and it keeps what is complete.
@@ -53,6 +53,9 @@ Action add_prove(CLI::App& verb, Common& common) {
   verb.add_option("--jobs", o->jobs, "At once; default: processors")->check(CLI::Range(1, 64));
   verb.add_option("--limit-s", o->limit_s, "Time of one diagnosis [s]")->check(not_negative(false));
   verb.add_option("--salt", o->salt, "For tests only; a proof draws its own");
+  verb.add_option("--ablation", o->ablation,
+                  "Prove an analysis without one of its safeguards: no-whitening | no-gate | no-tolerance");
+  verb.add_flag("--no-second", o->no_second, "Do not fly what is proposed for ambiguous cases");
   verb.add_flag("--tuning", o->tuning, "Other parameter boxes and magnitudes, for developing");
   verb.add_flag("--no-baselines", o->no_baselines, "Leave the textbook methods out");
   verb.add_flag("--allow-unsealed", o->allow_unsealed, "Go on where the analysis cannot be confined");
@@ -75,8 +78,10 @@ Action add_prove(CLI::App& verb, Common& common) {
     add("--reveal", o->reveal);
     add("--vehicle", o->vehicle);
     add("--salt", o->salt);
+    add("--ablation", o->ablation);
     if (o->jobs > 0) add("--jobs", std::to_string(o->jobs));
     if (o->tuning) a.emplace_back("--tuning");
+    if (o->no_second) a.emplace_back("--no-second");
     if (o->no_baselines) a.emplace_back("--no-baselines");
     if (o->allow_unsealed) a.emplace_back("--allow-unsealed");
     if (common.quiet) a.emplace_back("--quiet");

@@ -34,6 +34,18 @@ class MujocoPlant(system.SystemTest):
         ratio = heavy["metrics"]["power_W"] / nominal["metrics"]["power_W"]
         self.assertAlmostEqual(ratio, ((1.315 + 0.2) / 1.315) ** 1.5, delta=0.02)
 
+    def test_the_shipped_worlds_are_flown_over_the_bus_and_their_physics_shows(self):
+        mission = self.short_mission()
+        nominal = self.fly(mission, "--plant", "mujoco", "--sensors", "laboratory", "--monitor", out="nominal")
+        self.assertEqual(nominal["monitor"]["worst"], "OK", nominal["monitor"])
+        for world in ("cable", "laboratory"):
+            flown = self.fly(mission, "--plant", "mujoco", "--proof", world, "--sensors", "laboratory", "--monitor", out=world)
+            self.assertEqual(flown["verdict"], "flown")
+            self.assertGreater(flown["metrics"]["power_W"], 1.05 * nominal["metrics"]["power_W"], world)
+            wrench, = (c for c in flown["monitor"]["checks"] if c["name"] == "wrench balance")
+            self.assertIn(wrench["worst"], ("WARN", "ERROR"), world)
+            self.assertIn("force_z -", wrench["message"], world)
+
     def test_refuses_what_is_not_its_own(self):
         mission = self.short_mission()
         bad = self.write("bad.yaml", "schema: omniflight.proof_world/1\ncabel: {}\n")

@@ -56,7 +56,7 @@ if(BUILD_TESTING)
   set(analysis ${CMAKE_INSTALL_PREFIX}/../omniflight_cli/bin/omniflight)
   add_test(NAME prove.subset COMMAND ${OMNIFLIGHT_PYTHON} -B ${PROVE}/test/campaign_subset.py ${CMAKE_CURRENT_BINARY_DIR}
            ${analysis} ${PROVE}/../../../configs)
-  set_tests_properties(prove.subset PROPERTIES TIMEOUT 420 SKIP_RETURN_CODE 77)
+  set_tests_properties(prove.subset PROPERTIES TIMEOUT 900 SKIP_RETURN_CODE 77)
   add_test(NAME prove.campaign COMMAND ${CMAKE_CURRENT_BINARY_DIR}/omniflight_proof_campaign --cases 240 --nulls 300
            --out ${CMAKE_CURRENT_BINARY_DIR}/campaign --command ${analysis})
   set_tests_properties(prove.campaign PROPERTIES TIMEOUT 36000 LABELS long

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 struct Options {
-  std::string out = "runs/proof", seal, reveal, vehicle = "omnimorph", level, salt, command;
+  std::string out = "runs/proof", seal, reveal, vehicle = "omnimorph", level, salt, command, ablation;
   int cases = 240, nulls = 300, jobs = 0;
   double limit_s = 600;
   bool tuning = false, allow_unsealed = false, baselines = true, second = true, quiet = false,
@@ -135,6 +135,15 @@ Status open_and_score(const Options& o, const Places& places) {
   return {};
 }
 
+/// A campaign is whole or of one ablation; the answers in a folder never mix.
+Status keep_to_ablation(const Options& o, const Places& places) {
+  const fs::path file = places.out / "ablation.txt";
+  const std::string wanted = o.ablation.empty() ? "none\n" : o.ablation + "\n";
+  if (auto before = files::read_file(file, 1000); before && *before != wanted)
+    return bad_input("was begun with ablation " + *before, places.out.string(), "Use another --out");
+  return files::write_file_atomic(file, wanted);
+}
+
 Result<int> prove(const Options& o) {
   prctl(PR_SET_DUMPABLE, 0);  // nobody of the same user looks into this process
   std::error_code ec;
@@ -170,6 +179,8 @@ Result<int> prove(const Options& o) {
     a.vehicle = (places.out / "vehicle" / (fs::path(o.vehicle).stem().string() + ".yaml")).string();
     a.jobs = o.jobs > 0 ? o.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
     a.limit_s = o.limit_s;
+    if (!o.ablation.empty()) a.more = {"--ablation", o.ablation};
+    if (auto ok = keep_to_ablation(o, places); !ok) return Failure(ok.error());
     a.quiet = o.quiet;
     auto confinement = choose_confinement(places.seal, o.allow_unsealed);
     if (!confinement) return Failure(confinement.error());
@@ -227,6 +238,9 @@ int main(int argc, char** argv) {
   app.add_option("--limit-s", o.limit_s, "Time of one diagnosis [s]")->check(CLI::Range(1.0, 86400.0));
   app.add_option("--salt", o.salt, "For tests only; a proof draws its own");
   app.add_option("--command", o.command, "The omniflight to prove; default: of this workspace");
+  app.add_option("--ablation", o.ablation,
+                 "An analysis without one of its safeguards; take the salt of the whole one's result")
+      ->check(CLI::IsMember({"no-whitening", "no-gate", "no-tolerance"}));
   app.add_flag("--tuning", o.tuning, "Draw from the tuning box, not the sealed one");
   app.add_flag("--allow-unsealed", o.allow_unsealed,
                "Go on where the analysis cannot be confined; the result says so");

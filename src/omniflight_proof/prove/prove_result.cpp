@@ -90,6 +90,7 @@ json to_json(const ProofResult& r) {
           {"answers_next_sha256", r.answers_next_sha256},
           {"salt", r.salt},
           {"box", r.box},
+          {"ablation", r.ablation},
           {"scores", table},
           {"baselines", baselines},
           {"confusion", r.scores.confusion},
@@ -126,6 +127,7 @@ Status write_report(const ProofResult& r, const std::filesystem::path& file) {
               {"answers, SHA-256", r.answers_sha256},
               {"confinement", r.probe.value("confinement", "?")},
               {"parameter boxes", r.box},
+              {"left out of the analysis", r.ablation},
               {"median diagnosis", fmt::format("{:.1f}", r.median_s), "s"},
               {"longest diagnosis", fmt::format("{:.1f}", r.longest_s), "s"}});
   Table scores{

@@ -16,7 +16,7 @@ struct ProofResult {
   std::map<std::string, Scores> baselines;  ///< by name
   LeakResult leak;
   nlohmann::json commitment, probe;
-  std::string truth_sha256, answers_sha256, answers_next_sha256, salt, box;
+  std::string truth_sha256, answers_sha256, answers_next_sha256, salt, box, ablation = "none";
   double analysis_s = 0;  ///< wall time of all diagnoses together
   double longest_s = 0;
   double median_s = 0;

@@ -119,6 +119,8 @@ Result<int> run(const Places& places) {
     answers[t.id] = std::move(a);
   }
   result.median_s = median(times);
+  if (auto ablation = files::read_file(places.out / "ablation.txt", 1000))
+    result.ablation = ablation->substr(0, ablation->find('\n'));
   std::map<std::string, Answer> second;
   for (const Truth& t : seal->cases)
     if (auto text = files::read_file(places.answers_next() / t.id / "diagnosis.json", std::size_t{64} << 20))

@@ -82,6 +82,14 @@ def main():
         need({"false alarms", "right effect, top-1", "two effects exact"} <= {s["name"] for s in proof["scores"]},
              "the table has its lines")
         need(len(proof["baselines"]) >= 6, "baselines were judged on the same cases")
+        flown_again = [json.loads(p.read_text())["fit"] for p in out.glob("answers/case-*/diagnosis.json")]
+        need(all(len(f["closed_loop"]) == 6 and f["power"]["simulated_after_W"] > 100 for f in flown_again),
+             "every flight was flown again in closed loop, without and with the model")
+        proposed = {p.parent.name for p in out.glob("answers/*/next_flight.yaml")}
+        flown = {p.name for p in out.glob("next/*")}
+        need(flown <= proposed, "only what was proposed was flown again")
+        need({p.name for p in out.glob("answers_next/*")} == flown, "and analysed: " + str(sorted(flown)))
+        need(not flown or proof["answers_next_sha256"], "those answers were frozen, too")
         need("<h1" in (out / "report.html").read_text(), "there is a report")
         by_name = {s["name"]: s for s in proof["scores"]}
         need(by_name["refused"]["k"] == 0, "every case was answered")

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "case_make.hpp"
+#include "case_next.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_recording/formats.hpp"
 #include "seal.hpp"
@@ -153,6 +154,91 @@ TEST(Case, LooksTheSameFromTheOutsideWhateverIsInIt) {
        {"position", "attitude", "acc", "gyro", "rotor_speed", "rotor_command", "qddr", "ref_position"})
     EXPECT_NE(r->find(name), nullptr) << name;
   EXPECT_GT(r->duration_s, 55);
+}
+
+constexpr const char* kNext = R"(schema: omniflight.mission/1
+name: ascent
+alpha_deg: 42
+limits: {speed_mps: 0.5, acceleration_mps2: 1, rate_dps: 30}
+start: {position: [0, 0, 0.9], attitude: {rpy_deg: [0, 0, 0]}, hold_s: 3}
+waypoints:
+  - {by: [0, 0, 0.4], hold_s: 2}
+  - {attitude: {rpy_deg: [20, 0, 0]}, hold_s: 2}
+)";
+
+TEST(Next, AProposedMissionBecomesAPathFromRestToRest) {
+  auto p = read_next_flight(kNext, "next.yaml");
+  ASSERT_TRUE(p) << p.error().text();
+  EXPECT_NEAR(p->at(0).p_WB.z(), 0.9, 1e-12);
+  EXPECT_NEAR(p->at(p->duration).p_WB.z(), 1.3, 1e-12);
+  EXPECT_NEAR(roll_pitch_yaw(p->at(p->duration).q_WB).x(), to_radians(20), 1e-9);
+  EXPECT_NEAR(p->at(0).alpha, to_radians(42), 1e-12);
+  double fastest = 0, hardest = 0;
+  for (double t = 0; t < p->duration; t += 0.01) {
+    fastest = std::max(fastest, p->at(t).v_WB_W.norm());
+    hardest = std::max(hardest, p->at(t).a_WB_W.norm());
+  }
+  EXPECT_LE(fastest, 0.5 + 1e-9);
+  EXPECT_LE(hardest, 1.0 + 1e-2);
+  EXPECT_GT(fastest, 0.2);
+}
+
+TEST(Next, WhatAnAnswerMayNotAskForIsRefusedByName) {
+  const auto with = [](const char* what, const char* instead) {
+    std::string text = kNext;
+    return text.replace(text.find(what), std::string_view(what).size(), instead);
+  };
+  for (const auto& [text, words] : {std::pair{with("by: [0, 0, 0.4]", "by: [0, 0, 40]"), "by"},
+                                    {with("alpha_deg: 42", "alpha_deg: 80"), "alpha_deg"},
+                                    {with("mission/1", "mission/9"), "schema"},
+                                    {with("name: ascent", "effect: payload"), "effect"},
+                                    {std::string(kNext) + "  - {hold_s: 50}\n  - {hold_s: 50}\n", "90 s"}}) {
+    auto p = read_next_flight(text, "next.yaml");
+    ASSERT_FALSE(p) << words;
+    EXPECT_NE(p.error().text().find(words), std::string::npos) << p.error().text();
+  }
+}
+
+TEST(Next, TheSameWorldIsFlownAgain) {
+  const auto v = omnimorph();
+  const auto m = mechanisms(v);
+  auto plans =
+      draw_cases({.salt = "a salt of a test", .sealed = true, .cases = 0, .nulls = 1, .level = ""}, m);
+  plans[0].kind = Kind::single;
+  plans[0].magnitude = 1;
+  plans[0].parts = {0};
+  plans[0].decoy.clear();
+  plans[0].nuisances = false;
+  ASSERT_EQ(m[0].id, "payload_mass");
+  auto path = read_next_flight(kNext, "next.yaml");
+  ASSERT_TRUE(path);
+  auto first = make_case(v, m, plans[0], "a salt of a test", true);
+  auto again = fly_again(v, m, plans[0], "a salt of a test", true, *path);
+  ASSERT_TRUE(first && again);
+  EXPECT_TRUE(again->truth.effects.empty()) << "the truth stays in the seal";
+  // mean thrust at rest tells the hidden mass: m = T / g, the same in both
+  const auto weight = [&](const std::string& bytes) {
+    const std::string file = ::testing::TempDir() + "/prove_next.csv.gz";
+    EXPECT_TRUE(files::write_file_atomic(file, bytes));
+    auto r = recording::load(file);
+    EXPECT_TRUE(r);
+    const auto& speed = r->signals.at("rotor_speed");
+    const double alpha = r->signals.at("alpha").values(10, 0);
+    double lift = 0;
+    int n = 0;
+    for (Eigen::Index i = 0; i < speed.size() && speed.t_s[static_cast<std::size_t>(i)] < 2.0; ++i) {
+      if (speed.t_s[static_cast<std::size_t>(i)] < 1.0 || !speed.values.row(i).allFinite()) continue;
+      vehicle::RotorVector u(v.rotor_count());
+      for (int k = 0; k < v.rotor_count(); ++k)
+        u[k] = v.rotors[static_cast<std::size_t>(k)].thrust(speed.values(i, k));
+      lift += (v.allocation_matrix(alpha) * u)[2];
+      ++n;
+    }
+    return lift / std::max(1, n);
+  };
+  const double mass = weight(first->recording) / kGravity, other = weight(again->recording) / kGravity;
+  EXPECT_NEAR(mass, other, 0.03);
+  EXPECT_GT(std::abs(mass - v.mass), 0.01);
 }
 
 TEST(Graph, TheGeneratorHoldsNothingOfTheProjectsDynamics) {

@@ -150,6 +150,25 @@ TEST(Score, ParametersAndHeldOutEnergy) {
   EXPECT_NEAR(line(s, "held-out residual explained, of oracle, median").value, 100, 0.01);
 }
 
+TEST(Score, AmbiguityIsResolvedOnlyByTheRightNameAlone) {
+  const auto proposing = [&](const std::string& findings) {
+    Answer a = answer("[" + findings + "]");
+    a.proposes = true;
+    return a;
+  };
+  const Truth t = truth("a", Kind::single, {effect("hung_cable")});
+  const std::map<std::string, Answer> first{{"a", proposing(found("payload_mass", R"(["hung_cable"])"))}};
+  const char* name = "ambiguity resolved by the one proposed flight";
+  EXPECT_EQ(line(score({t}, first), name).n, 1);
+  EXPECT_EQ(line(score({t}, first), name).k, 0) << "a proposal that was not flown resolves nothing";
+  EXPECT_EQ(line(score({t}, first, {{"a", answer("[" + found("hung_cable") + "]")}}), name).k, 1);
+  EXPECT_EQ(line(score({t}, first, {{"a", answer("[" + found("payload_mass") + "]")}}), name).k, 0);
+  EXPECT_EQ(line(score({t}, first, {{"a", answer("[" + found("hung_cable", R"(["wind"])") + "]")}}), name).k,
+            0);
+  EXPECT_EQ(line(score({t}, {{"a", answer("[" + found("hung_cable") + "]")}}), name).n, 0)
+      << "it was never ambiguous";
+}
+
 TEST(Score, HostileAnswersAreNotGiven) {
   for (
       const char* text :
