@@ -10,6 +10,7 @@
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/plan.hpp"
 #include "omniflight_recording/formats.hpp"
+#include "reflight.hpp"
 #include "refly_recorded.hpp"
 #include "verbs.hpp"
 
@@ -84,13 +85,14 @@ Result<Refit> refly(const Options& o, const std::string& out, const recording::R
 }
 
 /// What told.yaml says, and the tracks of the neighbours it names.
-Status take_told(const Options& o, const recording::Recording& first, diagnosis::Options& options,
-                 Common& common) {
+Status take_told(const Options& o, const recording::Recording& first, const vehicle::Vehicle& vehicle,
+                 diagnosis::Options& options, Common& common) {
   const std::string file = o.told.empty() ? diagnosis::told_beside(o.recordings.front()) : o.told;
   if (file.empty()) return {};
   const auto told = diagnosis::load_told(file);
   if (!told) return Failure(told.error());
   diagnosis::apply(*told, options);
+  options.refly = make_reflight(first, vehicle, *told, options.environment);
   for (const std::string& place : told->ignored)
     say(common, "  told, but not used: " + place + " (" + file + ")");
   for (const std::string& path : told->neighbours) {
@@ -194,7 +196,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     auto held_out = load_all(o->held_out, o->map);
     if (!held_out) return Failure(held_out.error());
     diagnosis::Options options;
-    if (auto ok = take_told(*o, fit->front(), options, common); !ok) return Failure(ok.error());
+    if (auto ok = take_told(*o, fit->front(), *vehicle, options, common); !ok) return Failure(ok.error());
     ablate(o->ablation, options);
     const auto elapsed = [begin] {
       return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -12,6 +12,7 @@
 #include "intake.hpp"
 #include "locate.hpp"
 #include "naming.hpp"
+#include "null_flights.hpp"
 #include "propose.hpp"
 #include "rollout.hpp"
 #include "sanity.hpp"
@@ -27,6 +28,10 @@ std::string format(const char* pattern, auto... values) {
   std::snprintf(text, sizeof text, pattern, values...);
   return text;
 }
+
+/// Standard deviations by which an effect must stand out from flights without it; eight flights tell their
+/// spread to a quarter, so that five of them leave about one false name in a thousand.
+constexpr double kStandsOut = 5;
 
 std::vector<const Flight*> pointers(const std::vector<Flight>& flights) {
   std::vector<const Flight*> out;
@@ -282,7 +287,8 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   const Problem all(used, vehicle, o);
   const auto candidates = blind ? std::vector<const physics::Effect*>{} : offered_effects(used, vehicle, o);
   d.intake = describe(fit[0], flights[0]);
-  Naming naming = name_effects(all, candidates, o);
+  Alone alone;
+  Naming naming = name_effects(all, candidates, o, &alone);
   // what comes and goes from outside must not be bent into an effect of the vehicle's own state
   std::vector<Flight> calm_flights;
   std::unique_ptr<const Problem> calm;
@@ -301,9 +307,34 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     if (calm->samples() < 4 * o.grid_hz)
       calm.reset();
     else
-      naming = name_effects(*calm, candidates, o);
+      alone.clear(), naming = name_effects(*calm, candidates, o, &alone);
   }
   const Problem& problem = calm ? *calm : all;
+  // what turbulence and feedback alone would have named
+  std::unique_ptr<const NullFlights> nulls;
+  const auto null_flights = [&]() -> const NullFlights* {
+    if (!o.refly || blind || used.size() != 1) return nullptr;
+    if (!nulls) nulls = std::make_unique<const NullFlights>(problem, *used[0], vehicle, o);
+    return nulls->empty() ? nullptr : nulls.get();
+  };
+  std::vector<const physics::Effect*> left = candidates;
+  for (int round = 0; round < 4 && !naming.model.effects.empty() && null_flights(); ++round) {
+    const std::vector<double> away = null_flights()->standing_out(problem, naming.model, o);
+    std::vector<const physics::Effect*> kept;
+    for (std::size_t k = 0; k < away.size(); ++k) {
+      const physics::Effect* effect = naming.model.effects[k].effect;
+      if (away[k] >= kStandsOut)
+        kept.push_back(effect);
+      else
+        std::erase(left, effect);
+    }
+    if (kept.size() == away.size()) break;
+    naming = name_effects(problem,
+                          round < 2    ? left
+                          : round == 2 ? kept
+                                       : std::vector<const physics::Effect*>{},
+                          o, &alone);
+  }
   if (!naming.model.effects.empty()) naming.model = settle(problem, naming.model, o);
   d.candidates = naming.candidates;
   d.aliases = naming.aliases;
@@ -311,6 +342,9 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   add_wrench_findings(problem, naming, o, d);
   if (!blind) {
     d.unexplained = locate_unexplained(problem, naming.model, o);
+    if (!d.unexplained.empty() && null_flights())
+      std::erase_if(d.unexplained,
+                    [&](const Unexplained& u) { return !null_flights()->unexplained_stands_out(u, o); });
     Eigen::VectorXd before, after;
     all.predict({}, naming.model.offsets, before, nullptr);
     all.predict(naming.model.effects, naming.model.offsets, after, nullptr);

@@ -53,6 +53,7 @@ struct Unknowns {
 
 bool at_limit(const Problem& problem, const ActiveEffect& e) {
   for (std::size_t k = 0; k < e.theta.size(); ++k) {
+    if (!std::isfinite(e.theta[k])) return true;
     const Parameter& p = e.effect->info().parameters[k];
     if (!p.linear && p.typical == p.neutral) continue;  // the bend of a law may lie outside the flight
     double high = std::min(p.upper, problem.upper_limit(*e.effect, k));

@@ -148,7 +148,8 @@ std::vector<const Effect*> offered_effects(std::span<const Flight* const> flight
   return out;
 }
 
-Naming name_effects(const Problem& problem, const std::vector<const Effect*>& candidates, const Options& o) {
+Naming name_effects(const Problem& problem, const std::vector<const Effect*>& candidates, const Options& o,
+                    Alone* known) {
   Naming out;
   const double per_parameter =
       std::log(std::max<double>(2.0, static_cast<double>(candidates.size())) / o.error_rate);
@@ -163,10 +164,15 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
   };
   for (const Effect* effect : candidates) {
     if (stop("further candidates of the library")) break;
-    alone.push_back(fit_with(problem, out.null_model, *effect, o));
-    const Gate gate = gate_effect(problem, alone.back(), 0, o);
+    Alone here;
+    const auto [at, fresh] = (known ? known : &here)->try_emplace(effect);
+    if (fresh) {
+      at->second.first = fit_with(problem, out.null_model, *effect, o);
+      at->second.second = gate_effect(problem, at->second.first, 0, o).energy_share;
+    }
+    alone.push_back(at->second.first);
     out.candidates.push_back({effect->info().id, alone.back().log_likelihood - out.null_model.log_likelihood,
-                              penalty(*effect, per_parameter), gate.energy_share});
+                              penalty(*effect, per_parameter), at->second.second});
   }
   const auto quick = [&](const Fit& base, const Effect* effect) {
     for (const Fit& f : alone)

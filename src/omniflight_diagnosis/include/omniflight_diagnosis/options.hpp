@@ -7,6 +7,7 @@
 
 #include "omniflight_physics/neighbour_track.hpp"
 #include "omniflight_physics/situation.hpp"
+#include "omniflight_recording/recording.hpp"
 
 namespace omniflight::diagnosis {
 
@@ -28,6 +29,11 @@ struct Tolerance {
 struct ToldController {
   Vec3 kp = Vec3::Zero(), kv = Vec3::Zero(), ki = Vec3::Zero();  ///< 1/s^2, 1/s, 1/s^3
 };
+
+/// Flies the recorded reference again with nothing left out of the model, the controller in the loop, under
+/// this body wrench [N, Nm], samples x 6 from from_s [s] on the recording's clock at rate_hz.
+using Reflight = std::function<Result<recording::Recording>(const Eigen::MatrixXd& wrench, double from_s,
+                                                            double rate_hz, std::uint64_t seed)>;
 
 struct Options {
   physics::Environment environment;
@@ -52,6 +58,10 @@ struct Options {
   bool has_controller = false;
   ToldController controller;
   bool floor_told = false;  ///< environment.floor_z is known; otherwise a resting height is taken for it
+  /// May be empty. With it, what is found must stand out from what the same search finds where nothing is
+  /// left out: feedback makes body and rotors answer to turbulence, which then looks like an effect.
+  Reflight refly;
+  int reflights = 8;
   /// Asked between steps of long work; true ends it and keeps what is known. May be empty.
   std::function<bool()> stop;
   bool stopped() const { return stop && stop(); }
