@@ -96,6 +96,9 @@ function(omniflight_executable NAME)
   install(TARGETS ${NAME} RUNTIME DESTINATION bin)
 endfunction()
 
+# What the tests of several packages share, for instance counted_malloc.hpp.
+get_filename_component(OMNIFLIGHT_TESTING_HEADERS "${CMAKE_CURRENT_LIST_DIR}/../testing" ABSOLUTE)
+
 # omniflight_tests([LINK t...] [LABELS l...] [TIMEOUT s]): every test/test_*.cpp is one GoogleTest program.
 function(omniflight_tests)
   cmake_parse_arguments(OFT "" "TIMEOUT" "LINK;LABELS" ${ARGN})
@@ -115,7 +118,7 @@ function(omniflight_tests)
     if(OMNIFLIGHT_HAS_LIBRARY)
       target_link_libraries(${_name} PRIVATE ${PROJECT_NAME})
     endif()
-    target_include_directories(${_name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/test)
+    target_include_directories(${_name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/test ${OMNIFLIGHT_TESTING_HEADERS})
     target_compile_definitions(${_name} PRIVATE OMNIFLIGHT_SOURCE_ROOT="${CMAKE_CURRENT_SOURCE_DIR}/../..")
     if(_first_test)
       omniflight_precompile(${_name} REUSE_FROM ${_first_test})
