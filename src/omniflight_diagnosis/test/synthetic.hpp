@@ -1,11 +1,24 @@
 // Recordings computed from the physics library: a fully actuated vehicle that climbs, pauses and sidesteps.
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
 #include "omniflight_core/random.hpp"
 #include "omniflight_physics/effect.hpp"
 #include "omniflight_recording/recording.hpp"
+#include "omniflight_vehicle/vehicle.hpp"
 
 namespace omniflight::diagnosis::test {
+
+/// The shipped vehicle.
+inline vehicle::Vehicle omnimorph() {
+  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+  auto v = vehicle::load_vehicle("omnimorph");
+  EXPECT_TRUE(v) << v.error().text();
+  return *v;
+}
 
 struct Flown {
   double duration_s = 30, rate_hz = 100;

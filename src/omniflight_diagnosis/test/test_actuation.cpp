@@ -5,18 +5,14 @@
 
 #include "../src/actuation.hpp"
 #include "omniflight_core/random.hpp"
+#include "synthetic.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
 
 constexpr double kPeriod = 0.008, kDuration = 40;
 
-vehicle::Vehicle omnimorph() {
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  auto v = vehicle::load_vehicle("omnimorph");
-  EXPECT_TRUE(v) << v.error().text();
-  return *v;
-}
+using test::omnimorph;
 
 /// Commands held for 8 ms, answered with the vehicle's lag after `delay` seconds by one board (-1: by all);
 /// speeds are stamped `clock` seconds late.

@@ -12,12 +12,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
-vehicle::Vehicle omnimorph() {
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  auto v = vehicle::load_vehicle("omnimorph");
-  EXPECT_TRUE(v) << v.error().text();
-  return *v;
-}
+using test::omnimorph;
 
 recording::Recording good(const vehicle::Vehicle& v) {
   test::Flown flown;

@@ -7,10 +7,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
-vehicle::Vehicle omnimorph() {
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  return *vehicle::load_vehicle("omnimorph");
-}
+using test::omnimorph;
 
 /// What a monitor said about a recording, asked every 0.1 s; held until `release_s`.
 struct Heard {

@@ -9,12 +9,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
-vehicle::Vehicle omnimorph() {
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  auto v = vehicle::load_vehicle("omnimorph");
-  EXPECT_TRUE(v) << v.error().text();
-  return *v;
-}
+using test::omnimorph;
 
 bool names(const Diagnosis& d, const std::string& id) {
   for (const Finding& f : d.findings)

@@ -10,12 +10,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
-vehicle::Vehicle omnimorph() {
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  auto v = vehicle::load_vehicle("omnimorph");
-  EXPECT_TRUE(v) << v.error().text();
-  return *v;
-}
+using test::omnimorph;
 
 const Finding* find(const Diagnosis& d, const std::string& effect) {
   for (const Finding& f : d.findings)
