@@ -5,7 +5,9 @@ import fcntl
 import math
 import os
 import shutil
+import signal
 import subprocess
+import time
 import unittest
 
 import system
@@ -51,6 +53,19 @@ class Lockstep(system.SystemTest):
         lines = [line.split() for line in text.splitlines()]
         # component states carry the process's own start-up order
         return {topic: (int(count), sha) for topic, count, sha in lines if topic != "/component_state"}
+
+    def test_a_command_that_comes_late_is_asked_for_again_and_recorded_once(self):
+        flight = ("fly", self.short_mission(), "--sensors", "laboratory", "--seed", "7", "--quiet")
+        self.run_command(*flight, "--in-process", "--out", "inside")
+        apart = self.start_command(*flight, "--out", "late")
+        recording = self.dir / "late/flight.mcap"
+        system.wait_until("the first samples", lambda: recording.exists() and recording.stat().st_size > 100_000, 20)
+        allocator = system.children(apart.pid)["omniflight_allocator"]
+        os.kill(allocator, signal.SIGSTOP)  # the plant asks again every 0.3 s and gives up after 2 s
+        time.sleep(0.8)
+        os.kill(allocator, signal.SIGCONT)
+        self.assertEqual(apart.wait(30), 0)
+        self.assertEqual(self.digest("late/flight.mcap"), self.digest("inside/flight.mcap"))
 
     def test_processes_and_container_record_the_same(self):
         together = ("--sensors", "laboratory", "--seed", "7")
