@@ -18,10 +18,9 @@ struct Unknowns {
     std::vector<double> v, lo, hi;
     for (const ActiveEffect& e : effects) {
       for (std::size_t k = 0; k < e.theta.size(); ++k) {
-        const Parameter& p = e.effect->info().parameters[k];
-        lo.push_back(std::max(p.lower, problem.lower_limit(*e.effect, k)));
-        hi.push_back(std::max(lo.back(), std::min(p.upper, problem.upper_limit(*e.effect, k))));
-        if (e.effect->info().id == "com_offset") lo.back() = std::max(lo.back(), -hi.back());
+        const Range range = problem.range(*e.effect, k);
+        lo.push_back(range.lower);
+        hi.push_back(range.upper);
         v.push_back(std::clamp(e.theta[k], lo.back(), hi.back()));
       }
     }
@@ -52,13 +51,12 @@ struct Unknowns {
 }  // namespace
 
 bool at_limit(const Problem& problem, const ActiveEffect& e) {
+  if (contradicts_itself(e, problem.vehicle_scale())) return true;
   for (std::size_t k = 0; k < e.theta.size(); ++k) {
     if (!std::isfinite(e.theta[k])) return true;
     const Parameter& p = e.effect->info().parameters[k];
     if (!p.linear && p.typical == p.neutral) continue;  // the bend of a law may lie outside the flight
-    double high = std::min(p.upper, problem.upper_limit(*e.effect, k));
-    double low = std::max(p.lower, problem.lower_limit(*e.effect, k));
-    if (e.effect->info().id == "com_offset") low = std::max(low, -high);
+    const auto [low, high] = problem.range(*e.effect, k);
     const double near = 1e-3 * (high - low);
     if (high != p.neutral && e.theta[k] > high - near) return true;
     if (low != p.neutral && e.theta[k] < low + near) return true;
@@ -217,8 +215,9 @@ std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, co
     u.upper.tail(rest_size) = others.upper;
     for (Eigen::Index c = 0; c < own; ++c) {
       u.x[c] = parameters[static_cast<std::size_t>(free[static_cast<std::size_t>(c)])].neutral;
-      u.lower[c] = parameters[static_cast<std::size_t>(free[static_cast<std::size_t>(c)])].lower;
-      u.upper[c] = parameters[static_cast<std::size_t>(free[static_cast<std::size_t>(c)])].upper;
+      const Range range = problem.range(effect, static_cast<std::size_t>(free[static_cast<std::size_t>(c)]));
+      u.lower[c] = range.lower;
+      u.upper[c] = range.upper;
     }
     const Eigen::VectorXd none = Eigen::VectorXd::Zero(base.offsets.size());
     Eigen::MatrixXd jacobian = jacobian_of(problem, base);
@@ -493,10 +492,24 @@ Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, con
     gains.push_back(loss0 - loss1);
   }
   Gate gate;
-  double mean = 0, variance = 0;
-  for (double v : gains) mean += v / count;
-  for (double v : gains) variance += (v - mean) * (v - mean) / std::max(1, count - 1);
-  gate.cross_validated_se = variance > 0 ? mean / std::sqrt(variance / count) : (mean > 0 ? 1e9 : 0.0);
+  // gain per information (ratio estimator): blocks in which the effect hardly acts can gain nothing
+  double mean = 0, information = 0, variance = 0, squares = 0;
+  const Eigen::Index last = F.cols() - 1;
+  for (int k = 0; k < count; ++k) {
+    mean += gains[static_cast<std::size_t>(k)];
+    information += H[static_cast<std::size_t>(k)](last, last);
+  }
+  mean /= std::max(1e-300, information);
+  for (int k = 0; k < count; ++k) {
+    const double own_information = H[static_cast<std::size_t>(k)](last, last);
+    const double share = own_information / std::max(1e-300, information);
+    const double off = (gains[static_cast<std::size_t>(k)] - mean * own_information) / information;
+    variance += off * off;
+    squares += share * share;
+  }
+  // as many blocks as count: with all of it in one block there is nothing to compare
+  variance /= std::max(0.05, 1 - squares);
+  gate.cross_validated_se = variance > 0 ? mean / std::sqrt(variance) : (mean > 0 ? 1e9 : 0.0);
   const Eigen::VectorXd x0 = solve(H_all, g_all, R.cols()), x1 = solve(H_all, g_all, F.cols());
   const Eigen::VectorXd all0 = without - R * x0, all1 = without - F * x1;
   const Eigen::VectorXd raw0 = full.residual + value - raw_R * x0;

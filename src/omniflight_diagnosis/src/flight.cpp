@@ -355,6 +355,7 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
     use[static_cast<std::size_t>(i)] = use[static_cast<std::size_t>(fine - 1 - i)] = 0;
 
   const Eigen::MatrixXd slow_speed = low_pass(speed, grid.rate_hz, o.effect_cutoff_hz);
+  const Eigen::MatrixXd slow_dspeed = differentiate(slow_speed, grid.rate_hz);
 
   // decimate to the grid
   f.rate_hz = o.grid_hz;
@@ -385,7 +386,10 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
     physics::set_neighbours(o.neighbours, x.t, x);
     x.a_WB_B = Vec3(force.row(i)) + x.g_B;
     x.dw_WB_B = dw.row(i).transpose();
-    for (Eigen::Index r = 0; r < speed.cols(); ++r) s[static_cast<std::size_t>(r)] = slow_speed(i, r);
+    for (Eigen::Index r = 0; r < speed.cols(); ++r) {
+      s[static_cast<std::size_t>(r)] = slow_speed(i, r);
+      ds[static_cast<std::size_t>(r)] = slow_dspeed(i, r);
+    }
     physics::Situation& y = f.smooth[static_cast<std::size_t>(k)];
     physics::prepare(vehicle, body, alpha(i, 0), s, ds, environment, y);
     y.t = x.t;

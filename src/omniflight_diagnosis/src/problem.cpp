@@ -62,6 +62,7 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
   const double weight = vehicle.mass * options.environment.gravity;
   weight_ = weight;
   arm_ = arm;
+  vehicle_scale_ = scale_of(vehicle, options.environment.gravity);
   const Tolerance& tol = options.tolerance;
   const bool biased = flight_count_ > 0 && flights[0]->has_accelerometer;
   offset_names_ = {"thrust_scale", "trim_x", "trim_y", "trim_z", "world_x", "world_y", "world_z"};
@@ -116,27 +117,6 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
     offsets_.bottomRows(3 * n_).setZero();
   }
   noise_ = std::make_shared<const Whitening>(noise_model(*this, options));
-}
-
-double Problem::lower_limit(const physics::Effect& effect, std::size_t parameter) const {
-  const std::string& unit = effect.info().parameters[parameter].unit;
-  if (!adds_inertia(effect)) return -1e18;
-  if (unit == "kg") return -0.6 * inertia_(0, 0);
-  if (unit == "kg m2") return -0.6 * inertia_.bottomRightCorner<3, 3>().diagonal().minCoeff();
-  return -1e18;
-}
-
-double Problem::upper_limit(const physics::Effect& effect, std::size_t parameter) const {
-  const physics::EffectInfo& info = effect.info();
-  const std::string& unit = info.parameters[parameter].unit;
-  const std::string& name = info.parameters[parameter].name;
-  if (unit == "kg m2" && adds_inertia(effect)) {
-    const Mat3 J = inertia_.bottomRightCorner<3, 3>();
-    const int axis = name.find("xx") == 0 ? 0 : name.find("yy") == 0 ? 1 : name.find("zz") == 0 ? 2 : -1;
-    return 0.8 * (axis < 0 ? J.diagonal().minCoeff() : J(axis, axis));
-  }
-  if (info.id == "com_offset") return 0.5 * arm_;
-  return 1e18;
 }
 
 void Problem::evaluate(const physics::ActiveEffect& active, Eigen::VectorXd& value,

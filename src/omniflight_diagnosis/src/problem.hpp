@@ -9,6 +9,7 @@
 #include "omniflight_diagnosis/flight.hpp"
 #include "omniflight_diagnosis/residual.hpp"
 #include "omniflight_physics/effect.hpp"
+#include "plausible.hpp"
 
 namespace omniflight::diagnosis {
 
@@ -45,12 +46,12 @@ class Problem {
 
   /// Natural size of a channel: weight [N], or weight times the largest rotor arm [Nm].
   double scale(int channel) const { return channel < 3 ? weight_ : weight_ * arm_; }
-  /// Lower limit of a parameter that keeps mass and inertia positive; -1e18 when it is no matter.
-  double lower_limit(const physics::Effect& effect, std::size_t parameter) const;
-  /// Upper limit that a vehicle of this size and inertia makes sense with: a regression on noisy rotor
-  /// torques would otherwise make the body as heavy as it takes for nothing to move. 1e18 when it is no
-  /// matter.
-  double upper_limit(const physics::Effect& effect, std::size_t parameter) const;
+  /// What makes sense for a vehicle of this size: mass and inertia stay positive, and a regression on noisy
+  /// rotor torques does not make the body as heavy as it takes for nothing to move.
+  Range range(const physics::Effect& effect, std::size_t parameter) const {
+    return plausible_range(effect, parameter, vehicle_scale_);
+  }
+  const VehicleScale& vehicle_scale() const { return vehicle_scale_; }
   /// Torques are not judged: thrusts are only modelled.
   bool forces_only() const { return forces_only_; }
 
@@ -77,6 +78,7 @@ class Problem {
   bool forces_only_ = false;
   double period_ = 0;  ///< s, of the grid
   double weight_ = 1, arm_ = 1;
+  VehicleScale vehicle_scale_;
   std::vector<Run> runs_;
   mutable std::vector<physics::Situation> situation_;
   std::vector<Vec6> acceleration_;  ///< measured, (a_WB_B, dw_WB_B)

@@ -67,7 +67,7 @@ Whitening noise_model(const Problem& problem, const Options& options) {
       v.push_back(
           {"height", "m", (height.array() - height.minCoeff() - 0.2 * k * spread(height)).max(0.0).matrix()});
   Eigen::VectorXd left = problem.residual(), b;
-  // the rotors' wrench of the channel itself stands for every scale and mass error
+  // first what rotors do to the channel: their wrench stands for every scale and mass error
   for (int c = 0; c < 6; ++c) {
     Eigen::MatrixXd X(n, 0);
     const auto add = [&](const Eigen::VectorXd& x) {
@@ -75,9 +75,24 @@ Whitening noise_model(const Problem& problem, const Options& options) {
       X.conservativeResize(Eigen::NoChange, X.cols() + 1);
       X.rightCols(1) = x / x.norm();
     };
-    for (const StateVariable& x : v) add(x.x);
     add(problem.offsets().col(0).segment(c * n, n));
+    if (c >= 3) {  // rotors that speed up push back on the body
+      Eigen::VectorXd push(n);
+      for (int i = 0; i < n; ++i) {
+        push[i] = 0;
+        for (const physics::RotorSituation& r : problem.situation(i).all_rotors())
+          push[i] += r.spin * r.acceleration * r.n_B[c - 3];
+      }
+      add(push);
+    }
+    // then state variables; a short flight has no room for all, and those that say most come first
     const Eigen::VectorXd y = left.segment(c * n, n);
+    std::vector<std::pair<double, const StateVariable*>> order;
+    for (const StateVariable& x : v)
+      if (spread(x.x) >= 1e-9) order.emplace_back(-explained_share(x.x, y), &x);
+    std::stable_sort(order.begin(), order.end(),
+                     [](const auto& one, const auto& two) { return one.first < two.first; });
+    for (const auto& [share, x] : order) add(x->x);
     explained_share(X, y, &b);
     left.segment(c * n, n) = y - X * b.head(X.cols()) - Eigen::VectorXd::Constant(n, b[X.cols()]);
   }
