@@ -369,10 +369,10 @@ Eigen::VectorXd contribution_of(const Problem& problem, const Fit& fit, std::siz
 
 namespace {
 
-/// Blocks of a few seconds; rows of one block share an index.
+/// Blocks of a second or more, about twenty a flight; rows of one block share an index.
 std::vector<int> blocks_of(const Problem& problem, int& count) {
   std::vector<int> block(static_cast<std::size_t>(problem.samples()), 0);
-  const int length = std::max(40, problem.samples() / 20);
+  const int length = std::max(40, problem.samples() / (20 * std::max(1, problem.flights())));
   count = 0;
   for (const Run& run : problem.runs()) {
     const int parts = std::max(1, (run.end - run.begin + length / 2) / length);
@@ -382,6 +382,30 @@ std::vector<int> blocks_of(const Problem& problem, int& count) {
     count += parts;
   }
   return block;
+}
+
+/// Mean of the gains in its standard errors. Where blocks differ much in how strongly the effect acts, their
+/// gains spread for that reason alone: then the gain per information (ratio estimator) is asked as well, as a
+/// normal score; two stands for an error rate of one per cent.
+double standard_errors_above_zero(const std::vector<double>& gains, const std::vector<double>& information) {
+  const auto count = static_cast<double>(gains.size());
+  double mean = 0, all = 1e-300, variance = 0, off = 0, squares = 0;
+  for (double v : gains) mean += v / count;
+  for (double v : information) all += v;
+  for (std::size_t k = 0; k < gains.size(); ++k) {
+    const double share = information[k] / all;
+    variance += std::pow(gains[k] - mean, 2) / std::max(1.0, count - 1);
+    off += std::pow(gains[k] - count * mean * share, 2);
+    squares += share * share;
+  }
+  if (!(variance > 0)) return mean > 0 ? 1e9 : 0.0;
+  const double plain = mean / std::sqrt(variance / count);
+  const double freedom = 1 / squares - 1;  // of as many equal blocks as these are worth
+  if (freedom < 1 || !(off > 0)) return plain;
+  const double t = count * mean / std::sqrt(off / (1 - squares));
+  const double score = t * (1 - 0.25 / freedom) / std::sqrt(1 + 0.5 * t * t / freedom);
+  constexpr double kOnePercent = 2.326;
+  return std::max(plain, 2 / kOnePercent * score);
 }
 
 }  // namespace
@@ -492,24 +516,9 @@ Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, con
     gains.push_back(loss0 - loss1);
   }
   Gate gate;
-  // gain per information (ratio estimator): blocks in which the effect hardly acts can gain nothing
-  double mean = 0, information = 0, variance = 0, squares = 0;
-  const Eigen::Index last = F.cols() - 1;
-  for (int k = 0; k < count; ++k) {
-    mean += gains[static_cast<std::size_t>(k)];
-    information += H[static_cast<std::size_t>(k)](last, last);
-  }
-  mean /= std::max(1e-300, information);
-  for (int k = 0; k < count; ++k) {
-    const double own_information = H[static_cast<std::size_t>(k)](last, last);
-    const double share = own_information / std::max(1e-300, information);
-    const double off = (gains[static_cast<std::size_t>(k)] - mean * own_information) / information;
-    variance += off * off;
-    squares += share * share;
-  }
-  // as many blocks as count: with all of it in one block there is nothing to compare
-  variance /= std::max(0.05, 1 - squares);
-  gate.cross_validated_se = variance > 0 ? mean / std::sqrt(variance) : (mean > 0 ? 1e9 : 0.0);
+  std::vector<double> information;
+  for (const Eigen::MatrixXd& h : H) information.push_back(h(F.cols() - 1, F.cols() - 1));
+  gate.cross_validated_se = standard_errors_above_zero(gains, information);
   const Eigen::VectorXd x0 = solve(H_all, g_all, R.cols()), x1 = solve(H_all, g_all, F.cols());
   const Eigen::VectorXd all0 = without - R * x0, all1 = without - F * x1;
   const Eigen::VectorXd raw0 = full.residual + value - raw_R * x0;

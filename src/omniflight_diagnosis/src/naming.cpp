@@ -33,6 +33,27 @@ bool gate_open(const Gate& gate, const Options& o, double needed) {
          gate.magnitude > o.min_magnitude;
 }
 
+/// Takes away much of what another member adds, or the other way round: such a pair says little about either.
+bool cancels_another(const Problem& problem, const Fit& fit, std::size_t index) {
+  const auto scaled = [&](std::size_t k) {
+    Eigen::VectorXd x = contribution_of(problem, fit, k);
+    for (int c = 0; c < 6; ++c) x.segment(c * problem.samples(), problem.samples()) /= problem.scale(c);
+    return x;
+  };
+  const Eigen::VectorXd own = scaled(index);
+  for (std::size_t k = 0; k < fit.effects.size(); ++k) {
+    if (k == index) continue;
+    const Eigen::VectorXd other = scaled(k);
+    const double a = own.norm(), b = other.norm();
+    if (own.dot(other) < -0.9 * a * b && std::min(a, b) > 0.3 * std::max(a, b)) return true;
+  }
+  return false;
+}
+
+bool makes_sense(const Problem& problem, const Fit& fit, std::size_t index) {
+  return !at_limit(problem, fit.effects[index]) && !cancels_another(problem, fit, index);
+}
+
 /// Searches the shape parameters of every kept effect anew in the company of the others.
 Fit polish(const Problem& problem, Fit fit, const Options& o) {
   for (std::size_t k = 0; k < fit.effects.size(); ++k) {
@@ -183,7 +204,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
   const std::size_t tried = alone.size();  // all candidates, unless time was up
   for (int step = 0; step < o.max_effects; ++step) {
     if (step > 0 && stop("a search for further effects")) break;
-    std::vector<std::pair<double, const Effect*>> order;
+    std::vector<std::pair<double, const Effect*>> order, stuck;
     std::vector<const Effect*>
         partners;  // may trade places with a shape parameter, so that a preview is blind
     for (std::size_t k = 0; k < tried; ++k) {
@@ -191,7 +212,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
       const Fit fit = step == 0 ? alone[k] : quick(current, candidates[k]);
       const double gain = score(fit, per_parameter) - score(current, per_parameter);
       if (gain > -3.0) {
-        order.emplace_back(gain, candidates[k]);
+        (at_limit(problem, fit.effects.back()) ? stuck : order).emplace_back(gain, candidates[k]);
       } else if (step > 0) {
         for (std::size_t m = 0; m < current.effects.size(); ++m)
           if (!is_linear(*current.effects[m].effect) &&
@@ -202,9 +223,13 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
           }
       }
     }
-    std::stable_sort(order.begin(), order.end(),
-                     [](const auto& a, const auto& b) { return a.first > b.first; });
+    for (auto* list : {&order, &stuck})
+      std::stable_sort(list->begin(), list->end(),
+                       [](const auto& a, const auto& b) { return a.first > b.first; });
     if (order.size() > 4) order.resize(4);
+    // what ends at its limit would keep better ones out; beside others it may still leave it
+    if (stuck.size() > 2) stuck.resize(2);
+    order.insert(order.end(), stuck.begin(), stuck.end());
     for (const Effect* effect : partners) order.emplace_back(0.0, effect);
     std::vector<std::pair<double, Fit>> trials;
     for (const auto& [preview, effect] : order) {
@@ -218,7 +243,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
     for (auto& [gain, fit] : trials) {
       std::size_t index = 0;  // polishing may have moved the newcomer
       while (contains(current, fit.effects[index].effect)) ++index;
-      if (at_limit(problem, fit.effects[index])) continue;
+      if (!makes_sense(problem, fit, index)) continue;
       if (!gate_open(gate_effect(problem, fit, index, o), o,
                      penalty(*fit.effects[index].effect, per_parameter)))
         continue;
@@ -243,7 +268,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
           continue;
         Fit swapped = fit_with(problem, rest, *effect, o);
         if (score(swapped, per_parameter) < score(current, per_parameter) + 1.0) continue;
-        if (at_limit(problem, swapped.effects.back()) ||
+        if (!makes_sense(problem, swapped, swapped.effects.size() - 1) ||
             !gate_open(gate_effect(problem, swapped, swapped.effects.size() - 1, o), o,
                        penalty(*effect, per_parameter)))
           continue;
@@ -270,7 +295,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
         const bool shape = !p.linear && p.typical == p.neutral;
         away = away || (!shape && std::abs(settled.effects[k].theta[c] - p.neutral) > 2.5 * se[at]);
       }
-      away = away && !at_limit(problem, current.effects[k]);
+      away = away && makes_sense(problem, current, k);
       if (away && gate_open(gate, o, penalty(*current.effects[k].effect, per_parameter))) continue;
       if (!again || gate.gain < worst) worst = gate.gain, index = k;
       again = true;
@@ -296,7 +321,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
         continue;
       Fit swapped = fit_with(problem, frozen, *effect, o);
       if (score(swapped, per_parameter) < score(current, per_parameter) - slack) continue;
-      if (at_limit(problem, swapped.effects.back())) continue;
+      if (!makes_sense(problem, swapped, swapped.effects.size() - 1)) continue;
       if (cosine(last_columns(problem, problem.noise(), swapped), own) < (simpler ? 0.8 : 0.98)) continue;
       std::rotate(swapped.effects.begin() + static_cast<std::ptrdiff_t>(k), swapped.effects.end() - 1,
                   swapped.effects.end());

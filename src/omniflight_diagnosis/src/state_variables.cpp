@@ -85,14 +85,8 @@ Whitening noise_model(const Problem& problem, const Options& options) {
       }
       add(push);
     }
-    // then state variables; a short flight has no room for all, and those that say most come first
+    for (const StateVariable& x : v) add(x.x);
     const Eigen::VectorXd y = left.segment(c * n, n);
-    std::vector<std::pair<double, const StateVariable*>> order;
-    for (const StateVariable& x : v)
-      if (spread(x.x) >= 1e-9) order.emplace_back(-explained_share(x.x, y), &x);
-    std::stable_sort(order.begin(), order.end(),
-                     [](const auto& one, const auto& two) { return one.first < two.first; });
-    for (const auto& [share, x] : order) add(x->x);
     explained_share(X, y, &b);
     left.segment(c * n, n) = y - X * b.head(X.cols()) - Eigen::VectorXd::Constant(n, b[X.cols()]);
   }
