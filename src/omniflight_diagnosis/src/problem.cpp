@@ -27,7 +27,7 @@ bool adds_inertia(const physics::Effect& effect) {
   s.body.p_WB.z() = 1e3;  // above every start height
   physics::Wrench w;
   effect.add_wrench(s, theta.data(), w);
-  return w.has_inertia;
+  return w.moves_mass();
 }
 
 bool has_constant_columns(const physics::Effect& effect) {
@@ -226,8 +226,9 @@ void Problem::predict(const std::vector<physics::ActiveEffect>& effects, const E
       for (int c = 0; c < 6; ++c) e[c] = rest[c * n_ + i];
       e.head<3>() -= w.force_B;
       e.tail<3>() -= w.torque_B;
-      e += w.inertia * acceleration_[k];
-      const Mat6 inverse = (inertia_ + w.inertia).partialPivLu().inverse();
+      const Mat6 added = w.moving_inertia(situation_[k]);
+      e += added * acceleration_[k];
+      const Mat6 inverse = (inertia_ + added).partialPivLu().inverse();
       const Vec6 error = inverse * e;
       shrink[k] = inertia_ * inverse;
       const Vec6 scaled = inertia_ * error;

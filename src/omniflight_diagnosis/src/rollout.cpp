@@ -23,7 +23,7 @@ Vec6 acceleration(Situation& s, const RigidState& body, const Vec3& c,
   const Vec3& omega = body.w_WB_B;
   Mat6 M;
   M << s.mass * Mat3::Identity(), -s.mass * c_x, s.mass * c_x, s.inertia - s.mass * c_x * c_x;
-  M += w.inertia;
+  M += w.moving_inertia(s);
   Vec6 force = rotors;
   force.head<3>() += w.force_B + s.mass * (s.g_B - omega.cross(omega.cross(c)));
   force.tail<3>() +=

@@ -51,7 +51,11 @@ Actuators::Actuators(const vehicle::Vehicle& vehicle, Actuation actuation, doubl
       alpha_(initial_alpha),
       voltage_(actuation_.battery_voltage) {
   for (std::size_t i = 0; i < count_; ++i) {
-    if (actuation_.time_constant[i] > 0) inverse_lag_[i] = 1.0 / actuation_.time_constant[i];
+    if (const double tau = actuation_.time_constant[i]; tau > 0) {
+      inverse_lag_[i] = 1.0 / tau;
+      share_middle_[i] = -std::expm1(-0.5 * step / tau);
+      share_end_[i] = -std::expm1(-step / tau);
+    }
     largest_[i] = vehicle_.rotors[i].max_speed() * actuation_.speed_limit_scale;
   }
   std::size_t longest = 0;
@@ -60,6 +64,24 @@ Actuators::Actuators(const vehicle::Vehicle& vehicle, Actuation actuation, doubl
     longest = std::max(longest, delay_steps_.back());
   }
   history_.assign(longest + 1, {});
+  plain_ = longest == 0 && !gains_ && !battery_ && period_steps_ == 1 && dwell_steps_ == 0 &&
+           actuation_.dead_speed <= 0 && !(actuation_.command_step > 0);
+}
+
+void Actuators::reach_limited(const double* speed, double* middle, double* end) const {
+  const double most = actuation_.slew_limit;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const double tau = actuation_.time_constant[i], change = target_[i] - speed[i];
+    const auto after = [&](double time) {
+      if (tau <= 0) return speed[i];
+      // at the limit until the lag asks for less
+      const double limited = std::max(0.0, std::abs(change) / most - tau), at_limit = std::min(time, limited);
+      const double reached = speed[i] + std::copysign(most * at_limit, change);
+      return reached - std::expm1(-(time - at_limit) / tau) * (target_[i] - reached);
+    };
+    middle[i] = after(0.5 * step_);
+    end[i] = after(step_);
+  }
 }
 
 void Actuators::change_wrench(Speeds& command) const {
@@ -103,6 +125,12 @@ void Actuators::move_tilt(double command) {
 
 void Actuators::begin_step(std::span<const double> command, double alpha_command, double mechanical_power) {
   move_tilt(alpha_command);
+  if (plain_) {
+    for (std::size_t i = 0; i < count(); ++i)
+      target_[i] = std::min(std::max(command[i], -largest_[i]), largest_[i]);
+    ++steps_;
+    return;
+  }
   if (steps_ % period_steps_ == 0) {
     std::copy_n(command.begin(), count(), taken_.begin());
     if (gains_) change_wrench(taken_);

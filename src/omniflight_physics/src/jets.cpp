@@ -20,7 +20,18 @@ Eigen::Matrix<T, 6, 1> WrenchT<T>::at(const Situation& s) const {
     nu << s.a_WB_B, s.dw_WB_B;
     w -= inertia * nu.cast<T>();
   }
+  const Vec3 up = s.R_WB.row(2).transpose();
+  w.template head<3>() -= mass * s.a_WB_B.cast<T>() + lifted_mass * (up.dot(s.a_WB_B) * up).cast<T>();
   return w;
+}
+
+template <class T>
+Eigen::Matrix<T, 6, 6> WrenchT<T>::moving_inertia(const Situation& s) const {
+  const Vec3 up = s.R_WB.row(2).transpose();
+  Eigen::Matrix<T, 6, 6> all = inertia;
+  all.template topLeftCorner<3, 3>() += lifted_mass * (up * up.transpose()).cast<T>();
+  for (int k = 0; k < 3; ++k) all(k, k) += mass;
+  return all;
 }
 
 template struct WrenchT<double>;

@@ -81,6 +81,29 @@ TEST(ActuatorSaturation, LosesThrustAndSlews) {
   EXPECT_EQ(direct.drive().follows(0, 998), 1000.0);
 }
 
+TEST(Actuators, ReachTheExactAnswerOfLagAndLimitedAcceleration) {
+  const auto reach = [](const Drive& d, double from) {
+    std::array<double, vehicle::kMaxRotors> speed{}, middle{}, end{};
+    speed.fill(from);
+    d.made[0].reach(speed.data(), middle.data(), end.data());
+    return std::array{middle[0], end[0]};
+  };
+  Drive lag("actuator_saturation", {0.0, 1e6}, 0.02), slow("actuator_saturation", {0.0, 4000}, 0.02);
+  lag.step(1000);
+  EXPECT_NEAR(reach(lag, 400)[0], 1000 - 600 * std::exp(-0.5 * kStep / 0.02), 1e-10);
+  EXPECT_NEAR(reach(lag, 400)[1], 1000 - 600 * std::exp(-kStep / 0.02), 1e-10);
+  slow.step(1000);
+  // far away at the limit, near by as the lag says, and from one to the other as fine steps do
+  EXPECT_NEAR(reach(slow, 0)[1], 4000 * kStep, 1e-10);
+  EXPECT_NEAR(reach(slow, 1990)[1], 1990 - 4000 * kStep, 1e-10);
+  EXPECT_NEAR(reach(slow, 990)[1], 1000 - 10 * std::exp(-kStep / 0.02), 1e-10);
+  const double from = 1000 - 80 - 1.5, h = kStep / 20000;
+  double fine = from;
+  for (int k = 0; k < 20000; ++k)
+    fine += h * slow.drive().rate(0, fine + 0.5 * h * slow.drive().rate(0, fine));
+  EXPECT_NEAR(reach(slow, from)[1], fine, 1e-7);
+}
+
 TEST(TiltServoLag, IsAnExponentialWithPlay) {
   Drive lag("tilt_servo_lag", {0.1, 0.0});
   for (int k = 1; k <= 300; ++k) {

@@ -1,6 +1,7 @@
 // Laws that hold for every effect of the library, and hand formulas for single ones.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <set>
@@ -52,6 +53,22 @@ std::vector<double> typical(const Effect& e) {
   std::vector<double> theta;
   for (const auto& p : e.info().parameters) theta.push_back(p.typical != 0 ? p.typical : 0.1 * p.upper);
   return theta;
+}
+
+TEST(Effects, WhatNeedsNoRotorSpeedDoesNotDependOnIt) {
+  for (const Effect* e : builtin_effects()) {
+    const auto& signals = e->info().signals;
+    if (!e->acts_on_wrench() || std::find(signals.begin(), signals.end(), "rotor_speed") != signals.end())
+      continue;
+    Situation s = random_situation(11);
+    s.neighbour_count = 1;
+    s.neighbours[0].p_WN = s.body.p_WB + Vec3(0.05, 0, 0.6);
+    Wrench turning, resting;
+    e->add_wrench(s, typical(*e).data(), turning);
+    for (auto& r : s.rotors) r.speed = r.acceleration = r.thrust = 0;
+    e->add_wrench(s, typical(*e).data(), resting);
+    EXPECT_EQ(turning.at(s), resting.at(s)) << e->info().id;
+  }
 }
 
 TEST(Effects, IdsAreUniqueAndEveryFieldIsFilled) {

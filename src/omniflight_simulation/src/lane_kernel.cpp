@@ -32,7 +32,7 @@ struct Kernel {
   };
   struct Rate {
     V3 a, dw;           // world, body
-    V qx, qy, qz, qw;   // of the quaternion
+    V qx, qy, qz, qw;   // twice that of the quaternion
     V3 specific_force;  // only when asked for
   };
 
@@ -119,31 +119,43 @@ struct Kernel {
     f_W = muladd3(s.v, hn::Mul(k, hn::Sqrt(hn::Add(vv, tiny))), f_W);
   }
 
+  /// Place in the upper triangle of a symmetric 6x6 matrix.
+  static constexpr int triangle(int row, int column) { return row * (11 - row) / 2 + column; }
+
   /// Rotor drag and axial inflow, body axes: f_i = -|Omega_i| (kd v_i + (kz - kd) (n_i . v_i) n_i) at hub p_i
-  /// with v_i = v + w x p_i. The sums over the rotors do not need v and w, so that these come in once.
-  static HWY_INLINE void blades(const Common& c, const Block& b, int at, const State& s, const Rotation& R,
-                                const V* speed, V3& force, V3& torque) {
-    const V zero = hn::Zero(d);
-    const V3 v = R.body(s.v);
-    V sum = zero, square[6] = {zero, zero, zero, zero, zero, zero};
-    V3 lever{zero, zero, zero}, axial_f = lever, axial_t = lever;
+  /// with v_i = v + w x p_i. All of it but v, w and the speeds rests while the tilt does: a symmetric matrix
+  /// a rotor, kd [I, -[p]; [p], |p|^2 I - p p^T] + (kz - kd) [n; m] [n; m]^T.
+  static HWY_INLINE void put_blades(const Common& c, Block& b, int at) {
+    const V kd = load(b.drag_in_plane, at), kn = hn::Sub(load(b.drag_axial, at), kd), zero = hn::Zero(d);
     for (int i = 0; i < c.rotors; ++i) {
       const Common::Rotor& r = c.rotor[i];
-      const V fast = hn::Abs(speed[i]);
       const V3 n = load3(b.axis[i], at), m = load3(b.moment[i], at);
-      sum = hn::Add(sum, fast);
-      lever = muladd3({all(r.p.x()), all(r.p.y()), all(r.p.z())}, fast, lever);
-      for (int k = 0; k < 6; ++k) square[k] = muladd(all(r.square[k]), fast, square[k]);
-      const V along = hn::Mul(fast, hn::Add(dot(n, v), dot(m, s.w)));
-      axial_f = muladd3(n, along, axial_f);
-      axial_t = muladd3(m, along, axial_t);
+      const V u[6] = {n.x, n.y, n.z, m.x, m.y, m.z};
+      V px = hn::Mul(kd, all(r.p.x())), py = hn::Mul(kd, all(r.p.y())), pz = hn::Mul(kd, all(r.p.z()));
+      V square[6];
+      for (int k = 0; k < 6; ++k) square[k] = hn::Mul(kd, all(r.square[k]));
+      const V isotropic[6][6] = {
+          {kd, zero, zero, zero, pz, hn::Neg(py)},        {zero, kd, zero, hn::Neg(pz), zero, px},
+          {zero, zero, kd, py, hn::Neg(px), zero},        {zero, zero, zero, square[0], square[3], square[4]},
+          {zero, zero, zero, zero, square[1], square[5]}, {zero, zero, zero, zero, zero, square[2]}};
+      for (int row = 0; row < 6; ++row)
+        for (int column = row; column < 6; ++column)
+          store(muladd(hn::Mul(kn, u[row]), u[column], isotropic[row][column]),
+                b.damping_of[i][triangle(row, column)], at);
     }
-    const V kd = load(b.drag_in_plane, at), kn = hn::Sub(kd, load(b.drag_axial, at)), minus = hn::Neg(kd);
-    force = muladd3(muladd3(v, sum, cross(s.w, lever)), minus, muladd3(axial_f, kn, force));
-    const V3 turning{muladd(square[4], s.w.z, muladd(square[3], s.w.y, hn::Mul(square[0], s.w.x))),
-                     muladd(square[5], s.w.z, muladd(square[3], s.w.x, hn::Mul(square[1], s.w.y))),
-                     muladd(square[5], s.w.y, muladd(square[4], s.w.x, hn::Mul(square[2], s.w.z)))};
-    torque = muladd3(add(cross(lever, v), turning), minus, muladd3(axial_t, kn, torque));
+  }
+  struct Damping {
+    V at[21];
+  };
+  static HWY_INLINE void blades(const Damping& damping, const V3& v, const V3& w, V3& force, V3& torque) {
+    const V u[6] = {v.x, v.y, v.z, w.x, w.y, w.z};
+    V f[6] = {force.x, force.y, force.z, torque.x, torque.y, torque.z};
+    for (int row = 0; row < 6; ++row)
+      for (int column = 0; column < 6; ++column)
+        f[row] =
+            nmuladd(damping.at[triangle(std::min(row, column), std::max(row, column))], u[column], f[row]);
+    force = {f[0], f[1], f[2]};
+    torque = {f[3], f[4], f[5]};
   }
 
   static HWY_INLINE void flapping(const Common& c, const Block& b, int at, const State& s, const Rotation& R,
@@ -200,69 +212,135 @@ struct Kernel {
   struct Rotors {
     V3 force, torque;
     V speed[kRotors], square[kRotors];  ///< only where an effect asks for them
+    Damping damping;                    ///< only where rotors have drag
   };
-  /// The rotors at `stages` stages. share: how far the motors have come towards their command at each.
-  template <int kStages, bool kSpeeds>
-  static HWY_INLINE void spin(const Common& c, const Block& b, int at, Rotors (&out)[kStages]) {
-    V share[kStages];
-    for (int k = 0; k < kStages; ++k) {
-      out[k].force = out[k].torque = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-      share[k] = load(b.share[k][0], at);
+  static HWY_INLINE V signed_square(const Common& c, int i, V speed) {
+    return hn::Mul(speed, c.rotor[i].bidirectional ? hn::Abs(speed) : speed);
+  }
+  /// The rotors at the beginning of a step.
+  template <bool kSpeeds>
+  static HWY_INLINE void begin(const Common& c, const Block& b, int at, Rotors& out) {
+    V3 force{hn::Zero(d), hn::Zero(d), hn::Zero(d)}, torque = force;
+    if (b.end_known) {
+      force = load3(b.end_wrench, at);
+      torque = load3(b.end_wrench + 3, at);
     }
+    for (int i = 0; (kSpeeds || !b.end_known) && i < c.rotors; ++i) {
+      const V speed = load(b.speed[i], at), square = signed_square(c, i, speed);
+      if constexpr (kSpeeds) out.speed[i] = speed, out.square[i] = square;
+      if (b.end_known) continue;
+      force = muladd3(load3(b.map[i], at), square, force);
+      torque = muladd3(load3(b.map[i] + 3, at), square, torque);
+    }
+    out.force = force;
+    out.torque = torque;
+    if (!kSpeeds || !c.blades) return;
+    for (int k = 0; k < 21; ++k) {
+      if (b.end_known) {
+        out.damping.at[k] = load(b.end_damping[k], at);
+        continue;
+      }
+      V sum = hn::Zero(d);
+      for (int i = 0; i < c.rotors; ++i)
+        sum = muladd(load(b.damping_of[i][k], at), hn::Abs(out.speed[i]), sum);
+      out.damping.at[k] = sum;
+    }
+  }
+  /// The rotors in the middle and at the end of a step, at which they arrive.
+  template <bool kSpeeds>
+  static HWY_INLINE void spin(const Common& c, Block& b, int at, Rotors& middle, Rotors& end) {
+    V3 middle_f{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+    V3 middle_t = middle_f, end_f = middle_f, end_t = middle_f;
     for (int i = 0; i < c.rotors; ++i) {
       const V start = load(b.speed[i], at), change = hn::Sub(load(b.command[i], at), start);
       const V3 f = load3(b.map[i], at), t = load3(b.map[i] + 3, at);
-      for (int k = 0; k < kStages; ++k) {
-        const V speed = muladd(b.one_lag ? share[k] : load(b.share[k][i], at), change, start);
-        const V square = hn::Mul(speed, c.rotor[i].bidirectional ? hn::Abs(speed) : speed);
-        out[k].force = muladd3(f, square, out[k].force);
-        out[k].torque = muladd3(t, square, out[k].torque);
-        if constexpr (kSpeeds) out[k].speed[i] = speed, out[k].square[i] = square;
+      const V half_way = muladd(load(b.share_middle[i], at), change, start);
+      const V arrived = muladd(load(b.share_end[i], at), change, start);
+      const V half_square = signed_square(c, i, half_way), end_square = signed_square(c, i, arrived);
+      middle_f = muladd3(f, half_square, middle_f);
+      middle_t = muladd3(t, half_square, middle_t);
+      end_f = muladd3(f, end_square, end_f);
+      end_t = muladd3(t, end_square, end_t);
+      store(arrived, b.speed[i], at);
+      if constexpr (kSpeeds) {
+        middle.speed[i] = half_way, middle.square[i] = half_square;
+        end.speed[i] = arrived, end.square[i] = end_square;
       }
+    }
+    middle.force = middle_f, middle.torque = middle_t;
+    end.force = end_f, end.torque = end_t;
+    store3(end_f, b.end_wrench, at);
+    store3(end_t, b.end_wrench + 3, at);
+    if (!kSpeeds || !c.blades) return;
+    V fast[2][kRotors];
+    for (int i = 0; i < c.rotors; ++i)
+      fast[0][i] = hn::Abs(middle.speed[i]), fast[1][i] = hn::Abs(end.speed[i]);
+    for (int k = 0; k < 21; ++k) {
+      V m = hn::Zero(d), e = m;
+      for (int i = 0; i < c.rotors; ++i) {
+        const V per_speed = load(b.damping_of[i][k], at);
+        m = muladd(per_speed, fast[0][i], m);
+        e = muladd(per_speed, fast[1][i], e);
+      }
+      middle.damping.at[k] = m;
+      end.damping.at[k] = e;
+      store(e, b.end_damping[k], at);
     }
   }
 
   /// The equations of motion at one stage.
-  template <bool kAnswers, bool kSpeeds>
+  template <bool kAnswers, bool kSpeeds, bool kPlace>
   static HWY_INLINE Rate evaluate(const Common& c, const Block& b, int at, const State& s,
                                   const Rotors& rotors) {
     const Rotation R = rotation(s);
     V3 force = rotors.force, torque = rotors.torque;
     if constexpr (kSpeeds) {
       const V *const speed = rotors.speed, *const square = rotors.square;
-      if (c.blades) blades(c, b, at, s, R, speed, force, torque);
+      if (c.blades) blades(rotors.damping, R.body(s.v), s.w, force, torque);
       if (c.flapping) flapping(c, b, at, s, R, speed, torque);
       if (c.ground) ground(c, b, at, s, R, square, force, torque);
       if (c.rotor_momentum) rotor_momentum(c, b, at, s, speed, torque);
     }
 
     V3 f_W{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-    if (c.world_force) {
+    const bool pushed = kPlace && (c.world_force || c.air), cabled = kPlace && c.cable;
+    if (kPlace && c.world_force) {
       const V k = load(b.stiffness, at);
       f_W = load3(b.pull, at);
       f_W.x = nmuladd(k, hn::Sub(s.p.x, load(b.anchor[0], at)), f_W.x);
       f_W.y = nmuladd(k, hn::Sub(s.p.y, load(b.anchor[1], at)), f_W.y);
     }
-    if (c.air) air(c, b, at, s, f_W);
+    if (kPlace && c.air) air(c, b, at, s, f_W);
 
     Rate out;
     const V g = all(c.gravity), weight_mass = load(b.weight_mass, at);
-    const V3 Jw = symmetric_times(b.inertia, at, s.w, c.products);
-    torque = sub(torque, cross(s.w, Jw));
+    // w x J w; of the diagonal of J only the differences matter
+    const V3 gap = load3(b.inertia_gap, at);
+    torque = {nmuladd(gap.x, hn::Mul(s.w.y, s.w.z), torque.x),
+              nmuladd(gap.y, hn::Mul(s.w.z, s.w.x), torque.y),
+              nmuladd(gap.z, hn::Mul(s.w.x, s.w.y), torque.z)};
+    if (c.products) {
+      const V xy = load(b.inertia[3], at), xz = load(b.inertia[4], at), yz = load(b.inertia[5], at);
+      torque = sub(torque,
+                   cross(s.w, {muladd(xz, s.w.z, hn::Mul(xy, s.w.y)), muladd(yz, s.w.z, hn::Mul(xy, s.w.x)),
+                               muladd(yz, s.w.y, hn::Mul(xz, s.w.x))}));
+    }
     if (!b.coupled) {
       // the mass is the same in all directions; a cable's is lifted along the world's vertical only
       const V inverse_mass = load(b.inverse_mass, at);
-      out.a = muladd3(R.world_unscaled(force), hn::Mul(R.inverse, inverse_mass), scale(f_W, inverse_mass));
-      if (c.cable) out.a.z = hn::Mul(out.a.z, hn::Div(weight_mass, hn::Add(weight_mass, carried(b, at, s))));
+      out.a = scale(R.world_unscaled(force), hn::Mul(R.inverse, inverse_mass));
+      if (pushed) out.a = muladd3(f_W, inverse_mass, out.a);
+      if (cabled) out.a.z = hn::Mul(out.a.z, hn::Div(weight_mass, hn::Add(weight_mass, carried(b, at, s))));
       out.a.z = hn::Sub(out.a.z, g);
       out.dw = symmetric_times(b.inverse_inertia, at, torque, c.products);
       if (kAnswers) out.specific_force = R.body({out.a.x, out.a.y, hn::Add(out.a.z, g)});
     } else {
       const V3 com = load3(b.com, at), up = R.up(), g_B = scale(up, hn::Neg(g));
       const V mass = load(b.mass, at);
-      V3 rhs = add(force, R.body(f_W));
+      V3 rhs = force;
+      if (pushed) rhs = add(rhs, R.body(f_W));
       V cable = hn::Zero(d);
-      if (c.cable) cable = carried(b, at, s);
+      if (cabled) cable = carried(b, at, s);
       rhs = muladd3(g_B, hn::Add(weight_mass, cable), rhs);
       rhs = muladd3(cross(s.w, cross(s.w, com)), hn::Neg(mass), rhs);
       torque = muladd3(cross(com, g_B), mass, torque);
@@ -273,7 +351,7 @@ struct Kernel {
         for (int k = 1; k < 6; ++k)
           nu[row] = muladd(load(b.inverse_generalised[6 * row + k], at), r[k], nu[row]);
       }
-      if (c.cable) {  // Sherman and Morrison: the cable's mass acts along the vertical only
+      if (cabled) {  // Sherman and Morrison: the cable's mass acts along the vertical only
         V y[6];
         for (int row = 0; row < 6; ++row)
           y[row] = muladd(load(b.inverse_generalised[6 * row + 2], at), up.z,
@@ -288,13 +366,12 @@ struct Kernel {
       out.dw = {nu[3], nu[4], nu[5]};
       if (kAnswers) out.specific_force = sub(a_B, g_B);
     }
-    // dq = q (0, w) / 2
-    const V half = all(0.5);
-    const V hx = hn::Mul(half, s.w.x), hy = hn::Mul(half, s.w.y), hz = hn::Mul(half, s.w.z);
-    out.qx = nmuladd(s.qz, hy, muladd(s.qy, hz, hn::Mul(s.qw, hx)));
-    out.qy = nmuladd(s.qx, hz, muladd(s.qz, hx, hn::Mul(s.qw, hy)));
-    out.qz = nmuladd(s.qy, hx, muladd(s.qx, hy, hn::Mul(s.qw, hz)));
-    out.qw = nmuladd(s.qz, hz, nmuladd(s.qy, hy, hn::Neg(hn::Mul(s.qx, hx))));
+    // 2 dq = q (0, w)
+    const V3& w = s.w;
+    out.qx = nmuladd(s.qz, w.y, muladd(s.qy, w.z, hn::Mul(s.qw, w.x)));
+    out.qy = nmuladd(s.qx, w.z, muladd(s.qz, w.x, hn::Mul(s.qw, w.y)));
+    out.qz = nmuladd(s.qy, w.x, muladd(s.qx, w.y, hn::Mul(s.qw, w.z)));
+    out.qw = nmuladd(s.qz, w.z, nmuladd(s.qy, w.y, hn::Neg(hn::Mul(s.qx, w.x))));
     return out;
   }
 
@@ -302,13 +379,28 @@ struct Kernel {
     return {load3(b.p, at),   load3(b.v, at),   load3(b.w, at),  load(b.q[0], at),
             load(b.q[1], at), load(b.q[2], at), load(b.q[3], at)};
   }
-  static HWY_INLINE State moved(const State& s, const V3& v, const Rate& k, V h) {
-    return {muladd3(v, h, s.p),    muladd3(k.a, h, s.v),  muladd3(k.dw, h, s.w), muladd(k.qx, h, s.qx),
-            muladd(k.qy, h, s.qy), muladd(k.qz, h, s.qz), muladd(k.qw, h, s.qw)};
+  /// The state at a stage: from s with velocity v and rate k for a time h. Position and velocity only where
+  /// something depends on them.
+  template <bool kPlace>
+  static HWY_INLINE State moved(const State& s, const V3& v, const Rate& k, V h, V half_h) {
+    State out;
+    if constexpr (kPlace) {
+      out.p = muladd3(v, h, s.p);
+      out.v = muladd3(k.a, h, s.v);
+    } else {
+      out.p = s.p, out.v = s.v;
+    }
+    out.w = muladd3(k.dw, h, s.w);
+    out.qx = muladd(k.qx, half_h, s.qx), out.qy = muladd(k.qy, half_h, s.qy);
+    out.qz = muladd(k.qz, half_h, s.qz), out.qw = muladd(k.qw, half_h, s.qw);
+    return out;
   }
-  /// sum += weight * k; the sum has the shape of a state
-  static HWY_INLINE void gather(State& sum, const V3& v, const Rate& k, V weight) {
-    sum = moved(sum, v, k, weight);
+  /// k1 + 2 (k2 + k3) + k4, the inner sum given
+  static HWY_INLINE V weighted(V k1, V inner, V k4) {
+    return hn::Add(hn::Add(inner, inner), hn::Add(k1, k4));
+  }
+  static HWY_INLINE V3 weighted3(const V3& k1, const V3& inner, const V3& k4) {
+    return {weighted(k1.x, inner.x, k4.x), weighted(k1.y, inner.y, k4.y), weighted(k1.z, inner.z, k4.z)};
   }
 
   static HWY_INLINE void advance_motors(const Common& c, Block& b, int at) {
@@ -318,24 +410,33 @@ struct Kernel {
     }
   }
 
-  template <bool kSpeeds>
+  template <bool kSpeeds, bool kPlace>
   static HWY_INLINE void step(const Common& c, Block& b, int at) {
-    const V h = all(c.step), half = all(0.5 * c.step), sixth = all(c.step / 6), third = all(c.step / 3);
-    Rotors rotors[4];
-    spin<4, kSpeeds>(c, b, at, rotors);
+    const double step = c.step;
+    const V h = all(step), half = all(0.5 * step), quarter = all(0.25 * step), sixth = all(step / 6);
+    const V twelfth = all(step / 12), square = all(step * step / 6);
+    Rotors start, middle, end;
+    begin<kSpeeds>(c, b, at, start);
+    spin<kSpeeds>(c, b, at, middle, end);
     const State s = read(b, at);
-    const Rate k1 = evaluate<false, kSpeeds>(c, b, at, s, rotors[0]);
-    State sum = moved(s, s.v, k1, sixth);
-    const State s2 = moved(s, s.v, k1, half);
-    const Rate k2 = evaluate<false, kSpeeds>(c, b, at, s2, rotors[1]);
-    gather(sum, s2.v, k2, third);
-    const State s3 = moved(s, s2.v, k2, half);
-    const Rate k3 = evaluate<false, kSpeeds>(c, b, at, s3, rotors[2]);
-    gather(sum, s3.v, k3, third);
-    const State s4 = moved(s, s3.v, k3, h);
-    const Rate k4 = evaluate<false, kSpeeds>(c, b, at, s4, rotors[3]);
-    gather(sum, s4.v, k4, sixth);
-    advance_motors(c, b, at);
+    const Rate k1 = evaluate<false, kSpeeds, kPlace>(c, b, at, s, start);
+    const State s2 = moved<kPlace>(s, s.v, k1, half, quarter);
+    const Rate k2 = evaluate<false, kSpeeds, kPlace>(c, b, at, s2, middle);
+    const State s3 = moved<kPlace>(s, s2.v, k2, half, quarter);
+    const Rate k3 = evaluate<false, kSpeeds, kPlace>(c, b, at, s3, middle);
+    const State s4 = moved<kPlace>(s, s3.v, k3, h, half);
+    const V3 a23 = add(k2.a, k3.a), dw23 = add(k2.dw, k3.dw);
+    const V qx23 = hn::Add(k2.qx, k3.qx), qy23 = hn::Add(k2.qy, k3.qy), qz23 = hn::Add(k2.qz, k3.qz),
+            qw23 = hn::Add(k2.qw, k3.qw);
+    const Rate k4 = evaluate<false, kSpeeds, kPlace>(c, b, at, s4, end);
+    State sum;
+    sum.p = muladd3(add(k1.a, a23), square, muladd3(s.v, h, s.p));
+    sum.v = muladd3(weighted3(k1.a, a23, k4.a), sixth, s.v);
+    sum.w = muladd3(weighted3(k1.dw, dw23, k4.dw), sixth, s.w);
+    sum.qx = muladd(weighted(k1.qx, qx23, k4.qx), twelfth, s.qx);
+    sum.qy = muladd(weighted(k1.qy, qy23, k4.qy), twelfth, s.qy);
+    sum.qz = muladd(weighted(k1.qz, qz23, k4.qz), twelfth, s.qz);
+    sum.qw = muladd(weighted(k1.qw, qw23, k4.qw), twelfth, s.qw);
 
     const V n =
         muladd(sum.qw, sum.qw, muladd(sum.qz, sum.qz, muladd(sum.qy, sum.qy, hn::Mul(sum.qx, sum.qx))));
@@ -358,9 +459,9 @@ struct Kernel {
   }
 
   static void answers(const Common& c, Block& b, int at) {
-    Rotors rotors[1];
-    spin<1, true>(c, b, at, rotors);
-    const Rate k = evaluate<true, true>(c, b, at, read(b, at), rotors[0]);
+    Rotors rotors;
+    begin<true>(c, b, at, rotors);
+    const Rate k = evaluate<true, true, true>(c, b, at, read(b, at), rotors);
     store3(k.specific_force, b.specific_force, at);
     store3(k.dw, b.angular_acceleration, at);
   }
@@ -391,7 +492,9 @@ struct Kernel {
         store3(add({map[0], map[1], map[2]}, force), b.map[i], at);
         store3(add({map[3], map[4], map[5]}, torque), b.map[i] + 3, at);
       }
+      if (c.blades) put_blades(c, b, at);
     }
+    b.end_known = false;
     for (int k = 0; k < kLanes; ++k) b.mapped_alpha[k] = b.alpha[k];
   }
 
@@ -410,6 +513,7 @@ struct Kernel {
     }
     if (trains.any) moved_tilt = begin_with_trains(c, b, trains) || moved_tilt;
     if (moved_tilt) remap(c, b);
+    if (c.ideal_motors) b.end_known = false;
     if (c.ideal_motors)
       for (int i = 0; i < c.rotors; ++i)
         for (int k = 0; k < kLanes; ++k)
@@ -435,6 +539,7 @@ struct Kernel {
   static void run(const Common& c, Block& b, const Trains& trains, int steps, bool held) {
     const int n = static_cast<int>(hn::Lanes(d));
     const bool speeds = c.blades || c.flapping || c.ground || c.rotor_momentum;
+    const bool place = c.world_force || c.air || c.cable;
     b.answered = steps == 0;
     for (int k = 0; k < steps; ++k) {
       begin_step(c, b, trains);
@@ -442,10 +547,13 @@ struct Kernel {
         if (held)
           advance_motors(c, b, at);
         else if (speeds)
-          step<true>(c, b, at);
+          step<true, true>(c, b, at);
+        else if (place)
+          step<false, true>(c, b, at);
         else
-          step<false>(c, b, at);
+          step<false, false>(c, b, at);
       }
+      b.end_known = !held;
     }
     if (steps == 0) {
       bool stale = false;

@@ -6,8 +6,9 @@
 #include <cmath>
 #include <cstddef>
 #include <map>
-#include <set>
 #include <type_traits>
+
+#include "omniflight_simulation/thrust_map.hpp"
 
 namespace omniflight::simulation::lanes {
 namespace {
@@ -91,39 +92,19 @@ const std::map<std::string, Put>& table() {
   return t;
 }
 
-/// Effects whose wrench is linear in the thrusts, and else depends on the tilt alone, as a + b cos + c sin.
-/// They go into the wrench map, by asking the effect itself.
-bool linear_in_thrust(const std::string& id) {
-  static const std::set<std::string> ids{"thrust_scale", "drag_torque_scale",    "rotor_thrust_scale",
-                                         "tilt_offset",  "rotor_position_error", "rotor_axis_misalignment"};
-  return ids.contains(id);
+/// Effects that go into the wrench map, by asking the effect itself.
+bool maps(const physics::Effect& effect) {
+  return effect.linear_in_thrust() && !table().contains(effect.info().id);
 }
 
-/// The wrench of every rotor per squared speed at three tilts, from which the map at any tilt follows.
-void put_map(const vehicle::Vehicle& vehicle, const physics::Model& model, const PlantConfig& config,
-             Block& b, int k) {
-  constexpr double third = 2 * kPi / 3;
-  physics::Situation s;
-  for (std::size_t i = 0; i < vehicle.rotors.size(); ++i) {
-    Vec6 at[3];
-    for (int n = 0; n < 3; ++n) {
-      std::array<double, kRotors> speed{};
-      speed[i] = vehicle.rotors[i].speed(1.0);
-      physics::prepare(vehicle, {}, n * third, {speed.data(), vehicle.rotors.size()}, {}, config.environment,
-                       s);
-      physics::Wrench sum;
-      for (const auto& e : model.effects)
-        if (linear_in_thrust(e.effect->info().id)) e.effect->add_wrench(s, e.theta.data(), sum);
-      at[n] = physics::rotor_wrench(s) + sum.at(s);
-    }
-    for (int row = 0; row < 6; ++row) {
-      const double f0 = at[0][row], f1 = at[1][row], f2 = at[2][row],
-                   c = vehicle.rotors[i].thrust_coefficient;
-      b.map_by_tilt[0][i][row][k] = c * (f0 + f1 + f2) / 3;
-      b.map_by_tilt[1][i][row][k] = c * (2 * f0 - f1 - f2) / 3;
-      b.map_by_tilt[2][i][row][k] = c * (f1 - f2) / std::sqrt(3.0);
-    }
-  }
+void put_map(const vehicle::Vehicle& vehicle, const physics::Model& model, Block& b, int k) {
+  std::vector<physics::ActiveEffect> mapped;
+  for (const auto& e : model.effects)
+    if (maps(*e.effect)) mapped.push_back(e);
+  const ThrustMap map(vehicle, mapped);
+  for (int n = 0; n < 3; ++n)
+    for (int i = 0; i < vehicle.rotor_count(); ++i)
+      for (int row = 0; row < 6; ++row) b.map_by_tilt[n][i][row][k] = map.part(n)(row, i);
 }
 
 int packed(int row, int column) {
@@ -184,21 +165,10 @@ void put_motors(const physics::Actuation& actuation, Common& common, Block& b, i
   for (int i = 0; i < common.rotors; ++i) {
     const auto r = static_cast<std::size_t>(i);
     const double tau = actuation.time_constant[r];
-    const double x = tau > 0 ? h / tau : 0.0;
     b.inverse_tau[i][k] = tau > 0 ? 1.0 / tau : 0.0;
-    if (tau > 0) {  // the stages of RK4 on ds = (c - s)/tau
-      b.share[0][i][k] = 0.0;
-      b.share[1][i][k] = 0.5 * x;
-      b.share[2][i][k] = 0.5 * x * (1 - 0.5 * x);
-      b.share[3][i][k] = x * (1 - 0.5 * x * (1 - 0.5 * x));
-      b.share_end[i][k] = x * (1 - x / 2 * (1 - x / 3 * (1 - x / 4)));
-    } else {
-      for (auto& share : b.share) share[i][k] = 1.0;
-      b.share_end[i][k] = 1.0;
-      b.ideal[i][k] = true;
-      common.ideal_motors = true;
-    }
-    b.one_lag = b.one_lag && tau == actuation.time_constant[0];
+    b.share_middle[i][k] = tau > 0 ? -std::expm1(-0.5 * h / tau) : 1.0;
+    b.share_end[i][k] = tau > 0 ? -std::expm1(-h / tau) : 1.0;
+    if (tau <= 0) b.ideal[i][k] = common.ideal_motors = true;
   }
 }
 
@@ -208,6 +178,8 @@ void put_mass_matrix(const vehicle::Vehicle& vehicle, Block& b, int k) {
   Mat3 inertia;
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column) inertia(row, column) = b.inertia[packed(row, column)][k];
+  for (int i = 0; i < 3; ++i)
+    b.inertia_gap[i][k] = inertia((i + 2) % 3, (i + 2) % 3) - inertia((i + 1) % 3, (i + 1) % 3);
   const Mat3 inverse = inertia.inverse();
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column <= row; ++column)
@@ -240,7 +212,7 @@ bool knows(const physics::Effect& effect) {
   if (info.stage == physics::Stage::sensing) return true;
   // what acts on commands alone is the business of physics::Actuators
   if (!effect.acts_on_wrench() && effect.memory_size().total() == 0) return true;
-  return table().contains(info.id) || linear_in_thrust(info.id);
+  return table().contains(info.id) || maps(effect);
 }
 
 void put_vehicle(const vehicle::Vehicle& vehicle, const physics::Model& model, const PlantConfig& config,
@@ -249,7 +221,7 @@ void put_vehicle(const vehicle::Vehicle& vehicle, const physics::Model& model, c
   for (const auto& e : model.effects)
     if (const auto found = table().find(e.effect->info().id); found != table().end())
       found->second(e.theta.data(), common, b, k);
-  put_map(vehicle, model, config, b, k);
+  put_map(vehicle, model, b, k);
   put_motors(actuation, common, b, k);
   put_mass_matrix(vehicle, b, k);
 }

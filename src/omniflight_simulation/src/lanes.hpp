@@ -42,15 +42,19 @@ struct alignas(64) Block {
   Lane command[kRotors];        ///< rad/s, as it reaches the motor in this step
   Lane target[kRotors];         ///< rad/s, as commanded
   Lane alpha, alpha_command, mapped_alpha;
-  // motors: a stage's speed is speed + share * (command - speed); exact RK4 of the first-order lag
-  Lane share[4][kRotors], share_end[kRotors], inverse_tau[kRotors];
+  // motors: half a step and a step later the speed is speed + share * (command - speed), exactly
+  Lane share_middle[kRotors], share_end[kRotors], inverse_tau[kRotors];
+  Lane end_wrench[6];    ///< N, Nm, of the rotors at the end of the last step
+  Lane end_damping[21];  ///< by rotor drag and axial inflow, upper triangle of a 6x6 matrix
   // wrench per squared speed, and unit thrust axis, at mapped_alpha
   Lane map[kRotors][6], axis[kRotors][3], moment[kRotors][3];  ///< moment: p x axis
+  Lane damping_of[kRotors][21];                                ///< by a rotor, per speed
   // the same map by tilt a, without efficiency: [0] + [1] cos(a) + [2] sin(a)
   Lane map_by_tilt[3][kRotors][6];
   // mass properties
   Lane mass, weight_mass, inverse_mass;  ///< kg nominal; kg with payload; 1/kg
   Lane inertia[6], inverse_inertia[6];   ///< xx yy zz xy xz yz about the body origin
+  Lane inertia_gap[3];                   ///< zz - yy, xx - zz, yy - xx
   Lane com[3];                           ///< m
   Lane inverse_generalised[36];          ///< of the 6x6 mass matrix, only when coupled
   // effects
@@ -65,9 +69,9 @@ struct alignas(64) Block {
   /// The centre of mass is off the origin: translation and rotation are solved together. All vehicles of a
   /// block agree in this, because the other way rounds differently.
   bool coupled = false;
-  bool one_lag = true;    ///< all rotors of every vehicle share its lag
-  bool answered = false;  ///< specific_force and angular_acceleration are of the present state
-  int used = 0;           ///< vehicles
+  bool end_known = false;  ///< end_wrench is there, and nothing has changed since
+  bool answered = false;   ///< specific_force and angular_acceleration are of the present state
+  int used = 0;            ///< vehicles
 };
 
 /// Copies everything of one vehicle to another place.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -37,6 +38,19 @@ class Actuators {
     for (std::size_t i = 0; i < count_; ++i)
       out[i] = std::min(std::max((target_[i] - speed[i]) * inverse_lag_[i], -most), most);
   }
+  /// Speeds [rad/s] of all rotors half a step and a whole step after `speed`: the exact answer of the lag
+  /// (and of a limited acceleration) to a target that rests during the step.
+  void reach(const double* speed, double* middle, double* end) const {
+    if (std::isfinite(actuation_.slew_limit)) return reach_limited(speed, middle, end);
+    for (std::size_t i = 0; i < count_; ++i) {
+      const double change = target_[i] - speed[i];
+      middle[i] = speed[i] + share_middle_[i] * change;
+      end[i] = speed[i] + share_end_[i] * change;
+    }
+  }
+  /// Share of its way to the target that a rotor comes in half a step and in a whole one; zero without lag.
+  double share_middle(std::size_t rotor) const { return share_middle_[rotor]; }
+  double share_end(std::size_t rotor) const { return share_end_[rotor]; }
   /// Speed [rad/s] during the step of a rotor without lag that had `speed` before it; others keep theirs.
   double follows(std::size_t rotor, double speed) const {
     if (actuation_.time_constant[rotor] > 0) return speed;
@@ -55,6 +69,7 @@ class Actuators {
   using Speeds = std::array<double, vehicle::kMaxRotors>;
   std::size_t count() const { return count_; }
   void change_wrench(Speeds& command) const;
+  void reach_limited(const double* speed, double* middle, double* end) const;
   double battery_factor(double mechanical_power);
   void move_tilt(double command);
 
@@ -63,12 +78,14 @@ class Actuators {
   Actuation actuation_;
   double step_;
   bool gains_ = false, battery_ = false;
+  bool plain_ = false;  ///< nothing but limits and lags
   std::uint64_t steps_ = 0, period_steps_ = 1, dwell_steps_ = 0;
   std::vector<Speeds> history_;  ///< commands of past steps, a ring
   std::vector<std::size_t> delay_steps_;
   Speeds taken_{}, target_{}, direction_{};
   Speeds inverse_lag_{};  ///< 1/s, zero of a rotor without lag
-  Speeds largest_{};      ///< rad/s, commanded speed at full voltage
+  Speeds share_middle_{}, share_end_{};
+  Speeds largest_{};  ///< rad/s, commanded speed at full voltage
   std::array<std::uint64_t, vehicle::kMaxRotors> rests_until_{};
   double servo_ = 0, alpha_ = 0, voltage_ = 0, energy_ = 0;
 };

@@ -81,6 +81,9 @@ class Effect {
   virtual bool acts_on_wrench() const { return false; }
   /// Adds its wrench at parameter values theta (info().parameters order, SI).
   virtual void add_wrench(const Situation&, const double* /*theta*/, Wrench&) const {}
+  /// True when the wrench is a sum over the rotors of thrust times (b + c alpha), where b and c depend on
+  /// nothing but the way the thrust axes point: a simulator then adds it to the nominal law, once a tilt.
+  virtual bool linear_in_thrust() const { return false; }
   /// Total wrench with known accelerations (6) and its exact derivative (6 x parameters, column-major).
   virtual void wrench_with_jacobian(const Situation&, const double* /*theta*/, double* /*wrench*/,
                                     double* /*jacobian*/) const {}

@@ -70,15 +70,21 @@ void prepare(const vehicle::Vehicle& vehicle, const RigidState& body, double alp
              std::span<const double> rotor_speed, std::span<const double> rotor_acceleration,
              const Environment& environment, Situation& out);
 
-/// Force and torque about the body origin, body axes; plus inertia that moves along:
-/// wrench acting = (force, torque) - inertia * (a_WB_B, dw_WB_B).
+/// Force and torque about the body origin, body axes; plus mass and inertia that move along:
+/// wrench acting = (force, torque) - moving_inertia * (a_WB_B, dw_WB_B).
 template <class T>
 struct WrenchT {
   Eigen::Matrix<T, 3, 1> force_B = Eigen::Matrix<T, 3, 1>::Zero();   ///< N
   Eigen::Matrix<T, 3, 1> torque_B = Eigen::Matrix<T, 3, 1>::Zero();  ///< Nm
+  T mass = T(0);                                                     ///< kg, at the body origin
+  T lifted_mass = T(0);  ///< kg, at the body origin, moved along the world's vertical only
   bool has_inertia = false;
-  Eigen::Matrix<T, 6, 6> inertia = Eigen::Matrix<T, 6, 6>::Zero();  ///< kg, kg m, kg m^2
+  Eigen::Matrix<T, 6, 6> inertia =
+      Eigen::Matrix<T, 6, 6>::Zero();  ///< kg, kg m, kg m^2, beside the two masses
 
+  bool moves_mass() const { return has_inertia || mass != T(0) || lifted_mass != T(0); }
+  /// All of it: the inertia and the two masses.
+  Eigen::Matrix<T, 6, 6> moving_inertia(const Situation& s) const;
   void add_at(const Vec3& p_B, const Eigen::Matrix<T, 3, 1>& f_B);
   /// Total wrench when the accelerations are known.
   Eigen::Matrix<T, 6, 1> at(const Situation& s) const;

@@ -20,6 +20,7 @@ class DragTorqueScale final : public WrenchEffect<DragTorqueScale> {
                                  .separated_by = "yaw steps at several tilts"};
     return info;
   }
+  bool linear_in_thrust() const override { return true; }
 
   template <class T>
   void wrench(const Situation& s, const T* theta, WrenchT<T>& out) const {

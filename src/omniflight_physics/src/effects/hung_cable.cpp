@@ -32,10 +32,7 @@ class HungCable final : public WrenchEffect<HungCable> {
     if (height <= T(0)) return;
     const T carried = theta[0] * (height < theta[2] ? height : theta[2]);
     out.force_B += carried * s.g_B.cast<T>();
-    // the carried length is lifted with the vehicle: inertia along the world vertical only
-    const Vec3 up = s.R_WB.row(2).transpose();
-    out.has_inertia = true;
-    out.inertia.template topLeftCorner<3, 3>() += carried * (up * up.transpose()).cast<T>();
+    out.lifted_mass += carried;  // it does not follow sideways
   }
 };
 

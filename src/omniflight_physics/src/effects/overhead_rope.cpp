@@ -38,8 +38,7 @@ class OverheadRope final : public WrenchEffect<OverheadRope> {
     const double climb = s.body.v_WB_W.z();
     out.force_B += theta[0] * side * s.g_B.cast<T>();
     if (!whole) out.force_B -= theta[0] * T(0.25 * climb * climb) * up.cast<T>();
-    out.has_inertia = true;
-    out.inertia.template topLeftCorner<3, 3>() += theta[0] * side * (up * up.transpose()).cast<T>();
+    out.lifted_mass += theta[0] * side;
   }
 };
 

@@ -25,8 +25,7 @@ class PayloadMass final : public WrenchEffect<PayloadMass> {
   template <class T>
   void wrench(const Situation& s, const T* theta, WrenchT<T>& out) const {
     out.force_B += theta[0] * s.g_B.cast<T>();
-    out.has_inertia = true;
-    for (int k = 0; k < 3; ++k) out.inertia(k, k) += theta[0];
+    out.mass += theta[0];
   }
 };
 

@@ -30,6 +30,7 @@ class RotorAxisMisalignment final : public RegressorEffect<RotorAxisMisalignment
         .separated_by = "hover at six attitudes or more, with rotor speeds moved in the null space"};
     return info;
   }
+  bool linear_in_thrust() const override { return true; }
 
   void columns(const Situation& s, Columns& out) const {
     int k = 0;

@@ -24,6 +24,7 @@ class RotorPositionError final : public RegressorEffect<RotorPositionError> {
         .separated_by = "rotor speeds moved in the null space, at several tilts and attitudes"};
     return info;
   }
+  bool linear_in_thrust() const override { return true; }
 
   void columns(const Situation& s, Columns& out) const {
     int k = 0;

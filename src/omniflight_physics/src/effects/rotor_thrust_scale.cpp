@@ -30,6 +30,7 @@ class RotorThrustScale final : public WrenchEffect<RotorThrustScale> {
             "excitation in the null space of the rotors: no motion, yet another torque for every rotor"};
     return info;
   }
+  bool linear_in_thrust() const override { return true; }
 
   template <class T>
   void wrench(const Situation& s, const T* theta, WrenchT<T>& out) const {

@@ -21,6 +21,7 @@ class ThrustScale final : public WrenchEffect<ThrustScale> {
         .separated_by = "angular accelerations with known inertia; a known test mass"};
     return info;
   }
+  bool linear_in_thrust() const override { return true; }
 
   template <class T>
   void wrench(const Situation& s, const T* theta, WrenchT<T>& out) const {

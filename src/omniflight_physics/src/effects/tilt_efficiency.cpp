@@ -22,6 +22,7 @@ class TiltEfficiency final : public WrenchEffect<TiltEfficiency> {
         .separated_by = "alpha sweep of at least 10 deg in hover"};
     return info;
   }
+  bool linear_in_thrust() const override { return true; }
 
   template <class T>
   void wrench(const Situation& s, const T* theta, WrenchT<T>& out) const {

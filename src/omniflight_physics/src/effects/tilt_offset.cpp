@@ -25,6 +25,7 @@ class TiltOffset final : public WrenchEffect<TiltOffset> {
         .separated_by = "alpha sweep; lateral force and yaw steps at two tilts"};
     return info;
   }
+  bool linear_in_thrust() const override { return true; }
 
   template <class T>
   void wrench(const Situation& s, const T* theta, WrenchT<T>& out) const {

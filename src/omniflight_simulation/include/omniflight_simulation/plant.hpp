@@ -12,6 +12,7 @@
 #include "omniflight_physics/actuators.hpp"
 #include "omniflight_physics/effect.hpp"
 #include "omniflight_physics/neighbour_track.hpp"
+#include "omniflight_simulation/thrust_map.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
 
 namespace omniflight::simulation {
@@ -95,11 +96,19 @@ class Plant {
   Plant(const vehicle::Vehicle& vehicle, const physics::Model& model, const PlantConfig& config,
         physics::Actuators actuators);
   using Speeds = std::array<double, vehicle::kMaxRotors>;
-  struct Derivative {
-    Vec3 v_W, a_W, dw_B;
-    Vec3 w_B;
+  struct Rate {
+    Vec3 a_W, dw_B;
     Eigen::Vector4d q_WB;
-    Speeds speed;
+  };
+  /// An attitude, from a quaternion that need not have unit length.
+  struct Frame {
+    Mat3 scaled;            ///< R_WB times the squared length
+    double inverse_square;  ///< one over it
+  };
+  /// The rotors at one instant.
+  struct Rotors {
+    Speeds speed, rate;  ///< rad/s, rad/s^2
+    Vec6 wrench;         ///< N, Nm, body: the nominal law, and with it the effects that are mapped
   };
   /// An effect that acts while flying, and where its memory lies.
   struct Acting {
@@ -108,10 +117,12 @@ class Plant {
     std::size_t at;  ///< first number of its memory
     physics::MemorySize size;
     bool on_wrench;
+    bool mapped;  ///< map_ has its wrench
   };
   /// Calls f with the index of every continuous number of the memories.
   template <class Function>
   void over_continuous(const Function& f) const {
+    if (memory_.empty()) return;
     for (const Acting& e : effects_)
       for (std::size_t j = e.at; j < e.at + static_cast<std::size_t>(e.size.continuous); ++j) f(j);
   }
@@ -123,7 +134,6 @@ class Plant {
     seized_at_[i] = speed;
     faulty_ = std::any_of(fault_.begin(), fault_.end(), [](Fault f) { return f != Fault::none; });
   }
-  double speed_rate(std::size_t i, double speed) const;
   void apply_rotor_faults();
   /// What the last evaluation found beside the derivative.
   struct Answers {
@@ -132,18 +142,33 @@ class Plant {
   };
   /// Of the present state; evaluated when somebody asks for them.
   const Answers& answers() const;
-  /// `rotors`: also one by one, for those who look at them.
-  void look(const RigidState& body, const double* speed, const Speeds& acceleration, double t,
-            bool rotors) const;
-  /// Looks from a state, fills the derivative and, unless null, the rates of the memories and the answers.
-  void evaluate(const RigidState& body, const double* speed, const double* memory, double t, bool held,
-                Derivative& out, double* memory_rate, Answers* answers) const;
-  /// Force and torque of the rotors by the nominal law [N, Nm, body].
-  Vec6 rotor_wrench(const double* speed) const;
-  void solve_motion(const Vec6& rotors, const physics::Wrench& effects, Derivative& out) const;
+  /// Brings map_ to the present tilt.
+  void map_rotors() const;
+  Speeds speed_rates(const double* speed) const;
+  Vec6 rotor_wrench(const double* speed) const;  ///< by map_
+  /// The rotors at the beginning, in the middle and at the end of the step.
+  void spin(Rotors (&nodes)[3]);
+  /// Shows the effects the rotors, and then a body. `speeds`: somebody looks at more than where they are.
+  void look_at(const Rotors& rotors, bool speeds) const;
+  Frame look(const RigidState& body, double t) const;
+  /// Fills the derivative of the body and, unless null, the rates of the memories. Somebody has looked at the
+  /// rotors, when there is more than these and gravity.
+  void evaluate(const RigidState& body, const Rotors& rotors, const double* memory, double t, bool held,
+                Rate& out, double* memory_rate) const;
+  /// Wrench of the effects and the disturbance; `all`: the mapped ones, too.
+  void sum_effects(const double* memory, bool all) const;
+  /// Equations of motion under a force and torque beside the weight, with mass that moves along.
+  void solve_motion(const Frame& frame, const Vec3& w, const Vec3& force, const Vec3& torque, double mass,
+                    double lifted_mass, Rate& out) const;
+  /// The same with every kind of inertia, for the wrench of the effects and that of the rotors.
+  void solve_general_motion(const Vec6& rotors, const physics::Wrench& effects, Rate& out) const;
+  void solve_motion(const Frame& frame, const Vec6& rotors, Rate& out) const;
   void euler_step(bool held);
   void runge_kutta_step(bool held);
+  template <bool kBare>
+  void move_body(const Rotors (&nodes)[3], bool held);
   Status check() const;
+  Status beyond_range() const;  ///< says what check() found
 
   vehicle::Vehicle vehicle_;
   std::size_t count_;  ///< of rotors
@@ -152,19 +177,25 @@ class Plant {
   std::vector<Acting> effects_;
   Mat3 inverse_inertia_;
   double inverse_mass_;
-  bool centred_;         ///< the centre of mass is the body origin
-  bool faulty_ = false;  ///< a rotor is
+  bool centred_;                  ///< the centre of mass is the body origin
+  bool bare_ = true;              ///< no effect acts but those that are mapped
+  bool ideal_motor_ = false;      ///< a rotor has no lag
+  bool looks_at_speeds_ = false;  ///< an effect that is not mapped does
+  bool faulty_ = false;           ///< a rotor is
   RigidState body_;
-  Speeds speed_{}, command_{}, speed_limit_{};
+  Speeds speed_{}, command_{}, highest_{}, lowest_{};  ///< rad/s; the last two of a command
   double alpha_command_ = 0, time_ = 0;
   // what follows from the state; changes when it is asked for
   mutable Answers answers_;
   mutable bool answered_ = false;
   bool held_ = true;
   mutable physics::Situation situation_;
-  mutable double mapped_alpha_ = std::numeric_limits<double>::quiet_NaN();  ///< of the two below
-  /// N and Nm per squared speed of rotors, signed where they reverse
-  mutable std::array<Vec6, vehicle::kMaxRotors> map_;
+  mutable double prepared_alpha_ = std::numeric_limits<double>::quiet_NaN();  ///< rad, of situation_
+  ThrustMap thrust_map_;
+  mutable double mapped_alpha_ = std::numeric_limits<double>::quiet_NaN();  ///< rad, of the next
+  mutable ThrustMap::Columns map_;
+  Vec6 end_wrench_ = Vec6::Zero();  ///< of the rotors at the end of the last step
+  bool end_known_ = false;          ///< and nothing has changed since
   mutable physics::Wrench wrench_;  ///< of the effects, in evaluate()
   std::vector<double> memory_, stage_memory_, memory_sum_, memory_rate_;
   std::vector<Random> random_;  ///< a stream for each acting effect
