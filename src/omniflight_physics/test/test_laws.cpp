@@ -173,7 +173,7 @@ TEST(Library, ReplaysOfARecordedMotionHaveTheirExactDerivative) {
     std::vector<double> value(rows), up(rows), down(rows), jacobian(rows * theta.size());
     e->replay(motion, 0.005, theta.data(), value.data(), jacobian.data());
     for (std::size_t k = 0; k < theta.size(); ++k) {
-      const double h = 1e-6 * std::max(1e-2, std::abs(theta[k]));
+      const double h = 1e-6 * std::max(0.1, std::abs(theta[k]));
       std::vector<double> more = theta, less = theta;
       more[k] += h;
       less[k] -= h;

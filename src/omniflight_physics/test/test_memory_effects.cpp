@@ -20,7 +20,7 @@ const std::vector<double> kLoad{0.3, 0.8, 0.2, 0.05, -0.02, -0.1};
 TEST(SlungLoad, PullsWithTheTensionThatItsOwnMotionNeeds) {
   for (const Situation& s : six_states()) {
     const Vec3 q = Vec3(0.3, -0.4, -1).normalized(), dq = q.cross(Vec3(0.5, 1.0, -0.7));
-    std::vector<double> x{q.x(), q.y(), q.z(), dq.x(), dq.y(), dq.z()}, rate(6);
+    std::vector<double> x{q.x(), q.y(), q.z(), dq.x(), dq.y(), dq.z(), 1}, rate(6);
     find_effect("slung_load")->state_rate(s, kLoad.data(), x.data(), rate.data());
     // the load: Newton with the tension, in the world
     const Vec3 r(0.05, -0.02, -0.1), &w = s.body.w_WB_B;
@@ -42,12 +42,43 @@ TEST(SlungLoad, PullsWithTheTensionThatItsOwnMotionNeeds) {
 
 TEST(SlungLoad, AtRestIsItsWeight) {
   const Situation s = hover(2.0);
-  const std::vector<double> hanging{0, 0, -1, 0, 0, 0};
+  const std::vector<double> hanging{0, 0, -1, 0, 0, 0, 1};
   std::vector<double> rate(6);
   find_effect("slung_load")->state_rate(s, kLoad.data(), hanging.data(), rate.data());
   EXPECT_LT(Eigen::Map<Vec6>(rate.data()).norm(), 1e-12);
   EXPECT_LT((remembered("slung_load", s, kLoad, hanging).head<3>() - Vec3(0, 0, -0.3 * kGravity)).norm(),
             1e-12);
+}
+
+TEST(SlungLoad, OnASlackCableFallsFreelyAndDoesNotPush) {
+  const Effect* load = find_effect("slung_load");
+  for (const Situation& s : six_states()) {
+    const std::vector<double> x{0.3, -0.2, -0.5, 0.4, 0.1, 0.6, 0};
+    EXPECT_EQ(remembered("slung_load", s, kLoad, x), Vec6(Vec6::Zero()));
+    std::vector<double> rate(6);
+    load->state_rate(s, kLoad.data(), x.data(), rate.data());
+    const Vec3 r(0.05, -0.02, -0.1), &w = s.body.w_WB_B;
+    const Vec3 a_A = s.R_WB * (s.a_WB_B + s.dw_WB_B.cross(r) + w.cross(w.cross(r)));
+    const Vec3 a_load = a_A + 0.8 * Vec3(rate[3], rate[4], rate[5]);
+    EXPECT_LT((a_load - Vec3(0, 0, -kGravity)).norm(), 1e-12);
+  }
+}
+
+TEST(SlungLoad, SlacksWhereItWouldHaveToPushAndIsCaughtAtItsLength) {
+  const Effect* load = find_effect("slung_load");
+  Situation s = hover(2.0);
+  Random random(1);
+  const auto settled = [&](std::vector<double> x) {
+    load->advance(s, kLoad.data(), 0.001, random, x.data());
+    return x[6];
+  };
+  EXPECT_EQ(settled({0, 0, -1, 0, 0, 0, 1}), 1.0);
+  s.a_WB_B = Vec3(0, 0, -1.01 * kGravity);  // the vehicle falls faster than the load
+  EXPECT_EQ(settled({0, 0, -1, 0, 0, 0, 1}), 0.0);
+  EXPECT_EQ(settled({0, 0, -1, 0.8, 0, 0, 1}), 1.0) << "swinging keeps it taut";
+  EXPECT_EQ(settled({0, 0, -0.9, 0, 0, -1, 0}), 0.0) << "not there yet";
+  EXPECT_EQ(settled({0, 0, -1.001, 0, 0, -1, 0}), 1.0);
+  EXPECT_EQ(settled({0, 0, -1.001, 0, 0, 1, 0}), 0.0) << "on its way back";
 }
 
 TEST(CableChainEffect, PullsAtItsAttachmentAsTheChainAnswers) {

@@ -199,6 +199,51 @@ TEST(SlungLoad, KeepsEnergyAndMomentumTogetherWithTheBody) {
   EXPECT_NEAR(after[3], before[3], 1e-6 * std::abs(before[3]));
 }
 
+TEST(SlungLoad, SlackensFallsFreelyAndIsCaughtWithItsMomentum) {
+  // reversed rotors press the vehicle down faster than the load falls, then lift it again
+  const auto v = omnimorph();
+  const double m_l = 0.3, length = 0.6;
+  PlantConfig c;
+  c.initial.p_WB.z() = 50;
+  Plant plant = make(v, with("slung_load", {m_l, length, 0.0, 0, 0, 0}), c);
+  ASSERT_TRUE(v.rotors[0].bidirectional);
+  int slack_steps = 0, catches = 0;
+  double momentum = 0, impulse = 0, longest = 0;
+  Vec3 fallen_from = Vec3::Zero(), falling_with = Vec3::Zero();
+  double since = 0;
+  for (int k = 0; k < 3000; ++k) {
+    const double lift = k < 400 ? -0.8 : 1.6;  // of the weight of the vehicle
+    const double each = lift * v.mass * kGravity / 8;
+    plant.set_command(std::vector<double>(8, v.rotors[0].speed(each)), 0);
+    double thrust = 0;
+    for (const auto& r : plant.situation().all_rotors()) thrust += r.thrust * r.n_B.z();
+    ASSERT_TRUE(plant.step());
+    double next = 0;
+    for (const auto& r : plant.situation().all_rotors()) next += r.thrust * r.n_B.z();
+    impulse += 0.5 * (thrust + next) * c.step - (v.mass + m_l) * kGravity * c.step;
+    const auto x = plant.memory("slung_load");
+    const Vec3 q(x[0], x[1], x[2]), dq(x[3], x[4], x[5]);
+    const Vec3 at = plant.body().p_WB + length * q, velocity = plant.body().v_WB_W + length * dq;
+    momentum = v.mass * plant.body().v_WB_W.z() + m_l * velocity.z();
+    longest = std::max(longest, q.norm());
+    const double push = -q.normalized().dot(plant.body().q_WB * plant.effect_wrench().head<3>());
+    EXPECT_LT(push, 1e-9) << "the rope pulls the vehicle towards the load, never away, at " << plant.time();
+    const bool slack = x[6] < 0.5;
+    if (slack && slack_steps++ == 0) fallen_from = at, falling_with = velocity, since = plant.time();
+    if (slack && catches == 0) {
+      const double t = plant.time() - since;
+      EXPECT_LT((at - fallen_from - t * falling_with + Vec3(0, 0, 0.5 * kGravity * t * t)).norm(), 1e-9);
+      EXPECT_EQ(plant.effect_wrench(), Vec6(Vec6::Zero()));
+    }
+    if (!slack && slack_steps > 0 && catches == 0) catches = 1;
+  }
+  EXPECT_GT(slack_steps, 100);
+  EXPECT_EQ(catches, 1);
+  EXPECT_NEAR(momentum, impulse, 1e-3) << "what caught the load pulled the vehicle";
+  EXPECT_LT(longest, 1.1);
+  EXPECT_NEAR(plant.memory("slung_load")[2], -1.0, 0.02) << "and it hangs again";
+}
+
 TEST(Cables, OfThreeFidelitiesAgreeAtRestAndInASlowClimb) {
   // thrust that holds vehicle and cable at 1.2 m; then 2 % more
   const vehicle::Vehicle v = omnimorph();

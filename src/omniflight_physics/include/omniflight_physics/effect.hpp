@@ -139,11 +139,13 @@ class WrenchEffect : public Effect {
 /// Derive a wrench effect with continuous states from this. Write `template <class T> void start(const
 /// Situation&, const T* theta, T* x) const`, `... wrench(const Situation&, const T* theta, const T* x,
 /// WrenchT<T>& out) const` and `... rate(const Situation&, const T* theta, const T* x, T* dx) const` once;
-/// value, replay and exact derivative follow.
-template <class Derived, int States>
+/// value, replay and exact derivative follow. With Discrete states, which lie behind the continuous ones,
+/// also `template <class T> void settle(const Situation&, const T* theta, T* x) const`: it may change them
+/// once a step, in a situation with accelerations.
+template <class Derived, int States, int Discrete = 0>
 class MemoryEffect : public Effect {
  public:
-  MemorySize memory_size() const final { return {States, 0}; }
+  MemorySize memory_size() const final { return {States, Discrete}; }
   bool can_replay() const final { return true; }
   void start_memory(const Situation& s, const double* theta, double* x) const final {
     self().start(s, theta, x);
@@ -154,21 +156,26 @@ class MemoryEffect : public Effect {
   void state_rate(const Situation& s, const double* theta, const double* x, double* dx) const final {
     self().rate(s, theta, x, dx);
   }
+  void advance(const Situation& s, const double* theta, double, Random&, double* x) const final {
+    if constexpr (Discrete > 0) self().settle(s, theta, x);
+  }
   void replay(std::span<const Situation> motion, double period, const double* theta, double* value,
               double* jacobian) const final {
     const int n = parameter_count();
     Jet parameters[kJetParameters];
     make_jets(theta, n, parameters);
-    Jet x[States], trial[States], first[States], second[States];
+    Jet x[States + Discrete], trial[States + Discrete], first[States], second[States];
     if (!motion.empty()) self().start(motion[0], parameters, x);
     for (std::size_t i = 0; i < motion.size(); ++i) {
       if (i > 0) {  // Heun: the trapezoid between two samples
         const Jet h(period);
         self().rate(motion[i - 1], parameters, x, first);
         for (int j = 0; j < States; ++j) trial[j] = x[j] + h * first[j];
+        for (int j = States; j < States + Discrete; ++j) trial[j] = x[j];
         self().rate(motion[i], parameters, trial, second);
         for (int j = 0; j < States; ++j) x[j] += Jet(0.5) * h * (first[j] + second[j]);
       }
+      if constexpr (Discrete > 0) self().settle(motion[i], parameters, x);
       WrenchT<Jet> out;
       self().wrench(motion[i], parameters, x, out);
       split_jets(out, motion[i], n, value + 6 * i, jacobian ? jacobian + 6 * i : nullptr, 6 * motion.size());

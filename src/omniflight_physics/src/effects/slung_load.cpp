@@ -1,10 +1,10 @@
-// A point mass on a massless cable that stays taut.
+// A point mass on a massless cable, which pulls while it is taut and is nothing while it is slack.
 #include "effects/table.hpp"
 
 namespace omniflight::physics {
 namespace {
 
-class SlungLoad final : public MemoryEffect<SlungLoad, 6> {
+class SlungLoad final : public MemoryEffect<SlungLoad, 6, 1> {
  public:
   const EffectInfo& info() const override {
     static const EffectInfo info{
@@ -12,12 +12,14 @@ class SlungLoad final : public MemoryEffect<SlungLoad, 6> {
         .term = "slung load",
         .equation =
             "T = m_l (q.(g - a_A) + L |dq|^2), dF = T q at r_A; d2q = (I - q q^T)(g - a_A)/L - |dq|^2 q - c "
-            "dq",
+            "dq; slack from T < 0 until |q| = 1 again: T = 0, d2q = (g - a_A)/L",
         .latex =
-            R"(T = m_l\,(q\cdot(g-a_A)+L|\dot q|^2),\ \Delta F = R^T T q;\quad \ddot q = \tfrac1L(I-qq^T)(g-a_A)-|\dot q|^2q-c\,\dot q)",
+            R"(T = m_l\,(q\cdot(g-a_A)+L|\dot q|^2),\ \Delta F = R^T T q;\quad \ddot q = \tfrac1L(I-qq^T)(g-a_A)-|\dot q|^2q-c\,\dot q;\quad \text{slack: } T=0,\ \ddot q=\tfrac1L(g-a_A))",
         .source =
             "Sreenath, Lee and Kumar 2013; Lee 2014: geometric control of a quadrotor with a cable-suspended "
-            "load",
+            "load; taut and slack as in Sreenath, Michael and Kumar 2013 (hybrid), caught without rebound by "
+            "a "
+            "critically damped spring of 50 1/s",
         .parameters = {{"mass", "m_l", "kg", 0, 5, 0.15, 0, true},
                        {"length", "L", "m", 0.05, 10, 1, 1, false},
                        {"damping", "c", "1/s", 0, 5, 0.1, 0.1, false},
@@ -32,23 +34,19 @@ class SlungLoad final : public MemoryEffect<SlungLoad, 6> {
     return info;
   }
 
-  // memory: direction q of the cable from the attachment to the load, world axes, and its rate [1/s]
+  // memory: q, from the attachment to the load in world axes, as a share of the length: a unit vector while
+  // the cable is taut; its rate [1/s]; and whether it is taut (1) or slack (0)
   template <class T>
   void start(const Situation&, const T*, T* x) const {
     for (int k = 0; k < 6; ++k) x[k] = T(k == 2 ? -1.0 : 0.0);
+    x[6] = T(1);
   }
   template <class T>
   void rate(const Situation& s, const T* theta, const T* x, T* dx) const {
     using V = Eigen::Matrix<T, 3, 1>;
     const Eigen::Map<const V> q(x), dq(x + 3);
-    const V r(theta[3], theta[4], theta[5]);
-    const V w = s.body.w_WB_B.cast<T>();
-    const V a_A = s.a_WB_B.cast<T>() + s.dw_WB_B.cast<T>().cross(r) + w.cross(w.cross(r));
-    const V pull = s.R_WB.cast<T>() * V(s.g_B.cast<T>() - a_A);
-    // the last two terms bring rounding errors back to |q| = 1 and vanish on it
-    const T stretch = T(0.5) * (q.squaredNorm() - T(1)), slip = q.dot(dq);
-    const V ddq = (pull - q.dot(pull) * q) / theta[1] - dq.squaredNorm() * q - theta[2] * dq -
-                  (T(40) * slip + T(400) * stretch) * q;
+    V ddq = free_pull(s, theta) / theta[1];
+    if (taut(x)) ddq -= tension_per_mass(s, theta, x) / theta[1] * q.normalized() + theta[2] * dq;
     for (int k = 0; k < 3; ++k) {
       dx[k] = dq[k];
       dx[k + 3] = ddq[k];
@@ -57,12 +55,12 @@ class SlungLoad final : public MemoryEffect<SlungLoad, 6> {
   template <class T>
   void wrench(const Situation& s, const T* theta, const T* x, WrenchT<T>& out) const {
     using V = Eigen::Matrix<T, 3, 1>;
-    const V q = s.R_WB.transpose().cast<T>() * Eigen::Map<const V>(x);
+    if (!taut(x)) return;
+    const V q = s.R_WB.transpose().cast<T>() * Eigen::Map<const V>(x).normalized();
     const V r(theta[3], theta[4], theta[5]);
     const V w = s.body.w_WB_B.cast<T>();
-    const T swing = Eigen::Map<const V>(x + 3).squaredNorm();
     // tension less its part that answers to the unknown acceleration, which goes into the inertia
-    const T tension = theta[0] * (q.dot(s.g_B.cast<T>()) + theta[1] * swing - q.dot(w.cross(w.cross(r))));
+    const T tension = theta[0] * (q.dot(s.g_B.cast<T>()) - q.dot(w.cross(w.cross(r))) + theta[1] * bound(x));
     const V arm = r.cross(q);
     out.force_B += tension * q;
     out.torque_B += tension * arm;
@@ -70,6 +68,45 @@ class SlungLoad final : public MemoryEffect<SlungLoad, 6> {
     line << q, arm;
     out.has_inertia = true;
     out.inertia += theta[0] * (line * line.transpose());
+  }
+  template <class T>
+  void settle(const Situation& s, const T* theta, T* x) const {
+    using V = Eigen::Matrix<T, 3, 1>;
+    const Eigen::Map<const V> q(x), dq(x + 3);
+    if (taut(x))
+      x[6] = T(tension_per_mass(s, theta, x) < T(0) ? 0 : 1);
+    else
+      x[6] = T(q.squaredNorm() >= T(1) && q.dot(dq) > T(0) ? 1 : 0);
+  }
+
+ private:
+  template <class T>
+  static bool taut(const T* x) {
+    return x[6] > T(0.5);
+  }
+  /// Gravity less the acceleration of the attachment, world axes [m/s^2].
+  template <class T>
+  static Eigen::Matrix<T, 3, 1> free_pull(const Situation& s, const T* theta) {
+    using V = Eigen::Matrix<T, 3, 1>;
+    const V r(theta[3], theta[4], theta[5]);
+    const V w = s.body.w_WB_B.cast<T>();
+    const V a_A = s.a_WB_B.cast<T>() + s.dw_WB_B.cast<T>().cross(r) + w.cross(w.cross(r));
+    return s.R_WB.cast<T>() * V(s.g_B.cast<T>() - a_A);
+  }
+  /// What keeps |q| = 1 [1/s^2]: the centripetal part, and a spring and damper that vanish on it. These catch
+  /// a load that falls into the cable; load and vehicle feel the same.
+  template <class T>
+  static T bound(const T* x) {
+    using V = Eigen::Matrix<T, 3, 1>;
+    const Eigen::Map<const V> q(x), dq(x + 3);
+    const T stretch = T(0.5) * (q.squaredNorm() - T(1)), slip = q.dot(dq);
+    return dq.squaredNorm() + T(100) * slip + T(2500) * stretch;
+  }
+  /// Tension per mass of the load [m/s^2].
+  template <class T>
+  static T tension_per_mass(const Situation& s, const T* theta, const T* x) {
+    const Eigen::Matrix<T, 3, 1> n = Eigen::Map<const Eigen::Matrix<T, 3, 1>>(x).normalized();
+    return n.dot(free_pull(s, theta)) + theta[1] * bound(x);
   }
 };
 
