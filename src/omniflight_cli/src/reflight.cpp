@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "omniflight_control/controller.hpp"
@@ -17,7 +18,7 @@ using recording::Signal;
 
 constexpr double kStep = 0.001;   // s
 constexpr int kControlEvery = 4;  // steps
-constexpr double kSettle = 1.0;   // s, flown at the first reference before the recording begins
+constexpr double kSettle = 3.0;   // s, flown at the first reference before the recording begins
 
 /// A body wrench given on a regular grid, linear in between.
 class GivenWrench : public simulation::Disturbance {
@@ -144,17 +145,11 @@ diagnosis::Reflight make_reflight(const Recording& recording, const vehicle::Veh
   sensors.imu_rate = rate_of(recording, "gyro", 250);
   sensors.mocap_rate = rate_of(recording, "attitude", 125);
   sensors.rotor_rate = rate_of(recording, "rotor_speed", 125);
-  sensors.accelerometer_noise = three("sensors.accelerometer.noise_rms_mps2", Vec3::Constant(0.05)).x();
-  sensors.gyro_noise = three("sensors.gyro.noise_rms_radps", Vec3::Constant(0.003)).x();
-  sensors.mocap_position_noise = three("sensors.mocap.position_noise_m", Vec3::Constant(2e-4)).x();
-  sensors.mocap_attitude_noise = three("sensors.mocap.attitude_noise_rad", Vec3::Constant(5e-4)).x();
-  sensors.half_period_quantisation = true;
   std::map<std::string, Signal> references;
   for (const auto& [name, signal] : recording.signals)
     if (name.rfind("ref_", 0) == 0) references[name] = signal;
 
-  return [=](const Eigen::MatrixXd& wrench, double from_s, double rate_hz,
-             std::uint64_t seed) -> Result<Recording> {
+  return [=](const Eigen::MatrixXd& wrench, double from_s, double rate_hz) -> Result<Recording> {
     if (wrench.rows() < 2 || wrench.cols() != 6)
       return bad_input("a disturbance needs two samples of a wrench", "", "");
     const double begin = asked->t.front() - kSettle;
@@ -165,11 +160,10 @@ diagnosis::Reflight make_reflight(const Recording& recording, const vehicle::Veh
     config.initial.p_WB = asked->reference.front().p_WB;
     config.initial.q_WB = asked->reference.front().q_WB;
     config.initial_alpha = asked->reference.front().alpha;
-    config.seed = seed;
     auto plant = simulation::Plant::create(vehicle, physics::Model{}, config);
     if (!plant) return Failure(plant.error());
     plant->set_disturbance(&gusts);
-    simulation::SensorSuite suite(sensors, physics::Model{}, kStep, seed);
+    simulation::SensorSuite suite(sensors, physics::Model{}, kStep, 1);
     control::Estimator estimator({});
     control::Controller controller(gains);
     simulation::SensorFrame frame;
@@ -178,7 +172,10 @@ diagnosis::Reflight make_reflight(const Recording& recording, const vehicle::Veh
     std::vector<double> speed(rotors);
     const int hold = static_cast<int>(kSettle / kStep);
     const int steps = hold + kControlEvery * static_cast<int>(asked->t.size());
-    const double late = 0.5 * kSettle;  // the rotors come up to speed while the body rests
+    double tilt = std::numeric_limits<double>::quiet_NaN();
+    vehicle::AllocationMatrix B;
+    Eigen::CompleteOrthogonalDecomposition<vehicle::AllocationMatrix> inverse;
+    const double late = 0.5;  // the rotors come up to speed while the body rests
     for (int step = 0; step < steps; ++step) {
       const double time = step * kStep, t = begin + time;
       suite.sample(*plant, frame);
@@ -218,11 +215,15 @@ diagnosis::Reflight make_reflight(const Recording& recording, const vehicle::Veh
         w << force, vehicle.inertia * Vec3(demand.tail<3>()) + rate.cross(vehicle.inertia * rate) +
                         vehicle.center_of_mass.cross(force);
         // what the wrench leaves open stays as it was commanded
-        const auto B = vehicle.allocation_matrix(r.alpha);
+        if (r.alpha != tilt) {
+          tilt = r.alpha;
+          B = vehicle.allocation_matrix(tilt);
+          inverse = B.completeOrthogonalDecomposition();
+        }
         const Eigen::VectorXd before =
             asked->thrust.row(static_cast<Eigen::Index>(std::min(k, asked->reference.size() - 1)))
                 .transpose();
-        const Eigen::VectorXd thrust = before + B.completeOrthogonalDecomposition().solve(w - B * before);
+        const Eigen::VectorXd thrust = before + inverse.solve(w - B * before);
         for (std::size_t i = 0; i < rotors; ++i) {
           const vehicle::Rotor& rotor = vehicle.rotors[i];
           double f = std::clamp(thrust[static_cast<Eigen::Index>(i)], rotor.lower_thrust(), rotor.max_thrust);

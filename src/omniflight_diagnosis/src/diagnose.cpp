@@ -9,10 +9,10 @@
 #include "balance.hpp"
 #include "bursts.hpp"
 #include "control_replay.hpp"
+#include "instruments.hpp"
 #include "intake.hpp"
 #include "locate.hpp"
 #include "naming.hpp"
-#include "null_flights.hpp"
 #include "propose.hpp"
 #include "rollout.hpp"
 #include "sanity.hpp"
@@ -28,10 +28,6 @@ std::string format(const char* pattern, auto... values) {
   std::snprintf(text, sizeof text, pattern, values...);
   return text;
 }
-
-/// Standard deviations by which an effect must stand out from flights without it; eight flights tell their
-/// spread to a quarter, so that five of them leave about one false name in a thousand.
-constexpr double kStandsOut = 5;
 
 std::vector<const Flight*> pointers(const std::vector<Flight>& flights) {
   std::vector<const Flight*> out;
@@ -56,6 +52,25 @@ Flight part_of(const Flight& f, double from_s, double to_s, bool inside) {
       }
     }
   }
+  return out;
+}
+
+/// What a model's effects do to the body [N, Nm], a row a sample of the flight; held where nothing is known.
+Eigen::MatrixXd wrench_of(const Problem& problem, const Fit& model, const Flight& flight) {
+  Eigen::VectorXd without, with;
+  problem.predict({}, model.offsets, without, nullptr);
+  problem.predict(model.effects, model.offsets, with, nullptr);
+  const Eigen::VectorXd own = without - with;
+  const int n = problem.samples();
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(flight.size(), 6);
+  int row = 0, filled = 0;
+  for (const Segment& s : flight.segments)
+    for (int i = s.begin; i < s.end; ++i, ++row) {
+      for (int c = 0; c < 6; ++c) out(i, c) = own[c * n + row];
+      for (; filled < i; ++filled) out.row(filled) = filled > 0 ? out.row(filled - 1).eval() : out.row(i);
+      ++filled;
+    }
+  for (; filled > 0 && filled < flight.size(); ++filled) out.row(filled) = out.row(filled - 1);
   return out;
 }
 
@@ -284,18 +299,36 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     flights[0].notes.push_back(
         "With a stuck rotor speed the wrench cannot be judged; only the sensors were.");
   }
-  const Problem all(used, vehicle, o);
+  auto all = std::make_unique<const Problem>(used, vehicle, o);
   const auto candidates = blind ? std::vector<const physics::Effect*>{} : offered_effects(used, vehicle, o);
   d.intake = describe(fit[0], flights[0]);
   Alone alone;
-  Naming naming = name_effects(all, candidates, o, &alone);
+  // where the flight can be flown again, effects are judged free of feedback; once more with what was found,
+  // since a load moves the working point of the rotors
+  std::optional<Flight> freed;
+  const Flight* const recorded = used[0];
+  const auto free_of_feedback = [&](const Eigen::MatrixXd& known) {
+    if (blind || used.size() != 1) return false;
+    auto found = with_instruments(*recorded, known, vehicle, o);
+    if (!found) return false;
+    freed = std::move(found);
+    used[0] = &*freed;
+    all = std::make_unique<const Problem>(used, vehicle, o);
+    alone.clear();
+    return true;
+  };
+  free_of_feedback(Eigen::MatrixXd::Zero(recorded->size(), 6));
+  Naming naming = name_effects(*all, candidates, o, &alone);
+  if (freed && !naming.model.effects.empty() && !o.stopped() &&
+      free_of_feedback(wrench_of(*all, naming.model, *freed)))
+    naming = name_effects(*all, candidates, o, &alone);
   // what comes and goes from outside must not be bent into an effect of the vehicle's own state
   std::vector<Flight> calm_flights;
   std::unique_ptr<const Problem> calm;
   const std::vector<Burst> bursts =
-      blind ? std::vector<Burst>{} : find_bursts(all, naming.null_model.residual);
+      blind ? std::vector<Burst>{} : find_bursts(*all, naming.null_model.residual);
   if (!bursts.empty() &&
-      explained_in_bursts(all, naming.null_model.residual, naming.model.residual, bursts) < 0.7) {
+      explained_in_bursts(*all, naming.null_model.residual, naming.model.residual, bursts) < 0.7) {
     for (std::size_t k = 0; k < used.size(); ++k) {
       calm_flights.push_back(*used[k]);
       for (const Burst& b : bursts)
@@ -309,32 +342,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     else
       alone.clear(), naming = name_effects(*calm, candidates, o, &alone);
   }
-  const Problem& problem = calm ? *calm : all;
-  // what turbulence and feedback alone would have named
-  std::unique_ptr<const NullFlights> nulls;
-  const auto null_flights = [&]() -> const NullFlights* {
-    if (!o.refly || blind || used.size() != 1) return nullptr;
-    if (!nulls) nulls = std::make_unique<const NullFlights>(problem, *used[0], vehicle, o);
-    return nulls->empty() ? nullptr : nulls.get();
-  };
-  std::vector<const physics::Effect*> left = candidates;
-  for (int round = 0; round < 4 && !naming.model.effects.empty() && null_flights(); ++round) {
-    const std::vector<double> away = null_flights()->standing_out(problem, naming.model, o);
-    std::vector<const physics::Effect*> kept;
-    for (std::size_t k = 0; k < away.size(); ++k) {
-      const physics::Effect* effect = naming.model.effects[k].effect;
-      if (away[k] >= kStandsOut)
-        kept.push_back(effect);
-      else
-        std::erase(left, effect);
-    }
-    if (kept.size() == away.size()) break;
-    naming = name_effects(problem,
-                          round < 2    ? left
-                          : round == 2 ? kept
-                                       : std::vector<const physics::Effect*>{},
-                          o, &alone);
-  }
+  const Problem& problem = calm ? *calm : *all;
   if (!naming.model.effects.empty()) naming.model = settle(problem, naming.model, o);
   d.candidates = naming.candidates;
   d.aliases = naming.aliases;
@@ -342,13 +350,10 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   add_wrench_findings(problem, naming, o, d);
   if (!blind) {
     d.unexplained = locate_unexplained(problem, naming.model, o);
-    if (!d.unexplained.empty() && null_flights())
-      std::erase_if(d.unexplained,
-                    [&](const Unexplained& u) { return !null_flights()->unexplained_stands_out(u, o); });
     Eigen::VectorXd before, after;
-    all.predict({}, naming.model.offsets, before, nullptr);
-    all.predict(naming.model.effects, naming.model.offsets, after, nullptr);
-    add_bursts(all, before, after, d);
+    all->predict({}, naming.model.offsets, before, nullptr);
+    all->predict(naming.model.effects, naming.model.offsets, after, nullptr);
+    add_bursts(*all, before, after, d);
   }
   const std::vector<ActiveEffect> wrench = naming.model.effects;
 

@@ -88,6 +88,11 @@ const Signal* measured_or_estimated(const Recording& recording, const std::strin
   return measured;
 }
 
+/// Signed squares, and back. Filters work on squares: thrust follows them, so that the wrench is filtered as
+/// the acceleration is, also where rotors reverse.
+Eigen::MatrixXd squares(const Eigen::MatrixXd& x) { return x.cwiseProduct(x.cwiseAbs()); }
+Eigen::MatrixXd roots(const Eigen::MatrixXd& x) { return x.array().abs().sqrt() * x.array().sign(); }
+
 /// First-order lag of every rotor command with the vehicle's own time constants.
 Eigen::MatrixXd modelled_speed(const Eigen::MatrixXd& command, double rate_hz, const vehicle::Vehicle& v) {
   Eigen::MatrixXd speed = command;
@@ -242,6 +247,8 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
     to = std::min(to, s->t_s.back());
     if (s->median_period_s() > 0) fastest = std::min(fastest, s->median_period_s());
   }
+  if (o.grid_origin_s)
+    from = *o.grid_origin_s + std::ceil((from - *o.grid_origin_s) * o.grid_hz - 1e-6) / o.grid_hz;
   if (!(to - from > 2.0) || !(fastest < 1.0))
     return bad_input("the needed signals overlap for less than 2 s", recording.file,
                      "Give a longer recording");
@@ -271,7 +278,9 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
     return c.x;
   };
   const Eigen::MatrixXd q = take(*attitude_used, "attitude");
-  Eigen::MatrixXd speed = take(*rotor, rotor->name);
+  Signal rotor_squares = *rotor;
+  rotor_squares.values = squares(rotor->values);
+  Eigen::MatrixXd speed = roots(take(rotor_squares, rotor->name));
   if (f.speed_from_command) speed = modelled_speed(speed, grid.rate_hz, vehicle);
   const Eigen::MatrixXd p = position ? take(*position, "position") : Eigen::MatrixXd::Zero(fine, 3);
   Eigen::MatrixXd v;
@@ -354,7 +363,7 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   for (int i = 0; i < std::min(margin, fine); ++i)
     use[static_cast<std::size_t>(i)] = use[static_cast<std::size_t>(fine - 1 - i)] = 0;
 
-  const Eigen::MatrixXd slow_speed = low_pass(speed, grid.rate_hz, o.effect_cutoff_hz);
+  const Eigen::MatrixXd slow_speed = roots(low_pass(squares(speed), grid.rate_hz, o.effect_cutoff_hz));
   const Eigen::MatrixXd slow_dspeed = differentiate(slow_speed, grid.rate_hz);
 
   // decimate to the grid

@@ -9,12 +9,14 @@ namespace {
 using physics::ActiveEffect;
 using physics::Effect;
 
-double penalty(const Effect& effect, double per_parameter) {
-  return effect.parameter_count() * per_parameter;
-}
+/// ln(m/p) for being one of m candidates, and 3 for every further number: more than the upper p/m quantile of
+/// the chi-squared distribution with that many degrees of freedom asks for (half of 19 at 3, of 29 at 8).
+double penalty(const Effect& effect, double entry) { return entry + 3.0 * (effect.parameter_count() - 1); }
 
-double score(const Fit& fit, double per_parameter) {
-  return fit.log_likelihood - per_parameter * fit.parameters;
+double score(const Fit& fit, double entry) {
+  double sum = fit.log_likelihood;
+  for (const ActiveEffect& e : fit.effects) sum -= penalty(*e.effect, entry);
+  return sum;
 }
 
 std::vector<ActiveEffect> without(const std::vector<ActiveEffect>& effects, std::size_t index) {
@@ -75,15 +77,15 @@ bool declared_alias(const Effect& a, const Effect& b) {
 }
 
 /// Removes effects that no longer earn their parameters.
-Fit prune(const Problem& problem, Fit fit, const Options& o, double per_parameter) {
+Fit prune(const Problem& problem, Fit fit, const Options& o, double entry) {
   for (bool again = true; again && !fit.effects.empty();) {
     again = false;
-    double best = score(fit, per_parameter);
+    double best = score(fit, entry);
     Fit chosen;
     for (std::size_t k = 0; k < fit.effects.size(); ++k) {
       Fit smaller = fit_effects(problem, without(fit.effects, k), o);
-      if (score(smaller, per_parameter) > best) {
-        best = score(smaller, per_parameter);
+      if (score(smaller, entry) > best) {
+        best = score(smaller, entry);
         chosen = std::move(smaller);
         again = true;
       }
@@ -172,8 +174,7 @@ std::vector<const Effect*> offered_effects(std::span<const Flight* const> flight
 Naming name_effects(const Problem& problem, const std::vector<const Effect*>& candidates, const Options& o,
                     Alone* known) {
   Naming out;
-  const double per_parameter =
-      std::log(std::max<double>(2.0, static_cast<double>(candidates.size())) / o.error_rate);
+  const double entry = std::log(std::max<double>(2.0, static_cast<double>(candidates.size())) / o.error_rate);
   out.null_model = fit_effects(problem, {}, o);
   Fit current = out.null_model;
 
@@ -193,7 +194,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
     }
     alone.push_back(at->second.first);
     out.candidates.push_back({effect->info().id, alone.back().log_likelihood - out.null_model.log_likelihood,
-                              penalty(*effect, per_parameter), at->second.second});
+                              penalty(*effect, entry), at->second.second});
   }
   const auto quick = [&](const Fit& base, const Effect* effect) {
     for (const Fit& f : alone)
@@ -210,7 +211,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
     for (std::size_t k = 0; k < tried; ++k) {
       if (contains(current, candidates[k])) continue;
       const Fit fit = step == 0 ? alone[k] : quick(current, candidates[k]);
-      const double gain = score(fit, per_parameter) - score(current, per_parameter);
+      const double gain = score(fit, entry) - score(current, entry);
       if (gain > -3.0) {
         (at_limit(problem, fit.effects.back()) ? stuck : order).emplace_back(gain, candidates[k]);
       } else if (step > 0) {
@@ -234,7 +235,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
     std::vector<std::pair<double, Fit>> trials;
     for (const auto& [preview, effect] : order) {
       Fit fit = polish(problem, fit_with(problem, current, *effect, o), o);
-      const double gain = score(fit, per_parameter) - score(current, per_parameter);
+      const double gain = score(fit, entry) - score(current, entry);
       if (gain > 0) trials.emplace_back(gain, std::move(fit));
     }
     std::stable_sort(trials.begin(), trials.end(),
@@ -244,12 +245,11 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
       std::size_t index = 0;  // polishing may have moved the newcomer
       while (contains(current, fit.effects[index].effect)) ++index;
       if (!makes_sense(problem, fit, index)) continue;
-      if (!gate_open(gate_effect(problem, fit, index, o), o,
-                     penalty(*fit.effects[index].effect, per_parameter)))
+      if (!gate_open(gate_effect(problem, fit, index, o), o, penalty(*fit.effects[index].effect, entry)))
         continue;
-      const double before = score(current, per_parameter);
-      current = prune(problem, std::move(fit), o, per_parameter);
-      entered = score(current, per_parameter) > before + 1e-6;
+      const double before = score(current, entry);
+      current = prune(problem, std::move(fit), o, entry);
+      entered = score(current, entry) > before + 1e-6;
       break;
     }
     if (!entered) break;
@@ -264,15 +264,15 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
       for (const Effect* effect : candidates) {
         if (contains(current, effect)) continue;
         if (!declared_alias(*effect, *current.effects[k].effect) &&
-            score(quick(rest, effect), per_parameter) < score(current, per_parameter) - 5.0)
+            score(quick(rest, effect), entry) < score(current, entry) - 5.0)
           continue;
         Fit swapped = fit_with(problem, rest, *effect, o);
-        if (score(swapped, per_parameter) < score(current, per_parameter) + 1.0) continue;
+        if (score(swapped, entry) < score(current, entry) + 1.0) continue;
         if (!makes_sense(problem, swapped, swapped.effects.size() - 1) ||
             !gate_open(gate_effect(problem, swapped, swapped.effects.size() - 1, o), o,
-                       penalty(*effect, per_parameter)))
+                       penalty(*effect, entry)))
           continue;
-        current = prune(problem, polish(problem, std::move(swapped), o), o, per_parameter);
+        current = prune(problem, polish(problem, std::move(swapped), o), o, entry);
         better = true;
         break;
       }
@@ -296,7 +296,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
         away = away || (!shape && std::abs(settled.effects[k].theta[c] - p.neutral) > 2.5 * se[at]);
       }
       away = away && makes_sense(problem, current, k);
-      if (away && gate_open(gate, o, penalty(*current.effects[k].effect, per_parameter))) continue;
+      if (away && gate_open(gate, o, penalty(*current.effects[k].effect, entry))) continue;
       if (!again || gate.gain < worst) worst = gate.gain, index = k;
       again = true;
     }
@@ -317,10 +317,10 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
       const double slack = std::max(3.0, (simpler ? 0.1 : 0.01) * gain);
       const Fit frozen = frozen_without(problem, current, k);
       if (!declared_alias(*effect, *current.effects[k].effect) &&
-          score(quick(frozen, effect), per_parameter) < score(current, per_parameter) - slack - 10.0)
+          score(quick(frozen, effect), entry) < score(current, entry) - slack - 10.0)
         continue;
       Fit swapped = fit_with(problem, frozen, *effect, o);
-      if (score(swapped, per_parameter) < score(current, per_parameter) - slack) continue;
+      if (score(swapped, entry) < score(current, entry) - slack) continue;
       if (!makes_sense(problem, swapped, swapped.effects.size() - 1)) continue;
       if (cosine(last_columns(problem, problem.noise(), swapped), own) < (simpler ? 0.8 : 0.98)) continue;
       std::rotate(swapped.effects.begin() + static_cast<std::ptrdiff_t>(k), swapped.effects.end() - 1,
@@ -348,9 +348,9 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
       if (contains(current, effect)) continue;
       Fit swapped = quick(frozen, effect);
       if (declared_alias(*effect, *current.effects[k].effect) ||
-          score(current, per_parameter) - score(swapped, per_parameter) < 20.0 + 6.0 * temper)
+          score(current, entry) - score(swapped, entry) < 20.0 + 6.0 * temper)
         swapped = fit_with(problem, frozen, *effect, o);
-      const double behind = score(current, per_parameter) - score(swapped, per_parameter);
+      const double behind = score(current, entry) - score(swapped, entry);
       named.swapped_best = std::max(named.swapped_best, -behind);
       // another effect that explains another part of the residual is no alias
       const double alike = cosine(last_columns(problem, problem.noise(), swapped), own);

@@ -39,6 +39,7 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
     : flight_count_(static_cast<int>(flights.size())), period_(1.0 / options.grid_hz) {
   std::vector<Vec6> fast;
   std::vector<std::array<double, 2>> drive;
+  std::vector<const physics::Situation*> instrument;
   for (int k = 0; k < flight_count_; ++k) {
     const Flight& f = *flights[static_cast<std::size_t>(k)];
     for (const Segment& segment : f.segments) {
@@ -51,6 +52,7 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
         situation_.back().dw_WB_B = s.dw_WB_B;
         acceleration_.emplace_back();
         acceleration_.back() << s.a_WB_B, s.dw_WB_B;
+        if (!f.instrument.empty()) instrument.push_back(&f.instrument[at]);
         const bool known = f.log_drive.size() > 0;
         drive.push_back({known ? f.log_drive[i] : 0.0, known ? f.log_voltage[i] : 0.0});
         fast.push_back(physics::rotor_wrench(f.smooth[at]) - physics::rotor_wrench(s));
@@ -95,11 +97,22 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
   for (int i = 0; i < n_; ++i) {
     const physics::Situation& s = situation(i);
     const Vec6 r = wrench_residual(s, s.a_WB_B - s.g_B, vehicle.center_of_mass);
+    for (int c = 0; c < 6; ++c) {
+      fast_[c * n_ + i] = fast[static_cast<std::size_t>(i)][c];
+      y_[c * n_ + i] = r[c] + fast_[c * n_ + i];
+    }
+  }
+  instrumented_ = n_ > 0 && static_cast<int>(instrument.size()) == n_;
+  if (instrumented_)  // from here on nothing sees the measured state any more
+    for (std::size_t i = 0; i < instrument.size(); ++i) {
+      situation_[i] = *instrument[i];
+      acceleration_[i] << situation_[i].a_WB_B, situation_[i].dw_WB_B;
+    }
+  for (int i = 0; i < n_; ++i) {
+    const physics::Situation& s = situation(i);
     const Vec6 rotors = physics::rotor_wrench(s);
     for (int c = 0; c < 6; ++c) {
       const int row = c * n_ + i;
-      fast_[row] = fast[static_cast<std::size_t>(i)][c];
-      y_[row] = r[c] + fast_[row];
       offsets_(row, 0) = rotors[c];
       if (c >= 3) offsets_(row, c - 2) = weight * arm;
       if (c < 3)
@@ -200,7 +213,7 @@ void Problem::predict(const std::vector<physics::ActiveEffect>& effects, const E
   bool heavy = false;
   for (const physics::ActiveEffect& e : effects) {
     parameters += e.effect->parameter_count();
-    heavy = heavy || adds_inertia(*e.effect);
+    heavy = heavy || (adds_inertia(*e.effect) && !instrumented_);
   }
   rest = y_ - fast_;
   if (jacobian) jacobian->resize(rows(), parameters + offsets_.cols());
@@ -208,7 +221,7 @@ void Problem::predict(const std::vector<physics::ActiveEffect>& effects, const E
   Eigen::MatrixXd columns;
   Eigen::Index at = 0;
   for (const physics::ActiveEffect& e : effects) {
-    if (!adds_inertia(*e.effect)) {
+    if (!adds_inertia(*e.effect) || instrumented_) {
       evaluate(e, value, columns);
       rest -= value;
       if (jacobian) jacobian->middleCols(at, columns.cols()) = columns;

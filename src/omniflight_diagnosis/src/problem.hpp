@@ -66,7 +66,7 @@ class Problem {
   /// With added inertia I the measured acceleration stands on both sides of the equation of motion; the rest
   /// is therefore the error of the *predicted* acceleration times the nominal inertia, M0 (M0 + I)^-1 e, and
   /// the derivatives are taken at the predicted acceleration. Otherwise a mass of -m would explain
-  /// everything.
+  /// everything. On instruments (Flight::instrument) it does not, and the rest is that of the wrench.
   void predict(const std::vector<physics::ActiveEffect>& effects, const Eigen::VectorXd& offset_values,
                Eigen::VectorXd& rest, Eigen::MatrixXd* jacobian) const;
 
@@ -75,7 +75,7 @@ class Problem {
 
   std::shared_ptr<const Whitening> noise_;
   int n_ = 0, flight_count_ = 0;
-  bool forces_only_ = false;
+  bool forces_only_ = false, instrumented_ = false;
   double period_ = 0;  ///< s, of the grid
   double weight_ = 1, arm_ = 1;
   VehicleScale vehicle_scale_;

@@ -39,6 +39,9 @@ constexpr Known kKnown[] = {
     {"controller.kw", 0, 1e6, "1/s"},
     {"controller.kI", 0, 1e6, "1/s3"},
     {"controller.allocation_mass_kg", 0, 1e4, "kg"},
+    {"tolerance.thrust_scale", 0, 1, "1"},
+    {"tolerance.world_force", 0, 1, "1"},
+    {"tolerance.torque_trim", 0, 1, "1"},
     {"environment.floor_z_m", -1e4, 1e4, "m"},
     {"environment.air_density_kgpm3", 0.01, 10, "kg/m3"},
 };
@@ -138,10 +141,19 @@ void apply(const Told& told, Options& o) {
   if (const auto* v = get("environment.air_density_kgpm3")) o.environment.air_density = (*v)[0];
   // a bias that is told is the size up to which one is no finding
   if (const auto* v = get("sensors.accelerometer.bias_mps2")) {
-    const double b = std::max(0.02, largest(*v));
+    const double b = std::max(0.001, largest(*v));
     o.tolerance.accelerometer_lateral = b;
     o.tolerance.accelerometer_vertical = std::min(b, 0.1);
   }
+  // who knows gains and the noise of the air has weighed and balanced the vehicle as well
+  if (get("controller.kp") && get("ambient.turbulence_force_rms_N")) {
+    o.tolerance.thrust_scale = 0.001;
+    o.tolerance.world_force = 0.0005;
+    o.tolerance.torque_trim = 0.001;
+  }
+  if (const auto* v = get("tolerance.thrust_scale")) o.tolerance.thrust_scale = (*v)[0];
+  if (const auto* v = get("tolerance.world_force")) o.tolerance.world_force = (*v)[0];
+  if (const auto* v = get("tolerance.torque_trim")) o.tolerance.torque_trim = (*v)[0];
   if (const auto* v = get("controller.kp")) {
     o.has_controller = true;
     o.controller.kp = three(*v);

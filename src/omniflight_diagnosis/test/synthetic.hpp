@@ -26,6 +26,8 @@ struct Flown {
   double alpha = 0.5;                  ///< rad
   double sway = 0.0;                   ///< rad, amplitude of roll and pitch
   double force_noise_N = 0.15, torque_noise_Nm = 0.01, correlation_s = 0.3;  ///< coloured disturbance
+  double answer_s =
+      0;  ///< the rotors cancel the disturbance after this lag, as feedback makes them; 0: they do not
   double accelerometer_noise = 0.05, gyro_noise = 0.005, speed_noise = 0.5;  ///< m/s^2, rad/s, rad/s
   std::uint64_t seed = 1;
 };
@@ -71,7 +73,7 @@ inline recording::Recording fly(const vehicle::Vehicle& vehicle,
   Random random(f.seed, "synthetic");
   const auto A = vehicle.allocation_matrix(f.alpha);
   const auto solver = A.completeOrthogonalDecomposition();
-  Vec6 disturbance = Vec6::Zero();
+  Vec6 disturbance = Vec6::Zero(), answered = Vec6::Zero();
   Vec3 drift = Vec3::Zero();  // of the rate, from the disturbing torque
   const double a = std::exp(-1.0 / (f.rate_hz * f.correlation_s)), b = std::sqrt(1 - a * a);
   std::vector<double> omega(static_cast<std::size_t>(rotors), 300.0);
@@ -104,6 +106,7 @@ inline recording::Recording fly(const vehicle::Vehicle& vehicle,
         e.effect->add_wrench(s, e.theta.data(), w);
         need -= w.at(s);
       }
+      need -= answered;
       const Eigen::VectorXd thrust = solver.solve(need);
       for (int r = 0; r < rotors; ++r)
         omega[static_cast<std::size_t>(r)] = vehicle.rotors[static_cast<std::size_t>(r)].speed(thrust[r]);
@@ -111,12 +114,14 @@ inline recording::Recording fly(const vehicle::Vehicle& vehicle,
     for (int c = 0; c < 6; ++c)
       disturbance[c] =
           a * disturbance[c] + b * (c < 3 ? f.force_noise_N : f.torque_noise_Nm) * random.normal();
-    // the disturbance moves the body; its angular part is what the gyro integrates
-    const Vec3 dw = vehicle.inertia.ldlt().solve(Vec3(disturbance.tail<3>()));
+    const Vec6 left = disturbance - answered;  // moves the body
+    if (f.answer_s > 0) answered += (disturbance - answered) / (1 + f.answer_s * f.rate_hz);
+    // its angular part is what the gyro integrates
+    const Vec3 dw = vehicle.inertia.ldlt().solve(Vec3(left.tail<3>()));
     for (int c = 0; c < 3; ++c) {
       p.values(i, c) = x.p_WB[c] + 2e-4 * random.normal();
       v.values(i, c) = x.v_WB_W[c] + 2e-3 * random.normal();
-      acc.values(i, c) = force_B[c] + disturbance[c] / vehicle.mass + f.accelerometer_noise * random.normal();
+      acc.values(i, c) = force_B[c] + left[c] / vehicle.mass + f.accelerometer_noise * random.normal();
       drift[c] = 0.995 * drift[c] + dw[c] / f.rate_hz;
       gyro.values(i, c) = x.w_WB_B[c] + drift[c];
     }

@@ -14,7 +14,6 @@ SensorConfig laboratory() {
   SensorConfig c;
   c.imu_rate = 250;
   c.accelerometer_noise = 0.08;
-  c.accelerometer_bias = Vec3(0.01, -0.015, 0.01);
   c.gyro_noise = 0.004;
   c.gyro_bias = Vec3(0.002, -0.001, 0.0015);
   c.mocap_rate = 125;
@@ -28,6 +27,22 @@ SensorConfig laboratory() {
   return c;
 }
 
+/// How well the operator has weighed, balanced and levelled the vehicle: one standard deviation each, of the
+/// weight, and of the weight times the longest arm. The worlds differ from the vehicle file by as much.
+constexpr double kScaleKnown = 0.0005, kLevelKnown = 0.0002, kTrimKnown = 0.0003;
+constexpr double kBiasKnown = 0.005;  ///< m/s^2, after a calibration at rest
+
+/// What no calibration gets rid of, in every world, also in those where nothing was left out.
+void calibrate(FlightSetup& s, const vehicle::Vehicle& vehicle, Random random) {
+  double arm = 0;
+  for (const vehicle::Rotor& r : vehicle.rotors) arm = std::max(arm, r.p_BR.norm());
+  s.world.body.payload = vehicle.mass * kScaleKnown * std::abs(random.normal());
+  for (int k = 0; k < 3; ++k) {
+    s.world.body.com_shift_B[k] = arm * kTrimKnown * random.normal();
+    s.sensors.accelerometer_bias[k] = kBiasKnown * random.normal();
+  }
+}
+
 /// What an operator may know; true as far as it goes. Every number has the same width.
 std::string told_yaml(const FlightSetup& s) {
   const auto number = [](double x) { return fmt::format("{:<12.6f}", x); };
@@ -37,7 +52,7 @@ std::string told_yaml(const FlightSetup& s) {
   const Turbulence& t = *s.world.turbulence;
   const SensorConfig& c = s.sensors;
   return "rates_hz: {imu: 250, mocap: 125, rotor_speed: 125}\nsensors:\n  accelerometer: {noise_rms_mps2: " +
-         number(c.accelerometer_noise) + ", bias_mps2: " + number(0.02) +
+         number(c.accelerometer_noise) + ", bias_mps2: " + number(kBiasKnown) +
          "}\n  gyro: {noise_rms_radps: " + number(c.gyro_noise) + ", bias_radps: " + number(0.002) +
          "}\n  mocap: {position_noise_m: " + number(c.mocap_position_noise) +
          ", attitude_noise_rad: " + number(c.mocap_attitude_noise) +
@@ -46,7 +61,8 @@ std::string told_yaml(const FlightSetup& s) {
          ", correlation_time_s: " + number(t.correlation_time) + "}\ncontroller:\n  kp: " + gain(s.told.kp) +
          "\n  kv: " + gain(s.told.kv) + "\n  ki: " + gain(s.told.ki) + "\n  kR: " + gain(s.told.kR) +
          "\n  kw: " + gain(s.told.kw) + "\n  kI: " + gain(s.told.kI) +
-         "\nenvironment: {floor_z_m: 0, air_density_kgpm3: 1.2}\n";
+         "\ntolerance: {thrust_scale: " + number(kScaleKnown) + ", world_force: " + number(kLevelKnown) +
+         ", torque_trim: " + number(kTrimKnown) + "}\nenvironment: {floor_z_m: 0, air_density_kgpm3: 1.2}\n";
 }
 
 /// Gains differ from case to case, so that a retuned controller is nothing special.
@@ -186,6 +202,7 @@ Result<MadeCase> make(const vehicle::Vehicle& vehicle, const std::vector<Mechani
   if (plan.nuisances) t.present = add_nuisances(s, random);
   add_decoy(s, plan.decoy);
   const FlightSetup plain = s;
+  calibrate(s, vehicle, draw(salt, plan.id + " calibration"));
   double smallest = 1e300;
   for (const std::size_t k : plan.parts) {
     const Mechanism& m = mechanisms[k];

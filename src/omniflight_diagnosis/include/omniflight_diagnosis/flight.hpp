@@ -41,9 +41,12 @@ struct Flight {
   std::vector<double> t;
   std::vector<physics::Situation> situation;  ///< filtered state, rotors and accelerations at every grid time
   std::vector<physics::Situation> smooth;     ///< the same with rotor speeds below effect_cutoff_hz
-  Eigen::MatrixXd specific_force;             ///< n x 3, m/s^2, body
-  Eigen::MatrixXd rotor_speed;                ///< n x rotors, rad/s
-  Eigen::MatrixXd tracking_error;             ///< n x 3, m, position minus reference; empty without reference
+  /// The states and rotors of `smooth` as the reference alone makes them, see with_instruments(); may be
+  /// empty. Effects are then evaluated on them.
+  std::vector<physics::Situation> instrument;
+  Eigen::MatrixXd specific_force;  ///< n x 3, m/s^2, body
+  Eigen::MatrixXd rotor_speed;     ///< n x rotors, rad/s
+  Eigen::MatrixXd tracking_error;  ///< n x 3, m, position minus reference; empty without reference
   std::vector<Segment> segments;
   bool has_accelerometer = false, has_gyro = false, has_alpha = false, has_position = false;
   bool speed_from_command = false;  ///< there are no measured rotor speeds

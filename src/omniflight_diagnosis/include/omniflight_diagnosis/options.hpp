@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,10 +31,10 @@ struct ToldController {
   Vec3 kp = Vec3::Zero(), kv = Vec3::Zero(), ki = Vec3::Zero();  ///< 1/s^2, 1/s, 1/s^3
 };
 
-/// Flies the recorded reference again with nothing left out of the model, the controller in the loop, under
-/// this body wrench [N, Nm], samples x 6 from from_s [s] on the recording's clock at rate_hz.
-using Reflight = std::function<Result<recording::Recording>(const Eigen::MatrixXd& wrench, double from_s,
-                                                            double rate_hz, std::uint64_t seed)>;
+/// Flies the recorded reference again in closed loop with nothing left out of the model but this body wrench
+/// [N, Nm], samples x 6 from from_s [s] on the recording's clock at rate_hz; without noise.
+using Reflight =
+    std::function<Result<recording::Recording>(const Eigen::MatrixXd& wrench, double from_s, double rate_hz)>;
 
 struct Options {
   physics::Environment environment;
@@ -44,9 +45,11 @@ struct Options {
                              ///< empty band
   int ar_order = 8;          ///< whitening
   double error_rate = 0.01;  ///< p of the entry threshold ln(m/p)
-  double max_gap_s = 0.08;   ///< longer gaps in a needed signal are cut out
-  double margin_s = 0.25;    ///< cut on both sides of every gap and of the ends
-  double min_share = 0.04;   ///< of the residual energy of its best channel that an effect must remove
+  std::optional<double>
+      grid_origin_s;             ///< a time that lies on the grid; otherwise it begins with the signals
+  double max_gap_s = 0.08;       ///< longer gaps in a needed signal are cut out
+  double margin_s = 0.25;        ///< cut on both sides of every gap and of the ends
+  double min_share = 0.04;       ///< of the residual energy of its best channel that an effect must remove
   double min_magnitude = 0.001;  ///< RMS of an effect over weight (or weight times arm)
   int max_effects = 6;
   std::vector<std::string> only;     ///< candidate ids; empty: the whole library
@@ -58,10 +61,9 @@ struct Options {
   bool has_controller = false;
   ToldController controller;
   bool floor_told = false;  ///< environment.floor_z is known; otherwise a resting height is taken for it
-  /// May be empty. With it, what is found must stand out from what the same search finds where nothing is
-  /// left out: feedback makes body and rotors answer to turbulence, which then looks like an effect.
+  /// May be empty. With it the effects are evaluated on the flight as the reference alone makes it: feedback
+  /// makes body and rotors answer to turbulence, which then looks like an effect. See with_instruments().
   Reflight refly;
-  int reflights = 8;
   /// Asked between steps of long work; true ends it and keeps what is known. May be empty.
   std::function<bool()> stop;
   bool stopped() const { return stop && stop(); }

@@ -1,0 +1,22 @@
+// Regressors that disturbances cannot have shaped: the flight as its reference alone makes it.
+//
+// In closed loop the rotors answer to what pushes the body, so that the measured state and the disturbance
+// depend on each other and a regression finds effects in mere turbulence. The same flight without the
+// disturbance depends on the reference only. Evaluated on it, columns are instruments: least squares of the
+// measured residual on them is unbiased by feedback and its likelihood gains follow the usual distribution.
+// Source: T. Soederstroem, P. Stoica, Instrumental Variable Methods for System Identification, 1983, ch. 4.
+#pragma once
+
+#include <optional>
+
+#include "omniflight_diagnosis/flight.hpp"
+
+namespace omniflight::diagnosis {
+
+/// The flight with Flight::instrument from Options::refly, flown under a body wrench [N, Nm] (one row a grid
+/// sample) that stands for the effects already known. Segments shrink to what was flown again. Empty without
+/// Options::refly, or when that flight is lost or covers less than two seconds.
+std::optional<Flight> with_instruments(const Flight& flight, const Eigen::MatrixXd& wrench,
+                                       const vehicle::Vehicle& vehicle, const Options& options);
+
+}  // namespace omniflight::diagnosis
