@@ -14,16 +14,17 @@ namespace omniflight::cli {
 
 struct FlightOptions {
   std::string mission;
-  std::string plan;                 ///< folder of a plan that is there; empty: plan the mission
-  std::string plant = "simulator";  ///< simulator | mujoco | emulator | hardware
-  std::string devices;              ///< hardware: "dev;dev;dev"
-  std::string vehicle;              ///< instead of the mission's, for controller and allocator
-  std::vector<std::string> set;     ///< overrides of vehicle fields, for plant and control alike
-  std::string effects;              ///< model file the plant flies
-  std::string faults;               ///< schedule of faults of the simulator
-  std::string world;                ///< mujoco: name under configs/proof_worlds or a path; empty: nominal
-  std::string sensors = "ideal";    ///< name under configs/sensors or a path
-  std::string weights = "case_a";   ///< case_a | case_b | dynamic | file
+  std::string plan;                     ///< folder of a plan that is there; empty: plan the mission
+  std::string plant = "simulator";      ///< simulator | mujoco | emulator | hardware
+  std::string devices;                  ///< hardware: "dev;dev;dev"
+  std::string vehicle;                  ///< instead of the mission's, for controller and allocator
+  std::vector<std::string> set;         ///< overrides of vehicle fields, for plant and control alike
+  std::string effects;                  ///< model file the plant flies
+  std::string faults;                   ///< schedule of faults of the simulator
+  std::vector<std::string> neighbours;  ///< recordings of other vehicles that fly here, over simulated time
+  std::string world;                    ///< mujoco: name under configs/proof_worlds or a path; empty: nominal
+  std::string sensors = "ideal";        ///< name under configs/sensors or a path
+  std::string weights = "case_a";       ///< case_a | case_b | dynamic | file
   std::string tilt_mode = "fixed";
   std::uint64_t seed = 1;
   int domain = -1;  ///< of the bus; -1: the first free one

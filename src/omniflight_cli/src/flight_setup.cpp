@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "omniflight_bus/publisher.hpp"
+#include "omniflight_diagnosis/neighbour_file.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_files/yaml.hpp"
 #include "omniflight_physics/effect.hpp"
@@ -64,6 +65,7 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
       q["world"] = quoted(s.world);
     else
       q["model"] = quoted(s.effects);
+    if (!s.neighbours.empty()) q["neighbours"] = quoted(join(s.neighbours));
     q["sensors"] = quoted(s.sensors);
     q["seed"] = std::to_string(o.seed);
     q["hold_s"] = fmt::format("{}", kHold);
@@ -141,7 +143,9 @@ Result<std::string> fingerprint_of(const FlightOptions& o, const std::string& mi
                    {"plant", o.plant},          {"seed", o.seed},
                    {"realtime", o.realtime},    {"weights", s.weights},
                    {"tilt", o.tilt_mode},       {"parameters", o.parameters}};
-  for (const std::string& file : {s.sensors, s.effects, s.faults, s.world, s.defaults}) {
+  std::vector<std::string> inputs{s.sensors, s.effects, s.faults, s.world, s.defaults};
+  inputs.insert(inputs.end(), s.neighbours.begin(), s.neighbours.end());
+  for (const std::string& file : inputs) {
     if (file.empty()) continue;
     auto sha = files::sha256_file(file);
     if (!sha) return sha;
@@ -183,6 +187,25 @@ Status find_faults(const FlightOptions& o, int rotor_count, std::string& file) {
   return {};
 }
 
+/// The tracks of other vehicles, which only the simulator knows.
+Status find_neighbours(const FlightOptions& o, std::vector<std::string>& files) {
+  if (!o.neighbours.empty() && o.plant != "simulator")
+    return bad_input("flies beside the simulator, not beside the " + o.plant + " plant", "--neighbour",
+                     "Give --plant simulator");
+  if (o.neighbours.size() > static_cast<std::size_t>(physics::kMaxNeighbours))
+    return bad_input("is given " + std::to_string(o.neighbours.size()) + " times; at most " +
+                         std::to_string(physics::kMaxNeighbours) + " count",
+                     "--neighbour");
+  for (const std::string& name : o.neighbours) {
+    if (name.find(';') != std::string::npos)
+      return bad_input("has a ';' in its name", name, "Rename the file");
+    auto track = diagnosis::load_neighbour(name, {}, 0.0);
+    if (!track) return Failure(track.error());
+    files.push_back(fs::absolute(name).string());
+  }
+  return {};
+}
+
 /// Checks and finds everything but the plan. Writes nothing.
 Result<Setup> find_inputs(const FlightOptions& o, planning::Mission& mission) {
   Setup s;
@@ -200,6 +223,7 @@ Result<Setup> find_inputs(const FlightOptions& o, planning::Mission& mission) {
     s.effects = *effects;
     if (auto model = physics::load_model(s.effects); !model) return Failure(model.error());
   }
+  if (auto ok = find_neighbours(o, s.neighbours); !ok) return Failure(ok.error());
   if (auto ok = find_world(o, s.world); !ok) return Failure(ok.error());
   auto weights = read_weights(o.weights);
   if (!weights) return Failure(weights.error());

@@ -13,6 +13,7 @@ struct Setup {
   std::string mission_vehicle;
   std::filesystem::path out;
   std::string sensors, effects, faults, world, defaults, loopback;  ///< files; without effects, ...: empty
+  std::vector<std::string> neighbours;                              ///< files
   std::map<std::string, std::string> weights;                       ///< parameters of the allocator
   std::string fingerprint;                                          ///< see fingerprint()
   double duration = 0;                                              ///< s, whole flight

@@ -6,6 +6,7 @@
 #include "diagnosis_page.hpp"
 #include "flight.hpp"
 #include "omniflight_core/progress.hpp"
+#include "omniflight_diagnosis/neighbour_file.hpp"
 #include "omniflight_diagnosis/told.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/plan.hpp"
@@ -96,20 +97,9 @@ Status take_told(const Options& o, const recording::Recording& first, const vehi
   for (const std::string& place : told->ignored)
     say(common, "  told, but not used: " + place + " (" + file + ")");
   for (const std::string& path : told->neighbours) {
-    recording::LoadOptions load;
-    load.map = o.map;
-    const auto r = recording::load(path, load);
-    if (!r) return Failure(r.error());
-    const recording::Signal* p = r->find("position");
-    if (!p || p->width() != 3)
-      return bad_input("has no position", path, "A neighbour needs px_m, py_m and pz_m");
-    physics::NeighbourTrack track;
-    for (Eigen::Index i = 0; i < p->size(); ++i) {
-      track.t_s.push_back(p->t_s[static_cast<std::size_t>(i)] + r->start_s - first.start_s);
-      track.p_WN.push_back(p->values.row(i).transpose());
-    }
-    if (auto ok = physics::validate(track); !ok) return ok;
-    options.neighbours.push_back(std::move(track));
+    auto track = diagnosis::load_neighbour(path, o.map, first.start_s);
+    if (!track) return Failure(track.error());
+    options.neighbours.push_back(std::move(*track));
   }
   return {};
 }

@@ -81,6 +81,11 @@ GalleryFlight fly_one(const GalleryOptions& o, const physics::Effect* effect, co
       ok = files::write_file_atomic(
           options.effects,
           physics::model_yaml({{effect, theta}}, "typical values, as the gallery flies them"));
+    const auto& signals = effect->info().signals;
+    if (ok && std::find(signals.begin(), signals.end(), "neighbour") != signals.end()) {
+      options.neighbours = {out + "/neighbour.csv"};  // hovers above the middle of the room
+      ok = files::write_file_atomic(options.neighbours[0], "t_s,px_m,py_m,pz_m\n0,0,0,2.5\n");
+    }
     if (!ok) {
       flight.reason = ok.error().text();
       return flight;

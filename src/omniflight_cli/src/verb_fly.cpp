@@ -28,6 +28,11 @@ Action add_fly(CLI::App& verb, Common& common) {
       "World the mujoco plant flies in: name under configs/proof_worlds or a path; otherwise nominal");
   verb.add_option("--faults", o->faults,
                   "Simulator: what breaks when; name under configs/faults or a path (rotor_loss, bad_day)");
+  verb.add_option(
+      "--neighbour", o->neighbours,
+      "Simulator: track of another multirotor whose wash presses on this one (neighbour_downwash): "
+      "a CSV of t_s,px_m,py_m,pz_m over simulated seconds, or any recording; one row: it hovers "
+      "there. For instance fly trajectory_1 --neighbour above.csv");
   verb.add_option("--sensors", o->sensors, "Sensor file or name: ideal | laboratory | degraded");
   verb.add_option("--weights", o->weights, "Allocation weights: case_a | case_b | dynamic (eq. 5.3) | FILE");
   verb.add_option("--tilt", o->tilt_mode, "fixed (of the plan) | search")

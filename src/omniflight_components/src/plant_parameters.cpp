@@ -2,7 +2,22 @@
 
 #include "conversions.hpp"
 
+#include "omniflight_diagnosis/neighbour_file.hpp"
+
 namespace omniflight::components {
+namespace {
+
+/// A neighbour blows, whether the model says how strongly or not.
+void add_downwash(physics::Model& model) {
+  const physics::Effect* const downwash = physics::find_effect("neighbour_downwash");
+  for (const auto& e : model.effects)
+    if (e.effect == downwash) return;
+  physics::ActiveEffect blows{downwash, {}};
+  for (const auto& p : downwash->info().parameters) blows.theta.push_back(p.typical);
+  model.effects.push_back(std::move(blows));
+}
+
+}  // namespace
 
 Result<PlantParameters> read_plant_parameters(bus::Parameters& p) {
   PlantParameters out;
@@ -10,6 +25,7 @@ Result<PlantParameters> read_plant_parameters(bus::Parameters& p) {
   const std::string overrides = p.text("vehicle_set", "");
   const std::string model = p.text("model", "");
   const std::string sensors = p.text("sensors", "");
+  const std::string neighbours = p.text("neighbours", "");
   out.seed = static_cast<std::uint64_t>(p.integer("seed", 1, 0));
   out.plant.seed = out.seed;
   out.plant.step = p.number("step_s", 0.001, 1e-5, 0.02);
@@ -38,6 +54,12 @@ Result<PlantParameters> read_plant_parameters(bus::Parameters& p) {
     if (!loaded) return Failure(loaded.error());
     out.model = std::move(*loaded);
   }
+  for (const std::string& file : split(neighbours)) {
+    auto track = diagnosis::load_neighbour(file, {}, 0.0);  // over simulated time
+    if (!track) return Failure(track.error());
+    out.plant.neighbours.push_back(std::move(*track));
+  }
+  if (!out.plant.neighbours.empty()) add_downwash(out.model);
   if (!sensors.empty()) {
     auto yaml = files::YamlReader::load(sensors);
     if (!yaml) return Failure(yaml.error());
