@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "actuation.hpp"
+#include "agreement.hpp"
 #include "balance.hpp"
 #include "bursts.hpp"
 #include "control_replay.hpp"
@@ -366,6 +367,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   add_actuation(actuation, d);
   if (o.has_controller) add_control(fit[0], o.controller, d);
   add_faults(flights, d);
+  add_agreement(fit[0], vehicle, o, d);
 
   // before and after, on what the fit saw and on what it did not see
   for (int c = 0; c < 6; ++c) {

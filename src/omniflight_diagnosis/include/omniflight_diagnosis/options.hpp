@@ -18,6 +18,7 @@ struct Tolerance {
   double thrust_scale = 0.01;            ///< 1, thrust coefficient and mass together
   double accelerometer_lateral = 0.15;   ///< m/s^2, bias and mounting tilt
   double accelerometer_vertical = 0.05;  ///< m/s^2
+  double gyro_bias = 0.02;               ///< rad/s
   double world_force = 0.005;            ///< 1, constant force in the world over weight (level, alignment)
   double torque_trim = 0.03;             ///< 1, constant torque over weight times largest rotor arm
   /// How unevenly motors of one kind share a load: torque over weight times mean arm.

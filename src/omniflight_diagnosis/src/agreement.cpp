@@ -1,0 +1,247 @@
+#include "agreement.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "omniflight_core/frames.hpp"
+#include "omniflight_physics/effect.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+using recording::Recording;
+using recording::Signal;
+
+constexpr double kBlock = 3.0;         // s
+constexpr double kSurely = 5;          // standard errors
+constexpr double kLeastGain = 0.003;   // of a rotor's speed: what timing of telemetry may do
+constexpr double kLeastServo = 0.012;  // s: as much as clocks of telemetry and command may differ
+
+std::string format(const char* pattern, auto... values) {
+  char text[300];
+  std::snprintf(text, sizeof text, pattern, values...);
+  return text;
+}
+
+struct Estimate {
+  double value = 0, se = 1e9;
+  bool is_not(double other, double least) const {
+    return std::abs(value - other) > std::max(kSurely * se, least);
+  }
+};
+
+Estimate mean_of(const std::vector<double>& x) {
+  Estimate out;
+  if (x.size() < 4) return out;
+  const auto n = static_cast<double>(x.size());
+  double squares = 0;
+  for (double v : x) out.value += v / n;
+  for (double v : x) squares += (v - out.value) * (v - out.value);
+  out.se = std::sqrt(squares / (n - 1) / n);
+  return out;
+}
+
+void add(Diagnosis& d, const char* id, const char* channel, const char* unit, const std::string& sentence,
+         std::vector<ParameterValue> parameters, double off, double noise) {
+  const physics::Effect* effect = physics::find_effect(id);
+  if (!effect) return;
+  Finding f;
+  f.effect = id;
+  f.probability = 0.99;
+  f.stage = effect->info().stage;
+  f.channels = {channel};
+  f.equation = effect->info().equation;
+  f.latex = effect->info().latex;
+  f.sentence = sentence;
+  f.parameters = std::move(parameters);
+  d.findings.push_back(std::move(f));
+  Mismatch m;
+  m.stage = effect->info().stage;
+  m.channel = channel;
+  m.frame = "body";
+  m.unit = unit;
+  m.where = "throughout";
+  m.rms = off;
+  m.noise_rms = noise;
+  m.p_value = std::erfc(off / std::max(1e-12, noise) / std::sqrt(2.0));
+  d.mismatch.push_back(std::move(m));
+}
+
+ParameterValue value_of(const char* name, const char* symbol, const char* unit, const Estimate& e) {
+  return {name, symbol, unit, e.value, e.value - 1.96 * e.se, e.value + 1.96 * e.se};
+}
+
+/// Mean speed over mean command of every rotor, in blocks in which it neither reverses nor stands.
+std::vector<Estimate> speed_gains(const Signal& speed, const Signal& command) {
+  std::vector<Estimate> out;
+  const Eigen::MatrixXd ordered = recording::resample(command, speed.t_s, 0.1);
+  const auto n = static_cast<std::size_t>(speed.values.rows());
+  for (Eigen::Index r = 0; r < speed.values.cols(); ++r) {
+    std::vector<double> gains;
+    for (std::size_t i = 0; i < n;) {
+      double turned = 0, asked = 0, low = 1e300, high = -1e300;
+      std::size_t j = i;
+      for (; j < n && speed.t_s[j] < speed.t_s[i] + kBlock; ++j) {
+        const double u = ordered(static_cast<Eigen::Index>(j), r);
+        const double w = speed.values(static_cast<Eigen::Index>(j), r);
+        if (!std::isfinite(u) || !std::isfinite(w)) continue;
+        turned += w, asked += u;
+        low = std::min({low, u, w}), high = std::max({high, u, w});
+      }
+      const bool whole = j < n && j - i > 50 && low * high > 0 && speed.t_s[i] > speed.t_s.front() + 1;
+      const double slowest = std::min(std::abs(low), std::abs(high));
+      if (whole && slowest > 0.3 * std::max(std::abs(low), std::abs(high))) gains.push_back(turned / asked);
+      i = std::max(j, i + 1);
+    }
+    out.push_back(mean_of(gains));
+  }
+  return out;
+}
+
+void judge_speeds(const Recording& r, Diagnosis& d) {
+  const Signal *speed = r.find("rotor_speed"), *command = r.find("rotor_command");
+  if (!speed || !command || speed->empty() || command->empty() || speed->width() != command->width()) return;
+  const std::vector<Estimate> gains = speed_gains(*speed, *command);
+  std::vector<double> known;
+  for (const Estimate& g : gains)
+    if (g.se < 1) known.push_back(g.value);
+  if (known.size() < 3) return;
+  std::nth_element(known.begin(), known.begin() + static_cast<long>(known.size() / 2), known.end());
+  const double common = known[known.size() / 2];
+  int odd = 0, slow = 0, last = -1;
+  double se = 0;
+  for (std::size_t k = 0; k < gains.size(); ++k) {
+    if (gains[k].se >= 1) continue;
+    if (gains[k].is_not(common, kLeastGain)) ++odd, last = static_cast<int>(k);
+    if (gains[k].is_not(1, kLeastGain) && gains[k].value < 1) ++slow;
+    se = std::max(se, gains[k].se);
+  }
+  if (2 * slow > static_cast<int>(known.size()) && common < 1 - kLeastGain)
+    add(d, "battery_sag", "rotor_speed", "1",
+        format("The rotors turn %.2f %% slower than they were ordered to, as on a battery that gives way.",
+               100 * (1 - common)),
+        {}, 1 - common, se);
+  if (odd == 1) {
+    const Estimate& g = gains[static_cast<std::size_t>(last)];
+    const Estimate scale{g.value / common - 1, g.se};
+    add(d, "rotor_speed_sensor_fault", "rotor_speed", "1",
+        format("Rotor %d turns %.2f %% %s than ordered by its own telemetry, the others do not: its sensor, "
+               "or its motor.",
+               last + 1, 100 * std::abs(scale.value), scale.value < 0 ? "slower" : "faster"),
+        {{"rotor", "k", "1", last + 1.0, last + 1.0, last + 1.0}, value_of("scale", "e", "1", scale)},
+        std::abs(scale.value), g.se);
+  }
+}
+
+/// First-order lag of the tilt angle behind its command, no faster than `rate` [rad/s; 0: any], that leaves
+/// least, within [from, to) seconds.
+double servo_lag(const Signal& tilt, const Eigen::MatrixXd& ordered, double rate, double from, double to) {
+  double best = 1e300, chosen = 0;
+  for (int k = 0; k <= 200; ++k) {
+    const double tau = 0.0025 * k;
+    double x = ordered(0, 0), left = 0;
+    for (Eigen::Index i = 1; i < tilt.values.rows(); ++i) {
+      const double t = tilt.t_s[static_cast<std::size_t>(i)];
+      const double u = ordered(i, 0);
+      if (std::isfinite(u)) {
+        const double dt = t - tilt.t_s[static_cast<std::size_t>(i) - 1];
+        const double next = tau > 0 ? u + (x - u) * std::exp(-dt / tau) : u;
+        x = rate > 0 ? std::clamp(next, x - rate * dt, x + rate * dt) : next;
+      }
+      if (t >= from && t < to) left += std::pow(tilt.values(i, 0) - x, 2);
+    }
+    if (left < best) best = left, chosen = tau;
+  }
+  return chosen;
+}
+
+void judge_tilt(const Recording& r, double rate, Diagnosis& d) {
+  const Signal *tilt = r.find("alpha"), *command = r.find("alpha_command");
+  if (!tilt || !command || tilt->size() < 100 || command->empty()) return;
+  if (tilt->width() != 1 || command->width() != 1) return;
+  const Eigen::MatrixXd ordered = recording::resample(*command, tilt->t_s, 0.1);
+  if (!std::isfinite(ordered(0, 0))) return;
+  const double from = tilt->t_s.front(), span = tilt->t_s.back() - from;
+  std::vector<double> lags;
+  const int blocks = std::clamp(static_cast<int>(span / kBlock), 1, 20);
+  for (int b = 0; b < blocks; ++b) {
+    const double a = from + span * b / blocks, z = from + span * (b + 1) / blocks;
+    double low = 1e300, high = -1e300;
+    for (Eigen::Index i = 0; i < ordered.rows(); ++i)
+      if (const double t = tilt->t_s[static_cast<std::size_t>(i)];
+          t >= a && t < z && std::isfinite(ordered(i, 0)))
+        low = std::min(low, ordered(i, 0)), high = std::max(high, ordered(i, 0));
+    if (high - low > 0.02) lags.push_back(servo_lag(*tilt, ordered, rate, a, z));
+  }
+  const Estimate lag = mean_of(lags);
+  if (!lag.is_not(0, kLeastServo)) return;
+  add(d, "tilt_servo_lag", "alpha", "s",
+      format("The tilt follows its command %.0f ms late, the vehicle file has no such lag.", 1e3 * lag.value),
+      {value_of("time_constant", "tau_a", "s", lag)}, lag.value, lag.se);
+}
+
+void judge_gyro(const Recording& r, const Options& o, Diagnosis& d) {
+  const Signal *gyro = r.find("gyro"), *attitude = r.find("attitude");
+  if (!gyro || !attitude || gyro->width() != 3 || attitude->width() != 4) return;
+  if (gyro->size() < 100 || attitude->size() < 100) return;
+  const auto at = [&](Eigen::Index i) {
+    const auto q = attitude->values.row(i);
+    return Quat(q[0], q[1], q[2], q[3]).normalized();
+  };
+  const Eigen::MatrixXd rate = recording::resample(*gyro, attitude->t_s, 0.1);
+  std::array<std::vector<double>, 3> off;
+  double turning = 0;
+  const Eigen::Index n = attitude->values.rows();
+  for (Eigen::Index i = 1; i + 1 < n;) {
+    Vec3 sum = Vec3::Zero();
+    int count = 0;
+    const double from = attitude->t_s[static_cast<std::size_t>(i)];
+    Eigen::Index j = i;
+    for (; j + 1 < n && attitude->t_s[static_cast<std::size_t>(j)] < from + kBlock; ++j) {
+      const double dt =
+          attitude->t_s[static_cast<std::size_t>(j) + 1] - attitude->t_s[static_cast<std::size_t>(j) - 1];
+      if (!(dt > 0 && dt < 0.1) || !rate.row(j).allFinite() || !attitude->values.row(j - 1).allFinite() ||
+          !attitude->values.row(j + 1).allFinite())
+        continue;
+      const Vec3 turned = log_rotation(at(j - 1).conjugate() * at(j + 1)) / dt;
+      sum += Vec3(rate.row(j)) - turned;
+      turning += turned.norm() / static_cast<double>(n);
+      ++count;
+    }
+    if (count > 50)
+      for (std::size_t c = 0; c < 3; ++c) off[c].push_back(sum[static_cast<int>(c)] / count);
+    i = std::max(j, i + 1);
+  }
+  static constexpr const char* kNames[] = {"bias_x", "bias_y", "bias_z"};
+  static constexpr const char* kSymbols[] = {"b_x", "b_y", "b_z"};
+  std::vector<ParameterValue> parameters;
+  double largest = 0, noise = 1e-9;
+  bool beyond = false;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Estimate b = mean_of(off[c]);
+    // a gyro that is turned or scaled a little shows a share of the rate as well
+    beyond = beyond || b.is_not(0, 1.2 * o.tolerance.gyro_bias + 0.03 * turning);
+    parameters.push_back(value_of(kNames[c], kSymbols[c], "rad/s", b));
+    if (std::abs(b.value) > largest) largest = std::abs(b.value), noise = b.se;
+  }
+  if (beyond)
+    add(d, "gyro_error", "gyro", "rad/s",
+        format("The gyro is off by up to %.2g rad/s against the measured attitude.", largest),
+        std::move(parameters), largest, noise);
+}
+
+}  // namespace
+
+void add_agreement(const Recording& r, const vehicle::Vehicle& vehicle, const Options& o, Diagnosis& d) {
+  const auto named = [&](const char* id) {
+    return std::any_of(d.findings.begin(), d.findings.end(),
+                       [&](const Finding& f) { return f.effect == id; });
+  };
+  if (!named("rotor_speed_sensor_fault")) judge_speeds(r, d);
+  if (vehicle.tilt.kind != vehicle::TiltKind::none && !named("tilt_servo_lag"))
+    judge_tilt(r, vehicle.tilt.rate, d);
+  judge_gyro(r, o, d);
+}
+
+}  // namespace omniflight::diagnosis
