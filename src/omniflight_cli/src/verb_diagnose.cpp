@@ -104,6 +104,43 @@ Status take_told(const Options& o, const recording::Recording& first, const vehi
   return {};
 }
 
+/// Several recordings: each flew beside neighbours of its own, named in the told.yaml that is its own
+/// (<recording>.told.yaml, or told.yaml in a folder of its own). The first one's are already loaded.
+Status take_neighbours(const Options& o, std::vector<recording::Recording>& fit,
+                       std::vector<recording::Recording>& held_out, diagnosis::Options& options) {
+  if (fit.size() + held_out.size() < 2) return {};
+  const auto give = [](recording::Recording& to, const physics::NeighbourTrack& track) {
+    recording::Signal s;
+    int number = 1;
+    do s.name = fmt::format("neighbour{}_position", number++);
+    while (to.signals.count(s.name) > 0);
+    s.unit = "m";
+    s.t_s = track.t_s;
+    s.values.resize(static_cast<Eigen::Index>(track.p_WN.size()), 3);
+    for (std::size_t i = 0; i < track.p_WN.size(); ++i)
+      s.values.row(static_cast<Eigen::Index>(i)) = track.p_WN[i].transpose();
+    to.signals[s.name] = std::move(s);
+  };
+  for (const physics::NeighbourTrack& track : options.neighbours) give(fit.front(), track);
+  options.neighbours.clear();
+  const auto folder = [](const std::string& path) { return std::filesystem::path(path).parent_path(); };
+  for (auto* list : {&fit, &held_out})
+    for (std::size_t k = list == &fit ? 1 : 0; k < list->size(); ++k) {
+      const std::string& path = (list == &fit ? o.recordings : o.held_out)[k];
+      const std::string file = diagnosis::told_beside(path);
+      if (file.empty() || (file != path + ".told.yaml" && folder(path) == folder(o.recordings.front())))
+        continue;
+      const auto told = diagnosis::load_told(file);
+      if (!told) return Failure(told.error());
+      for (const std::string& neighbour : told->neighbours) {
+        auto track = diagnosis::load_neighbour(neighbour, o.map, (*list)[k].start_s);
+        if (!track) return Failure(track.error());
+        give((*list)[k], *track);
+      }
+    }
+  return {};
+}
+
 std::string mission_yaml(const diagnosis::ProposedFlight& f, const std::string& vehicle,
                          const std::string& bed, const Vec3& start) {
   std::string y = fmt::format(
@@ -187,6 +224,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     if (!held_out) return Failure(held_out.error());
     diagnosis::Options options;
     if (auto ok = take_told(*o, fit->front(), *vehicle, options, common); !ok) return Failure(ok.error());
+    if (auto ok = take_neighbours(*o, *fit, *held_out, options); !ok) return Failure(ok.error());
     ablate(o->ablation, options);
     const auto elapsed = [begin] {
       return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -9,7 +9,14 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// World force of every sample, mean over half a second inside its run.
+double median_of(std::vector<double> v) {
+  if (v.empty()) return 0;
+  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
+  return v[v.size() / 2];
+}
+
+}  // namespace
+
 Eigen::MatrixXd slow_world_force(const Problem& p, const Eigen::VectorXd& r) {
   const int n = p.samples();
   Eigen::MatrixXd w(n, 3), out(n, 3);
@@ -25,13 +32,10 @@ Eigen::MatrixXd slow_world_force(const Problem& p, const Eigen::VectorXd& r) {
   return out;
 }
 
-double median_of(std::vector<double> v) {
-  if (v.empty()) return 0;
-  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-  return v[v.size() / 2];
+bool is_low(const physics::Situation& s, double height) {
+  const double radius = s.rotor_count > 0 ? s.rotors[0].radius : 0.0;
+  return height - s.environment.floor_z < 6 * radius;
 }
-
-}  // namespace
 
 std::vector<Burst> find_bursts(const Problem& p, const Eigen::VectorXd& residual) {
   std::vector<Burst> out;
@@ -125,9 +129,7 @@ void add_bursts(const Problem& p, const Eigen::VectorXd& before, const Eigen::Ve
     u.depends_on = {"time", "place"};
     u.parity = "none";
     u.share_of_residual = std::min(1.0, inside / std::max(1e-300, centred.squaredNorm()));
-    const physics::Situation& s = p.situation(0);
-    const double radius = s.rotor_count > 0 ? s.rotors[0].radius : 0.0;
-    const bool low = c == 2 && most->force[2] > 0 && most->place.z() - s.environment.floor_z < 6 * radius;
+    const bool low = c == 2 && most->force[2] > 0 && is_low(p.situation(0), most->place.z());
     if (low) u.depends_on = {"height"};
     u.nearest = low ? "ground_effect: an upward force close to the floor"
                     : "an external force: wash of another vehicle, gust or contact";

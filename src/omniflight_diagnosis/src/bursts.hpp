@@ -18,6 +18,12 @@ struct Burst {
 /// more than 40 % of the flight: then it is no burst but a state of affairs.
 std::vector<Burst> find_bursts(const Problem& problem, const Eigen::VectorXd& residual);
 
+/// World force of every sample [N], n x 3, mean over half a second inside its run.
+Eigen::MatrixXd slow_world_force(const Problem& problem, const Eigen::VectorXd& residual);
+
+/// So close to the floor that it may lift: six radii of a rotor.
+bool is_low(const physics::Situation& situation, double height);
+
 /// Share of the slow force's energy inside the bursts that `after` no longer holds.
 double explained_in_bursts(const Problem& problem, const Eigen::VectorXd& before,
                            const Eigen::VectorXd& after, const std::vector<Burst>& bursts);

@@ -10,6 +10,7 @@
 #include "balance.hpp"
 #include "bursts.hpp"
 #include "control_replay.hpp"
+#include "ground_law.hpp"
 #include "instruments.hpp"
 #include "intake.hpp"
 #include "locate.hpp"
@@ -88,7 +89,11 @@ std::vector<ChannelFit> compare(const Flight& flight, const vehicle::Vehicle& ve
     if (e.effect->can_replay()) wrench.push_back(e);
   Eigen::VectorXd after;
   problem.predict(wrench, Eigen::VectorXd::Zero(problem.offset_sigma().size()), after, nullptr);
-  const Eigen::VectorXd& before = problem.residual();
+  Eigen::VectorXd before = problem.residual();
+  if (problem.forces_only()) {  // the scale of a modelled thrust comes from every flight anew, with any model
+    const auto rotors = problem.offsets().col(0);
+    for (Eigen::VectorXd* r : {&before, &after}) *r -= rotors.dot(*r) / rotors.squaredNorm() * rotors;
+  }
   for (int c = 0; c < 6; ++c)
     out.push_back({name, kChannels[static_cast<std::size_t>(c)], channel_unit(c),
                    rms(before.segment(c * n, n)), rms(after.segment(c * n, n))});
@@ -328,12 +333,19 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   std::unique_ptr<const Problem> calm;
   const std::vector<Burst> bursts =
       blind ? std::vector<Burst>{} : find_bursts(*all, naming.null_model.residual);
-  if (!bursts.empty() &&
+  const bool offered = std::any_of(candidates.begin(), candidates.end(),
+                                   [](const physics::Effect* e) { return e->info().id == "ground_effect"; });
+  const double per_parameter = std::log(std::max(2.0, static_cast<double>(candidates.size())) / o.error_rate);
+  const bool grounded = offered && !blind && follows_ground_law(*all, naming.null_model, per_parameter, o);
+  const auto cut = [&](const Burst& b) {  // what the floor does stays in
+    return !(grounded && b.force.z() > 0 && is_low(all->situation(0), b.place.z()));
+  };
+  if (std::any_of(bursts.begin(), bursts.end(), cut) &&
       explained_in_bursts(*all, naming.null_model.residual, naming.model.residual, bursts) < 0.7) {
     for (std::size_t k = 0; k < used.size(); ++k) {
       calm_flights.push_back(*used[k]);
       for (const Burst& b : bursts)
-        if (b.flight == static_cast<int>(k))
+        if (b.flight == static_cast<int>(k) && cut(b))
           calm_flights.back() = part_of(calm_flights.back(), b.from_s - 0.5, b.to_s + 0.5, false);
     }
     const auto rest = pointers(calm_flights);
@@ -344,6 +356,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
       alone.clear(), naming = name_effects(*calm, candidates, o, &alone);
   }
   const Problem& problem = calm ? *calm : *all;
+  if (grounded) add_ground_law(problem, per_parameter, o, naming);
   if (!naming.model.effects.empty()) naming.model = settle(problem, naming.model, o);
   d.candidates = naming.candidates;
   d.aliases = naming.aliases;

@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "faults.hpp"
+#include "force_frame.hpp"
 #include "ground.hpp"
+#include "neighbours.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 #include "omniflight_diagnosis/residual.hpp"
 #include "thrust_source.hpp"
@@ -301,6 +303,12 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   f.has_accelerometer = acc != nullptr;
   if (acc) {
     force = take(*acc, "acc");
+    if ((velocity || position) &&
+        force_is_in_world(force, differentiate(v, grid.rate_hz), q, use, o.environment.gravity)) {
+      for (Eigen::Index i = 0; i < fine; ++i)
+        force.row(i) = (quaternion(q, i).conjugate() * Vec3(force.row(i))).transpose();
+      f.notes.push_back("'acc' follows the world's axes, not the body's: it was turned into the body.");
+    }
   } else {
     force = differentiate(v, grid.rate_hz);
     for (Eigen::Index i = 0; i < fine; ++i)
@@ -363,6 +371,7 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   for (int i = 0; i < std::min(margin, fine); ++i)
     use[static_cast<std::size_t>(i)] = use[static_cast<std::size_t>(fine - 1 - i)] = 0;
 
+  const std::vector<physics::NeighbourTrack> neighbours = neighbours_of(recording, o);
   const Eigen::MatrixXd slow_speed = roots(low_pass(squares(speed), grid.rate_hz, o.effect_cutoff_hz));
   const Eigen::MatrixXd slow_dspeed = differentiate(slow_speed, grid.rate_hz);
 
@@ -392,7 +401,7 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
     physics::Situation& x = f.situation[static_cast<std::size_t>(k)];
     physics::prepare(vehicle, body, alpha(i, 0), s, ds, environment, x);
     x.t = f.t.back();
-    physics::set_neighbours(o.neighbours, x.t, x);
+    physics::set_neighbours(neighbours, x.t, x);
     x.a_WB_B = Vec3(force.row(i)) + x.g_B;
     x.dw_WB_B = dw.row(i).transpose();
     for (Eigen::Index r = 0; r < speed.cols(); ++r) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "neighbours.hpp"
+
 namespace omniflight::diagnosis {
 namespace {
 
@@ -157,8 +159,10 @@ std::vector<const Effect*> offered_effects(std::span<const Flight* const> flight
           (info.id == "thrust_scale" || info.id == "payload_mass" || info.id == "thrust_curve" ||
            info.id == "rotor_thrust_scale" || info.id == "constant_pull" || info.id == "tilt_efficiency"))
         possible = false;
+      // without torques it shows only as an accelerometer that sits elsewhere
+      if (f->thrust_modelled && info.id == "com_offset") possible = false;
       for (const std::string& signal : info.signals) {
-        if (signal == "neighbour") possible = possible && !o.neighbours.empty();
+        if (signal == "neighbour") possible = possible && (!o.neighbours.empty() || has_neighbour(*f));
         if (signal == "position" || signal == "velocity")
           possible = possible && (f->has_position || f->has("velocity"));
         if (signal == "position") possible = possible && f->has_position;

@@ -41,6 +41,9 @@ Range plausible_range(const physics::Effect& effect, std::size_t parameter, cons
     within(0.15 * s.arm);
   } else if (id == "thrust_curve") {  // constant and linear part over the thrust of a rotor in hover
     within(0.3 * s.rotor_thrust / (p.name == "linear" ? s.rotor_speed : 1.0));
+  } else if (id == "drag_torque_scale") {  // published ratios of like rotors differ by less
+    range.lower = std::max(range.lower, -0.6);
+    range.upper = std::min(range.upper, 1.5);
   } else if (id == "rotor_inertia") {  // a thousandth of the body's is ordinary
     within(0.02 * s.inertia_max);
     range.lower = std::max(range.lower, -0.01 * range.upper);
@@ -59,8 +62,8 @@ Range plausible_range(const physics::Effect& effect, std::size_t parameter, cons
                      : p.name.find("yy") == 0 ? 1
                      : p.name.find("zz") == 0 ? 2
                                               : -1;
-    range.upper = std::min(range.upper, 0.8 * (axis < 0 ? s.inertia_min : s.inertia(axis, axis)));
-    range.lower = std::max(range.lower, -0.6 * s.inertia_min);
+    range.upper = std::min(range.upper, 0.6 * (axis < 0 ? s.inertia_min : s.inertia(axis, axis)));
+    range.lower = std::max(range.lower, -0.5 * s.inertia_min);
   } else if (p.unit == "kg" && p.linear) {
     range.lower = std::max(range.lower, -0.6 * s.mass);
   }

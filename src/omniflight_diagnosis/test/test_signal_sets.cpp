@@ -51,6 +51,66 @@ TEST(SignalSets, DutyCyclesAloneCarryAWrenchAnalysisWithoutAFalseMass) {
   EXPECT_NE(d->summary.find("duty cycle"), std::string::npos) << d->summary;
 }
 
+TEST(SignalSets, ASpecificForceInWorldAxesIsTurnedIntoTheBody) {
+  const vehicle::Vehicle v = load("crazyflie_brushless");  // leans to move sideways
+  recording::Recording r;
+  for (const auto& [name, width] :
+       {std::pair{"attitude", 4}, {"velocity", 3}, {"acc", 3}, {"gyro", 3}, {"rotor_speed", 4}}) {
+    recording::Signal& s = r.signals[name];
+    s.name = name;
+    s.values.resize(600, width);
+    for (int i = 0; i < 600; ++i) s.t_s.push_back(0.01 * i);
+  }
+  r.duration_s = 6;
+  const double hover = std::sqrt(v.mass * 9.81 / 4 / v.rotors[0].thrust_coefficient);
+  for (int i = 0; i < 600; ++i) {
+    const double t = 0.01 * i, lean = 0.1 * std::sin(2 * t), rate = 0.2 * std::cos(2 * t);
+    r.signals["attitude"].values.row(i) << std::cos(lean / 2), 0, std::sin(lean / 2), 0;
+    r.signals["velocity"].values.row(i) << -9.81 * 0.05 * std::cos(2 * t), 0, 0;
+    r.signals["acc"].values.row(i) << 0, 0, 9.81 / std::cos(lean);
+    r.signals["gyro"].values.row(i) << 0, rate, 0;
+    r.signals["rotor_speed"].values.row(i).setConstant(hover / std::sqrt(std::cos(lean)));
+  }
+  const auto in_body = prepare_flight(r, v, {});
+  ASSERT_TRUE(in_body) << in_body.error().text();
+  for (int i = 0; i < 600; ++i) {
+    const double lean = 0.1 * std::sin(0.02 * i);
+    r.signals["acc"].values.row(i) << 9.81 * std::tan(lean), 0, 9.81;
+  }
+  const auto in_world = prepare_flight(r, v, {});
+  ASSERT_TRUE(in_world) << in_world.error().text();
+  const auto turned = [](const Flight& f) {
+    return std::any_of(f.notes.begin(), f.notes.end(),
+                       [](const std::string& n) { return n.find("world's axes") != std::string::npos; });
+  };
+  EXPECT_FALSE(turned(*in_body));
+  EXPECT_TRUE(turned(*in_world));
+  EXPECT_LT((in_world->specific_force - in_body->specific_force).cwiseAbs().maxCoeff(), 0.02);
+}
+
+TEST(SignalSets, EveryRecordingBringsItsOwnNeighbours) {
+  const vehicle::Vehicle v = load("omnimorph");
+  test::Flown flown;
+  flown.duration_s = 12;
+  recording::Recording r = test::fly(v, {}, flown);
+  Options o;
+  o.neighbours.push_back({{0.0}, {Vec3(1, 0, 1)}});
+  recording::Signal& track = r.signals["neighbour1_position"];
+  track.name = "neighbour1_position";
+  track.t_s = {0, 12};
+  track.values.resize(2, 3);
+  track.values << 0, 0, 2, 0, 0, 3;
+  const auto f = prepare_flight(r, v, o);
+  ASSERT_TRUE(f) << f.error().text();
+  const physics::Situation& s = f->situation[f->situation.size() / 2];
+  ASSERT_EQ(s.neighbour_count, 2);
+  EXPECT_NEAR(s.all_neighbours()[1].p_WN.z(), 2 + s.t / 12, 1e-6);
+  track.t_s = {12, 0};  // no track
+  const auto without = prepare_flight(r, v, o);
+  ASSERT_TRUE(without) << without.error().text();
+  EXPECT_EQ(without->situation[0].neighbour_count, 1);
+}
+
 TEST(SignalSets, AForceThatComesAndGoesIsLocalisedAndNotNamed) {
   const vehicle::Vehicle v = load("omnimorph");
   test::Flown flown;

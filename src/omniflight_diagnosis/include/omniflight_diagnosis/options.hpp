@@ -24,7 +24,7 @@ struct Tolerance {
   /// How unevenly motors of one kind share a load: torque over weight times mean arm.
   double motor_lateral = 0.03, motor_yaw = 0.06;
   /// When thrust is only modelled from duty cycles: its scale, its exponent and its dependence on voltage.
-  double modelled_scale = 0.3, modelled_exponent = 0.4, modelled_voltage = 0.6, modelled_trim = 0.3;
+  double modelled_scale = 0.3, modelled_exponent = 0.2, modelled_voltage = 0.6, modelled_trim = 0.3;
 };
 
 /// Gains that a controller is said to have; its command is then replayed on the recorded state.
