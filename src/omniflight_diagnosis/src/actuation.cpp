@@ -334,7 +334,8 @@ void add_actuation(const std::vector<std::vector<ActuationFit>>& flights, Diagno
                     1e3 * tau, 1e3 * nominal);
       mismatch(text, std::erfc(difference / std::max(1e-6, tau_se) / std::sqrt(2.0)), fits);
     }
-    if (d > std::max(4 * d_se, 0.004) && delay_effect &&
+    // a delay that a shorter lag pays for is none
+    if (d + std::min(0.0, difference) > std::max(4 * d_se, 0.004) && delay_effect &&
         static_cast<std::size_t>(board) < late.theta.size()) {
       delayed = true;
       late.theta[static_cast<std::size_t>(board)] = d;

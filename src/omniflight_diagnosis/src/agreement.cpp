@@ -25,7 +25,7 @@ std::string format(const char* pattern, auto... values) {
 }
 
 struct Estimate {
-  double value = 0, se = 1e9;
+  double value = 0, se = 1e9, scatter = 1e9;
   bool is_not(double other, double least) const {
     return std::abs(value - other) > std::max(kSurely * se, least);
   }
@@ -38,7 +38,8 @@ Estimate mean_of(const std::vector<double>& x) {
   double squares = 0;
   for (double v : x) out.value += v / n;
   for (double v : x) squares += (v - out.value) * (v - out.value);
-  out.se = std::sqrt(squares / (n - 1) / n);
+  out.scatter = std::sqrt(squares / (n - 1));
+  out.se = out.scatter / std::sqrt(n);
   return out;
 }
 
@@ -124,7 +125,7 @@ void judge_speeds(const Recording& r, Diagnosis& d) {
         {}, 1 - common, se);
   if (odd == 1) {
     const Estimate& g = gains[static_cast<std::size_t>(last)];
-    const Estimate scale{g.value / common - 1, g.se};
+    const Estimate scale{g.value / common - 1, g.se, g.scatter};
     add(d, "rotor_speed_sensor_fault", "rotor_speed", "1",
         format("Rotor %d turns %.2f %% %s than ordered by its own telemetry, the others do not: its sensor, "
                "or its motor.",
@@ -220,8 +221,8 @@ void judge_gyro(const Recording& r, const Options& o, Diagnosis& d) {
   bool beyond = false;
   for (std::size_t c = 0; c < 3; ++c) {
     const Estimate b = mean_of(off[c]);
-    // a gyro that is turned or scaled a little shows a share of the rate as well
-    beyond = beyond || b.is_not(0, 1.2 * o.tolerance.gyro_bias + 0.03 * turning);
+    // a bias stays; and a gyro that is turned or scaled a little shows a share of the rate as well
+    beyond = beyond || b.is_not(0, std::max(3 * b.scatter, 1.2 * o.tolerance.gyro_bias + 0.03 * turning));
     parameters.push_back(value_of(kNames[c], kSymbols[c], "rad/s", b));
     if (std::abs(b.value) > largest) largest = std::abs(b.value), noise = b.se;
   }

@@ -1,0 +1,98 @@
+// What was ordered, what was measured, and what another sensor says.
+#include <gtest/gtest.h>
+
+#include "../src/agreement.hpp"
+#include "synthetic.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+using test::omnimorph;
+
+/// A nominal flight with commands that the rotors and the tilt follow exactly.
+recording::Recording with_commands(const vehicle::Vehicle& v) {
+  test::Flown f;
+  f.sway = 0.2;
+  f.torque_noise_Nm = 0;  // turns the gyro, not the attitude
+  recording::Recording r = test::fly(v, {}, f);
+  for (const auto& [of, from] : {std::pair{"rotor_command", "rotor_speed"}, {"alpha_command", "alpha"}}) {
+    recording::Signal s = r.signals.at(from);
+    s.name = of;
+    r.signals[of] = s;
+  }
+  for (Eigen::Index i = 0; i < r.signals["alpha"].values.rows(); ++i)
+    for (const char* name : {"alpha", "alpha_command"})
+      r.signals[name].values(i, 0) += 0.1 * std::sin(0.02 * static_cast<double>(i));
+  return r;
+}
+
+std::string found(const recording::Recording& r, const vehicle::Vehicle& v, const Options& o = {}) {
+  Diagnosis d;
+  add_agreement(r, v, o, d);
+  EXPECT_EQ(d.findings.size(), d.mismatch.size());
+  std::string names;
+  for (const Finding& f : d.findings) names += f.effect + " ";
+  return names;
+}
+
+TEST(Agreement, AFlightThatDoesAsOrderedShowsNothing) {
+  const vehicle::Vehicle v = omnimorph();
+  EXPECT_EQ(found(with_commands(v), v), "");
+}
+
+TEST(Agreement, RotorsThatAllTurnTooSlowlySag) {
+  const vehicle::Vehicle v = omnimorph();
+  recording::Recording r = with_commands(v);
+  r.signals["rotor_speed"].values *= 0.99;
+  EXPECT_EQ(found(r, v), "battery_sag ");
+}
+
+TEST(Agreement, OneRotorThatTurnsOtherwiseIsNamedWithItsScale) {
+  const vehicle::Vehicle v = omnimorph();
+  recording::Recording r = with_commands(v);
+  r.signals["rotor_speed"].values.col(4) *= 0.98;
+  Diagnosis d;
+  add_agreement(r, v, {}, d);
+  ASSERT_EQ(d.findings.size(), 1u);
+  EXPECT_EQ(d.findings[0].effect, "rotor_speed_sensor_fault");
+  EXPECT_EQ(d.findings[0].parameters.at(0).value, 5);
+  EXPECT_NEAR(d.findings[0].parameters.at(1).value, -0.02, 0.001);
+}
+
+TEST(Agreement, ATiltThatLagsIsNamedWithItsTime) {
+  const vehicle::Vehicle v = omnimorph();
+  recording::Recording r = with_commands(v);
+  auto& tilt = r.signals["alpha"];
+  const auto command = r.signals["alpha_command"].values;
+  const double part = std::exp(-0.01 / 0.08);
+  for (Eigen::Index i = 1; i < tilt.values.rows(); ++i)
+    tilt.values(i, 0) = command(i, 0) + part * (tilt.values(i - 1, 0) - command(i, 0));
+  Diagnosis d;
+  add_agreement(r, v, {}, d);
+  ASSERT_EQ(d.findings.size(), 1u);
+  EXPECT_EQ(d.findings[0].effect, "tilt_servo_lag");
+  EXPECT_NEAR(d.findings[0].parameters.at(0).value, 0.08, 0.01);
+}
+
+TEST(Agreement, AGyroBiasCountsBeyondWhatIsTold) {
+  const vehicle::Vehicle v = omnimorph();
+  recording::Recording r = with_commands(v);
+  r.signals["gyro"].values.col(2).array() += 0.05;
+  EXPECT_EQ(found(r, v), "gyro_error ");
+  Options told;
+  told.tolerance.gyro_bias = 0.06;
+  EXPECT_EQ(found(r, v, told), "");
+}
+
+TEST(Agreement, MissingAndBrokenSignalsArePassedOver) {
+  const vehicle::Vehicle v = omnimorph();
+  recording::Recording r = with_commands(v);
+  for (const char* name : {"rotor_command", "alpha_command", "attitude"}) r.signals.erase(name);
+  EXPECT_EQ(found(r, v), "");
+  r = with_commands(v);
+  for (auto& [name, signal] : r.signals) signal.values.setConstant(std::nan(""));
+  EXPECT_EQ(found(r, v), "");
+}
+
+}  // namespace
+}  // namespace omniflight::diagnosis
