@@ -36,6 +36,8 @@ void ablate(const std::string& what, diagnosis::Options& options) {
     for (double* sigma : {&t.thrust_scale, &t.accelerometer_lateral, &t.accelerometer_vertical,
                           &t.world_force, &t.torque_trim})
       *sigma *= 1e-3;
+  } else if (what == "no-instruments") {
+    options.refly.clear();
   }
 }
 
@@ -86,14 +88,22 @@ Result<Refit> refly(const Options& o, const std::string& out, const recording::R
 }
 
 /// What told.yaml says, and the tracks of the neighbours it names.
-Status take_told(const Options& o, const recording::Recording& first, const vehicle::Vehicle& vehicle,
-                 diagnosis::Options& options, Common& common) {
+Status take_told(const Options& o, const std::vector<recording::Recording>& fit,
+                 const vehicle::Vehicle& vehicle, diagnosis::Options& options, Common& common) {
+  const recording::Recording& first = fit.front();
   const std::string file = o.told.empty() ? diagnosis::told_beside(o.recordings.front()) : o.told;
   if (file.empty()) return {};
   const auto told = diagnosis::load_told(file);
   if (!told) return Failure(told.error());
   diagnosis::apply(*told, options);
-  options.refly = make_reflight(first, vehicle, *told, options.environment);
+  for (std::size_t k = 0; k < fit.size(); ++k) {
+    const std::string own = k == 0 || !o.told.empty() ? file : diagnosis::told_beside(o.recordings[k]);
+    const auto of_this = own.empty() ? told : diagnosis::load_told(own);
+    if (!of_this) return Failure(of_this.error());
+    auto again = make_reflight(fit[k], vehicle, *of_this, options.environment);
+    if (!again) break;
+    options.refly.push_back(std::move(again));
+  }
   for (const std::string& place : told->ignored)
     say(common, "  told, but not used: " + place + " (" + file + ")");
   for (const std::string& path : told->neighbours) {
@@ -211,8 +221,9 @@ Action add_diagnose(CLI::App& verb, Common& common) {
   verb.add_option("--told", o->told, "What is known beside the recording (default: told.yaml beside it)");
   verb.add_option("--map", o->map, "Which columns of a foreign CSV are which signals");
   verb.add_option("--ablation", o->ablation,
-                  "Leave a safeguard out, to see what it is worth: no-whitening | no-gate | no-tolerance")
-      ->check(CLI::IsMember({"no-whitening", "no-gate", "no-tolerance"}));
+                  "Leave a safeguard out, to see what it is worth: no-whitening | no-gate | no-tolerance | "
+                  "no-instruments")
+      ->check(CLI::IsMember({"no-whitening", "no-gate", "no-tolerance", "no-instruments"}));
   verb.add_option("--test-bed", o->test_bed, "Where the proposed next flight has to fit");
   return [o, &common]() -> Result<int> {
     const auto begin = std::chrono::steady_clock::now();
@@ -223,7 +234,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     auto held_out = load_all(o->held_out, o->map);
     if (!held_out) return Failure(held_out.error());
     diagnosis::Options options;
-    if (auto ok = take_told(*o, fit->front(), *vehicle, options, common); !ok) return Failure(ok.error());
+    if (auto ok = take_told(*o, *fit, *vehicle, options, common); !ok) return Failure(ok.error());
     if (auto ok = take_neighbours(*o, *fit, *held_out, options); !ok) return Failure(ok.error());
     ablate(o->ablation, options);
     const auto elapsed = [begin] {

@@ -54,7 +54,8 @@ Action add_prove(CLI::App& verb, Common& common) {
   verb.add_option("--limit-s", o->limit_s, "Time of one diagnosis [s]")->check(not_negative(false));
   verb.add_option("--salt", o->salt, "For tests only; a proof draws its own");
   verb.add_option("--ablation", o->ablation,
-                  "Prove an analysis without one of its safeguards: no-whitening | no-gate | no-tolerance");
+                  "Prove an analysis without one of its safeguards: no-whitening | no-gate | no-tolerance | "
+                  "no-instruments");
   verb.add_flag("--no-second", o->no_second, "Do not fly what is proposed for ambiguous cases");
   verb.add_flag("--tuning", o->tuning, "Other parameter boxes and magnitudes, for developing");
   verb.add_flag("--no-baselines", o->no_baselines, "Leave the textbook methods out");

@@ -57,22 +57,28 @@ Flight part_of(const Flight& f, double from_s, double to_s, bool inside) {
   return out;
 }
 
-/// What a model's effects do to the body [N, Nm], a row a sample of the flight; held where nothing is known.
-Eigen::MatrixXd wrench_of(const Problem& problem, const Fit& model, const Flight& flight) {
+/// What a model's effects do to the body in every flight [N, Nm], a row a sample; held where nothing is
+/// known.
+std::vector<Eigen::MatrixXd> wrench_of(const Problem& problem, const Fit& model,
+                                       const std::vector<const Flight*>& flights) {
   Eigen::VectorXd without, with;
   problem.predict({}, model.offsets, without, nullptr);
   problem.predict(model.effects, model.offsets, with, nullptr);
   const Eigen::VectorXd own = without - with;
   const int n = problem.samples();
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(flight.size(), 6);
-  int row = 0, filled = 0;
-  for (const Segment& s : flight.segments)
-    for (int i = s.begin; i < s.end; ++i, ++row) {
-      for (int c = 0; c < 6; ++c) out(i, c) = own[c * n + row];
-      for (; filled < i; ++filled) out.row(filled) = filled > 0 ? out.row(filled - 1).eval() : out.row(i);
-      ++filled;
-    }
-  for (; filled > 0 && filled < flight.size(); ++filled) out.row(filled) = out.row(filled - 1);
+  std::vector<Eigen::MatrixXd> out;
+  int row = 0;
+  for (const Flight* flight : flights) {
+    Eigen::MatrixXd& w = out.emplace_back(Eigen::MatrixXd::Zero(flight->size(), 6));
+    int filled = 0;
+    for (const Segment& s : flight->segments)
+      for (int i = s.begin; i < s.end; ++i, ++row) {
+        for (int c = 0; c < 6; ++c) w(i, c) = own[c * n + row];
+        for (; filled < i; ++filled) w.row(filled) = filled > 0 ? w.row(filled - 1).eval() : w.row(i);
+        ++filled;
+      }
+    for (; filled > 0 && filled < flight->size(); ++filled) w.row(filled) = w.row(filled - 1);
+  }
   return out;
 }
 
@@ -311,22 +317,29 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   Alone alone;
   // where the flight can be flown again, effects are judged free of feedback; once more with what was found,
   // since a load moves the working point of the rotors
-  std::optional<Flight> freed;
-  const Flight* const recorded = used[0];
-  const auto free_of_feedback = [&](const Eigen::MatrixXd& known) {
-    if (blind || used.size() != 1) return false;
-    auto found = with_instruments(*recorded, known, vehicle, o);
-    if (!found) return false;
+  std::vector<Flight> freed;
+  const std::vector<const Flight*> recorded = used;
+  const auto free_of_feedback = [&](const std::vector<Eigen::MatrixXd>& known) {
+    if (blind || o.refly.size() != flights.size()) return false;
+    std::vector<Flight> found;
+    for (std::size_t k = 0; k < recorded.size(); ++k) {
+      const auto which = static_cast<std::size_t>(recorded[k] - flights.data());
+      auto one = with_instruments(*recorded[k], known[k], vehicle, o, o.refly[which]);
+      if (!one) return false;
+      found.push_back(std::move(*one));
+    }
     freed = std::move(found);
-    used[0] = &*freed;
+    used = pointers(freed);
     all = std::make_unique<const Problem>(used, vehicle, o);
     alone.clear();
     return true;
   };
-  free_of_feedback(Eigen::MatrixXd::Zero(recorded->size(), 6));
+  std::vector<Eigen::MatrixXd> nothing;
+  for (const Flight* f : recorded) nothing.emplace_back(Eigen::MatrixXd::Zero(f->size(), 6));
+  free_of_feedback(nothing);
   Naming naming = name_effects(*all, candidates, o, &alone);
-  if (freed && !naming.model.effects.empty() && !o.stopped() &&
-      free_of_feedback(wrench_of(*all, naming.model, *freed)))
+  if (!freed.empty() && !naming.model.effects.empty() && !o.stopped() &&
+      free_of_feedback(wrench_of(*all, naming.model, used)))
     naming = name_effects(*all, candidates, o, &alone);
   // what comes and goes from outside must not be bent into an effect of the vehicle's own state
   std::vector<Flight> calm_flights;

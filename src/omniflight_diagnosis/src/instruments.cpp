@@ -5,9 +5,10 @@
 namespace omniflight::diagnosis {
 
 std::optional<Flight> with_instruments(const Flight& flight, const Eigen::MatrixXd& wrench,
-                                       const vehicle::Vehicle& vehicle, const Options& o) {
-  if (!o.refly || flight.size() < 2) return std::nullopt;
-  const auto flown = o.refly(wrench, flight.t.front(), flight.rate_hz);
+                                       const vehicle::Vehicle& vehicle, const Options& o,
+                                       const Reflight& refly) {
+  if (!refly || flight.size() < 2) return std::nullopt;
+  const auto flown = refly(wrench, flight.t.front(), flight.rate_hz);
   if (!flown) return std::nullopt;
   Options same = o;
   same.grid_origin_s = flight.t.front();

@@ -37,8 +37,8 @@ Options with_flights_again(const vehicle::Vehicle& v, int& flown_again) {
             "constant_pull", "tilt_efficiency", "thrust_curve", "attachment_torque"};
   o.tolerance.thrust_scale = 0.001;
   o.tolerance.torque_trim = 0.001;
-  o.refly = [&v, &flown_again](const Eigen::MatrixXd& wrench, double from_s,
-                               double rate_hz) -> Result<recording::Recording> {
+  o.refly = {[&v, &flown_again](const Eigen::MatrixXd& wrench, double from_s,
+                                double rate_hz) -> Result<recording::Recording> {
     EXPECT_EQ(wrench.cols(), 6);
     EXPECT_TRUE(wrench.allFinite());
     EXPECT_NEAR(static_cast<double>(wrench.rows()), 30 * rate_hz, rate_hz);
@@ -48,7 +48,7 @@ Options with_flights_again(const vehicle::Vehicle& v, int& flown_again) {
     still.force_noise_N = still.torque_noise_Nm = still.accelerometer_noise = still.gyro_noise =
         still.speed_noise = 0;
     return test::fly(v, {}, still);
-  };
+  }};
   return o;
 }
 
@@ -61,7 +61,7 @@ TEST(Instruments, TurbulenceThroughFeedbackIsNoEffect) {
     const auto d = diagnose({&real, 1}, {}, v, o);
     ASSERT_TRUE(d) << d.error().text();
     EXPECT_EQ(names(*d), "") << "seed " << seed;
-    o.refly = nullptr;
+    o.refly.clear();
     const auto control = diagnose({&real, 1}, {}, v, o);
     ASSERT_TRUE(control) << control.error().text();
     alarms_without += !names(*control).empty();
@@ -87,6 +87,20 @@ TEST(Instruments, APayloadUnderTurbulenceIsNamedWithItsMass) {
   }
 }
 
+TEST(Instruments, TwoFlightsAreBothFlownAgain) {
+  const vehicle::Vehicle v = omnimorph();
+  int flown_again = 0;
+  const std::vector<physics::ActiveEffect> load{{physics::find_effect("payload_mass"), {0.05}}};
+  const std::vector<recording::Recording> real{test::fly(v, load, buffeted(3)),
+                                               test::fly(v, load, buffeted(4))};
+  Options o = with_flights_again(v, flown_again);
+  o.refly.push_back(o.refly.front());
+  const auto d = diagnose(real, {}, v, o);
+  ASSERT_TRUE(d) << d.error().text();
+  EXPECT_EQ(flown_again, 4);
+  EXPECT_NE(names(*d), "");
+}
+
 TEST(Instruments, AFlightThatCannotBeFlownAgainIsJudgedAsItIs) {
   const vehicle::Vehicle v = omnimorph();
   const auto real =
@@ -94,9 +108,9 @@ TEST(Instruments, AFlightThatCannotBeFlownAgainIsJudgedAsItIs) {
   Options o;
   o.rollouts = false;
   o.only = {"payload_mass", "rotor_drag"};
-  o.refly = [](const Eigen::MatrixXd&, double, double) -> Result<recording::Recording> {
+  o.refly = {[](const Eigen::MatrixXd&, double, double) -> Result<recording::Recording> {
     return fail(ErrorCode::incomplete, "lost", "");
-  };
+  }};
   const auto d = diagnose({&real, 1}, {}, v, o);
   ASSERT_TRUE(d) << d.error().text();
   EXPECT_EQ(names(*d), "payload_mass ");

@@ -240,7 +240,7 @@ int main(int argc, char** argv) {
   app.add_option("--command", o.command, "The omniflight to prove; default: of this workspace");
   app.add_option("--ablation", o.ablation,
                  "An analysis without one of its safeguards; take the salt of the whole one's result")
-      ->check(CLI::IsMember({"no-whitening", "no-gate", "no-tolerance"}));
+      ->check(CLI::IsMember({"no-whitening", "no-gate", "no-tolerance", "no-instruments"}));
   app.add_flag("--tuning", o.tuning, "Draw from the tuning box, not the sealed one");
   app.add_flag("--allow-unsealed", o.allow_unsealed,
                "Go on where the analysis cannot be confined; the result says so");
