@@ -314,7 +314,6 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   auto all = std::make_unique<const Problem>(used, vehicle, o);
   const auto candidates = blind ? std::vector<const physics::Effect*>{} : offered_effects(used, vehicle, o);
   d.intake = describe(fit[0], flights[0]);
-  Alone alone;
   // where the flight can be flown again, effects are judged free of feedback; once more with what was found,
   // since a load moves the working point of the rotors
   std::vector<Flight> freed;
@@ -331,16 +330,15 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     freed = std::move(found);
     used = pointers(freed);
     all = std::make_unique<const Problem>(used, vehicle, o);
-    alone.clear();
     return true;
   };
   std::vector<Eigen::MatrixXd> nothing;
   for (const Flight* f : recorded) nothing.emplace_back(Eigen::MatrixXd::Zero(f->size(), 6));
   free_of_feedback(nothing);
-  Naming naming = name_effects(*all, candidates, o, &alone);
+  Naming naming = name_effects(*all, candidates, o);
   if (!freed.empty() && !naming.model.effects.empty() && !o.stopped() &&
       free_of_feedback(wrench_of(*all, naming.model, used)))
-    naming = name_effects(*all, candidates, o, &alone);
+    naming = name_effects(*all, candidates, o);
   // what comes and goes from outside must not be bent into an effect of the vehicle's own state
   std::vector<Flight> calm_flights;
   std::unique_ptr<const Problem> calm;
@@ -366,7 +364,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     if (calm->samples() < 4 * o.grid_hz)
       calm.reset();
     else
-      alone.clear(), naming = name_effects(*calm, candidates, o, &alone);
+      naming = name_effects(*calm, candidates, o);
   }
   const Problem& problem = calm ? *calm : *all;
   if (grounded) add_ground_law(problem, per_parameter, o, naming);

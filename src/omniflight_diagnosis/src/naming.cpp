@@ -175,8 +175,7 @@ std::vector<const Effect*> offered_effects(std::span<const Flight* const> flight
   return out;
 }
 
-Naming name_effects(const Problem& problem, const std::vector<const Effect*>& candidates, const Options& o,
-                    Alone* known) {
+Naming name_effects(const Problem& problem, const std::vector<const Effect*>& candidates, const Options& o) {
   Naming out;
   const double entry = std::log(std::max<double>(2.0, static_cast<double>(candidates.size())) / o.error_rate);
   out.null_model = fit_effects(problem, {}, o);
@@ -190,15 +189,10 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
   };
   for (const Effect* effect : candidates) {
     if (stop("further candidates of the library")) break;
-    Alone here;
-    const auto [at, fresh] = (known ? known : &here)->try_emplace(effect);
-    if (fresh) {
-      at->second.first = fit_with(problem, out.null_model, *effect, o);
-      at->second.second = gate_effect(problem, at->second.first, 0, o).energy_share;
-    }
-    alone.push_back(at->second.first);
+    alone.push_back(fit_with(problem, out.null_model, *effect, o));
     out.candidates.push_back({effect->info().id, alone.back().log_likelihood - out.null_model.log_likelihood,
-                              penalty(*effect, entry), at->second.second});
+                              penalty(*effect, entry),
+                              gate_effect(problem, alone.back(), 0, o).energy_share});
   }
   const auto quick = [&](const Fit& base, const Effect* effect) {
     for (const Fit& f : alone)

@@ -37,11 +37,7 @@ std::vector<const physics::Effect*> offered_effects(std::span<const Flight* cons
 /// How well columns X imitate a direction v: sqrt of the share of v explained.
 double cosine_of(const Eigen::MatrixXd& X, const Eigen::VectorXd& v);
 
-/// Every candidate by itself on one problem: fits and what they explain. Kept between searches.
-using Alone = std::map<const physics::Effect*, std::pair<Fit, double>>;
-
-/// `known` is filled, and used when it already holds a candidate; it must belong to this problem.
 Naming name_effects(const Problem& problem, const std::vector<const physics::Effect*>& candidates,
-                    const Options& options, Alone* known = nullptr);
+                    const Options& options);
 
 }  // namespace omniflight::diagnosis

@@ -116,19 +116,4 @@ Eigen::MatrixXd Whitening::apply(const Problem& problem, const Eigen::Ref<const 
   return out;
 }
 
-Eigen::MatrixXd Whitening::draw(Random& random, int samples) const {
-  constexpr int kRunIn = 400;
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(samples, 6);
-  for (int c = 0; c < 6 && !filters_.empty(); ++c) {
-    const Filter& filter = filters_[0][static_cast<std::size_t>(c)];
-    std::vector<double> x(static_cast<std::size_t>(samples + kRunIn));
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      x[i] = filter.sigma * random.normal();
-      for (std::size_t k = 0; k < filter.a.size() && k < i; ++k) x[i] += filter.a[k] * x[i - 1 - k];
-      if (i >= kRunIn) out(static_cast<Eigen::Index>(i) - kRunIn, c) = x[i];
-    }
-  }
-  return out;
-}
-
 }  // namespace omniflight::diagnosis

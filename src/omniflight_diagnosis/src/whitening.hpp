@@ -3,8 +3,6 @@
 
 #include <vector>
 
-#include "omniflight_core/random.hpp"
-
 #include "problem.hpp"
 
 namespace omniflight::diagnosis {
@@ -19,9 +17,6 @@ class Whitening {
   /// Filtered and divided by the innovation's standard deviation; the first samples of every run become zero.
   Eigen::MatrixXd apply(const Problem& problem, const Eigen::Ref<const Eigen::MatrixXd>& x) const;
   Eigen::VectorXd apply_vector(const Problem& problem, const Eigen::VectorXd& x) const;
-
-  /// Noise of this kind: samples x 6 of the first flight's channels, in their units.
-  Eigen::MatrixXd draw(Random& random, int samples) const;
 
   /// Gaussian log-likelihood of the residual it was fitted to (constants dropped).
   double log_likelihood() const { return log_likelihood_; }
