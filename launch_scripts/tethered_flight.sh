@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Starts the components of a tethered flight one by one: gateway, controller, allocator, planner and recorder as on the
-# vehicle's side. Without DEVICES the boards are emulated on pseudo terminals. On two machines start the emulator (or
+# vehicle's side. Without DEVICES the boards are emulated, behind local sockets. On two machines start the emulator (or
 # the boards) on one and the rest on the other, with the same OMNIFLIGHT_DOMAIN and your own CYCLONEDDS_URI.
 # Usage:   ./launch_scripts/tethered_flight.sh [MISSION] [OUTPUT_FOLDER] [DEVICES]
 # Example: ./launch_scripts/tethered_flight.sh trajectory_1 runs/tethered "/dev/ttyACM0;/dev/ttyACM1;/dev/ttyUSB0"
@@ -12,8 +12,8 @@ if [ -n "${3:-}" ]; then
 else
   # no rotor turns: a loaded machine may starve a component for longer than hardware may wait
   emulator=(emulator)
-  gateway+=", devices: \"$out/boards/board0;$out/boards/board1;$out/boards/board2\", stale_after_s: 1.5, board_silence_s: 3"
-  echo "controller: {ros__parameters: {mocap_timeout_s: 3}}" >>"$out/params.yaml"
+  gateway+=", devices: \"$out/boards/board0;$out/boards/board1;$out/boards/board2\", stale_after_s: 0.3, board_silence_s: 1.5"
+  echo "controller: {ros__parameters: {mocap_timeout_s: 1.5}}" >>"$out/params.yaml"
   plant_params emulator "link_directory: \"$out/boards\", epoch_ns: $epoch_ns"
 fi
 echo "gateway: {ros__parameters: {$gateway}}" >>"$out/params.yaml"

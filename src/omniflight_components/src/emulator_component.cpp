@@ -1,5 +1,5 @@
-// The lab without the lab: boards on pseudo terminals, a simulated vehicle behind them, motion capture on the
-// bus. A person at the rope is played too: the vehicle is held until the flight begins and caught when it
+// The lab without the lab: boards on lines of their own, a simulated vehicle behind them, motion capture on
+// the bus. A person at the rope is played too: the vehicle is held until the flight begins and caught when it
 // ends.
 #include <atomic>
 #include <filesystem>
@@ -52,10 +52,13 @@ class Emulator final : public ThreadedComponent {
  private:
   Status on_configure(const YAML::Node& node) override {
     bus::Parameters p(node, "emulator");
-    const std::string links = p.text("link_directory", {});
+    const std::string links = p.text("link_directory", {}), line = p.text("line", "socket");
     epoch_ns_ = p.integer("epoch_ns", 0, 0);
     auto read = read_plant_parameters(p);
     if (!read) return Failure(read.error());
+    if (line != "socket" && line != "pty")
+      return bad_input("must be socket or pty, is '" + line + "'", "emulator.line",
+                       "Take socket, or pty to go through the kernel's path of a serial device");
     parameters_ = std::move(*read);
     if (auto ok = make_plant(parameters_, plant_, sensors_); !ok) return ok;
     behind_.emplace(*plant_);
@@ -63,6 +66,7 @@ class Emulator final : public ThreadedComponent {
     std::filesystem::create_directories(links, ec);
     auto config = gateway::EmulatorConfig::omnimorph();
     config.link_directory = links;
+    config.line = line == "pty" ? gateway::LineKind::pseudo_terminal : gateway::LineKind::socket;
     auto boards = gateway::BoardEmulator::create(std::move(config), *behind_);
     if (!boards) return Failure(boards.error());
     boards_.emplace(std::move(*boards));

@@ -8,6 +8,8 @@
 #include <cstring>
 #include <set>
 
+#include "omniflight_gateway/local_socket.hpp"
+
 namespace omniflight::gateway {
 namespace {
 
@@ -27,16 +29,19 @@ EmulatorConfig EmulatorConfig::omnimorph() {
   chimera.rotors = 0;
   chimera.has_imu = true;
   chimera.imu_scale = chimera_imu_scale();
-  return {{first, second, chimera}, {}};
+  return {{first, second, chimera}, {}, LineKind::pseudo_terminal};
 }
 
 BoardEmulator::BoardEmulator(EmulatorConfig config, EmulatedPlant& plant)
-    : link_directory_(std::move(config.link_directory)), plant_(&plant) {
+    : link_directory_(std::move(config.link_directory)), line_(config.line), plant_(&plant) {
   for (auto& board : config.boards)
-    boards_.push_back({EmulatedBoard(std::move(board)), {}, ByteStream(16384)});
+    boards_.push_back({EmulatedBoard(std::move(board)), {}, {}, {}, ByteStream(16384)});
 }
 
 Result<BoardEmulator> BoardEmulator::create(EmulatorConfig config, EmulatedPlant& plant) {
+  if (config.line == LineKind::socket && config.link_directory.empty())
+    return bad_input("sockets need a directory to lie in", "link_directory",
+                     "Give an existing, writable link_directory");
   std::set<std::size_t> ids;
   std::size_t total = 0;
   for (std::size_t i = 0; i < config.boards.size(); ++i) {
@@ -73,12 +78,21 @@ std::string BoardEmulator::device(std::size_t i) const {
 }
 
 void BoardEmulator::unplug(std::size_t i) {
-  if (boards_[i].pty.master.is_open() && !link_directory_.empty()) ::unlink(link(i).c_str());
+  if (boards_[i].plugged() && !link_directory_.empty()) ::unlink(link(i).c_str());
   boards_[i].pty = {};
+  boards_[i].host.reset();
+  boards_[i].listener.reset();
   boards_[i].stream.clear();
 }
 
 Status BoardEmulator::plug(std::size_t i) {
+  if (line_ == LineKind::socket) {
+    unplug(i);
+    auto listener = listen_local(link(i));
+    if (!listener) return Failure(listener.error());
+    boards_[i].listener = std::move(*listener);
+    return {};
+  }
   auto pty = open_pseudo_terminal();
   if (!pty) return Failure(pty.error());
   unplug(i);
@@ -95,22 +109,38 @@ Status BoardEmulator::plug(std::size_t i) {
 }
 
 bool BoardEmulator::inject_noise(std::size_t i, std::span<const std::uint8_t> bytes) {
-  return boards_[i].pty.master.is_open() && boards_[i].stream.queue(bytes);
+  return boards_[i].line() >= 0 && boards_[i].stream.queue(bytes);
 }
 
 void BoardEmulator::wait(double timeout_s) const {
   std::vector<int> fds;
-  for (const auto& b : boards_) fds.push_back(b.pty.master.get());
+  for (const auto& b : boards_) fds.push_back(b.line());
   wait_readable(fds, timeout_s);
+}
+
+void BoardEmulator::Connected::meet_host() {
+  if (!listener.is_open() || host.is_open()) return;
+  host = accept_local(listener);
+  stream.clear();
+}
+
+/// A host may hang up: the board stays powered and waits for the next one. A pseudo terminal that breaks is
+/// an error.
+Status BoardEmulator::Connected::kept(Status moved) {
+  if (moved || !listener.is_open()) return moved;
+  host.reset();
+  stream.clear();
+  return {};
 }
 
 Status BoardEmulator::receive(double now_s) {
   if (!std::isfinite(now_s)) return bad_input("time is not finite", "BoardEmulator", "Check the clock");
   for (auto& b : boards_) {
-    if (!b.pty.master.is_open()) continue;
+    b.meet_host();
+    if (b.line() < 0) continue;
     bytes_.clear();
     answers_.clear();
-    if (auto ok = b.stream.read(b.pty.master.get(), bytes_); !ok) return ok;
+    if (auto ok = b.kept(b.stream.read(b.line(), bytes_)); !ok) return ok;
     b.board.receive(bytes_, now_s, answers_);
     if (!b.stream.queue(answers_)) dropped_ += frames_in(answers_);
   }
@@ -129,9 +159,9 @@ Status BoardEmulator::step(double now_s) {
   for (auto& b : boards_) {
     bytes_.clear();
     b.board.emit(now_s, sample, bytes_);
-    if (!b.pty.master.is_open()) continue;
+    if (b.line() < 0) continue;
     if (!b.stream.queue(bytes_)) dropped_ += frames_in(bytes_);
-    if (auto ok = b.stream.flush(b.pty.master.get()); !ok) return ok;
+    if (auto ok = b.kept(b.stream.flush(b.line())); !ok) return ok;
   }
   return {};
 }

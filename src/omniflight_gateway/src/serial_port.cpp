@@ -5,6 +5,8 @@
 #include <poll.h>
 #include <stdlib.h>
 #include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -15,6 +17,8 @@
 #include <cstring>
 #include <ctime>
 #include <optional>
+
+#include "omniflight_gateway/local_socket.hpp"
 
 namespace omniflight::gateway {
 namespace {
@@ -61,6 +65,27 @@ void ask_for_low_latency(int fd) {
   (void)ioctl(fd, TIOCSSERIAL, &s);
 }
 
+bool is_socket(int fd) {
+  struct stat s {};
+  return fstat(fd, &s) == 0 && S_ISSOCK(s.st_mode);
+}
+
+/// How many of `most` bytes can be read from a tty without waiting. Even a non-blocking read of an empty tty
+/// waits, uninterruptibly, until a kernel worker has handed over what is on its way (n_tty_read flushes the
+/// port's work), and that worker has no priority over anybody: beside busy programs it took more than 3 s. So
+/// an empty tty is never read. One that is hung up cannot tell, and its read does not wait.
+std::size_t readable(int tty, std::size_t most) {
+  int waiting = 0;
+  if (ioctl(tty, FIONREAD, &waiting) != 0) return most;
+  return std::min(most, static_cast<std::size_t>(std::max(waiting, 0)));
+}
+
+/// A peer that is gone is an error of this call, not a signal to this process.
+ssize_t put(int fd, const std::uint8_t* bytes, std::size_t count) {
+  const ssize_t n = ::send(fd, bytes, count, MSG_NOSIGNAL | MSG_DONTWAIT);
+  return n < 0 && errno == ENOTSOCK ? ::write(fd, bytes, count) : n;
+}
+
 bool would_block() { return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR; }
 
 }  // namespace
@@ -76,6 +101,7 @@ Result<FileDescriptor> open_serial(const std::string& device, unsigned baud) {
     return bad_input("baud rate " + std::to_string(baud) + " is not supported", device,
                      "Use 0, 57600, 115200, 500000 or 2000000");
   }
+  if (is_local_socket(device)) return connect_local(device);
   FileDescriptor fd(::open(device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!fd.is_open()) {
     return system_failure("cannot open the board's device", device,
@@ -112,8 +138,12 @@ Result<PseudoTerminal> open_pseudo_terminal() {
 
 Status ByteStream::read(int fd, std::vector<std::uint8_t>& in, std::size_t limit) {
   std::array<std::uint8_t, 1024> chunk;
+  const bool socket = is_socket(fd);
   while (limit > 0) {
-    const ssize_t n = ::read(fd, chunk.data(), std::min(limit, chunk.size()));
+    std::size_t most = std::min(limit, chunk.size());
+    if (!socket) most = readable(fd, most);
+    if (most == 0) return {};
+    const ssize_t n = ::read(fd, chunk.data(), most);
     if (n < 0) {
       if (would_block()) return {};
       return system_failure("the line is broken", "serial read", "Check the cable, then connect again");
@@ -135,7 +165,7 @@ bool ByteStream::queue(std::span<const std::uint8_t> bytes) {
 
 Status ByteStream::flush(int fd) {
   while (pending() > 0) {
-    const ssize_t n = ::write(fd, output_.data() + sent_, pending());
+    const ssize_t n = put(fd, output_.data() + sent_, pending());
     if (n < 0) {
       if (would_block()) return {};
       return system_failure("the line is broken", "serial write", "Check the cable, then connect again");

@@ -1,5 +1,5 @@
 // The lab's avionics without hardware: two Teensy boards of four motors and one chimera board with the IMU,
-// each speaking telekyb3 over its own pseudo terminal, flying a plant the caller gives.
+// each speaking telekyb3 over its own line, flying a plant the caller gives.
 #pragma once
 
 #include "omniflight_gateway/emulated_board.hpp"
@@ -17,15 +17,22 @@ class EmulatedPlant {
   virtual PlantSample sample() = 0;
 };
 
+/// What a host opens. Only a pseudo terminal takes the kernel's path of a serial device, and its latency:
+/// none when the machine is idle, seconds when it is busy. A socket delivers at once.
+enum class LineKind { pseudo_terminal, socket };
+
 struct EmulatorConfig {
   std::vector<EmulatedBoardConfig> boards;
-  std::string link_directory;  ///< existing directory for symbolic links board0, board1, ...; empty: none
+  /// Existing directory for board0, board1, ...: symbolic links to the pseudo terminals (empty: none), or the
+  /// sockets themselves (required).
+  std::string link_directory;
+  LineKind line = LineKind::pseudo_terminal;
 
   /// Two Teensys (rotors 0-3 and 4-7) and a chimera with IMU and battery.
   static EmulatorConfig omnimorph();
 };
 
-/// Owns the pseudo terminals; borrows the plant. Not thread safe: one thread steps it.
+/// Owns the lines; borrows the plant. Not thread safe: one thread steps it.
 class BoardEmulator {
  public:
   /// @param plant must outlive the emulator.
@@ -43,16 +50,16 @@ class BoardEmulator {
   /// Waits for bytes from the host, at most timeout_s (up to 1 s).
   void wait(double timeout_s) const;
 
-  /// What the host opens for board i: the link when there is a directory, else the pty itself (changes on
-  /// plug()).
+  /// What the host opens for board i: its name in the directory when there is one, else the pty itself
+  /// (changes on plug()).
   std::string device(std::size_t i) const;
-  bool plugged(std::size_t i) const { return boards_[i].pty.master.is_open(); }
+  bool plugged(std::size_t i) const { return boards_[i].plugged(); }
   /// Bytes over board i's line since construction.
   std::uint64_t bytes_read(std::size_t i) const { return boards_[i].stream.bytes_read(); }
   std::uint64_t bytes_written(std::size_t i) const { return boards_[i].stream.bytes_written(); }
   /// Pulls the cable: the host sees a hang-up. The board keeps its power and its watchdog.
   void unplug(std::size_t i);
-  /// Puts it back on a new pseudo terminal.
+  /// Puts it back on a new line.
   Status plug(std::size_t i);
   /// Puts bytes on board i's line to the host as they are, as a bad cable would. False when the line is full
   /// or cut.
@@ -66,13 +73,19 @@ class BoardEmulator {
  private:
   struct Connected {
     EmulatedBoard board;
-    PseudoTerminal pty;
+    PseudoTerminal pty;             ///< one of these two is open
+    FileDescriptor listener, host;  ///< host: while one is connected
     ByteStream stream;
+    bool plugged() const { return pty.master.is_open() || listener.is_open(); }
+    int line() const { return pty.master.is_open() ? pty.master.get() : host.get(); }  ///< -1: nobody there
+    void meet_host();
+    Status kept(Status moved);
   };
   BoardEmulator(EmulatorConfig config, EmulatedPlant& plant);
   std::string link(std::size_t i) const;
 
   std::string link_directory_;
+  LineKind line_;
   EmulatedPlant* plant_;
   std::vector<Connected> boards_;
   std::vector<double> command_;

@@ -1,4 +1,5 @@
-// Non-blocking bytes over a tty or pty. Every call returns at once; waiting is the caller's poll().
+// Non-blocking bytes over a tty, pty or Unix stream socket. Every call returns at once, however busy the
+// machine is; only wait_readable() waits.
 #pragma once
 
 #include <omniflight_core/result.hpp>
@@ -31,7 +32,7 @@ class FileDescriptor {
 };
 
 /// Opens a device raw, 8N1, non-blocking, without becoming its session's terminal, and drops what it had
-/// buffered.
+/// buffered. A path of a Unix stream socket is connected to instead (local_socket.hpp), whatever the baud.
 /// @param baud 0 (leave as it is), 57600, 115200, 500000 or 2000000.
 /// Asks for low latency where the driver knows it (a pty or USB device that does not is fine).
 Result<FileDescriptor> open_serial(const std::string& device, unsigned baud);
@@ -69,7 +70,9 @@ class ByteStream {
   std::uint64_t bytes_read_ = 0, bytes_written_ = 0;
 };
 
-/// Waits until a descriptor is readable or timeout_s (0 to 1 s) has passed; -1 entries are skipped.
+/// Waits until a descriptor is readable or timeout_s (0 to 1 s) has passed; -1 entries are skipped. On a tty
+/// the kernel may overrun the timeout while its worker has no processor: a control loop sleeps and reads
+/// instead.
 void wait_readable(std::span<const int> fds, double timeout_s);
 
 }  // namespace omniflight::gateway
