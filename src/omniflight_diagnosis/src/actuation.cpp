@@ -279,7 +279,9 @@ std::vector<ActuationFit> fit_actuation(const recording::Recording& recording,
   // a single board has no second one to tell it by
   double common = 1;
   for (const ActuationFit& f : out) common = std::min(common, f.delay_s);
-  if (!out.empty() && !clocks_agree(flight).value_or(boards.size() == 1))
+  constexpr double kStamps = 0.008;  // s: what stamps of telemetry and command may differ by, on all boards
+  const bool stamps = boards.size() > 1 && out.size() == boards.size() && common < kStamps;
+  if (!out.empty() && (stamps || !clocks_agree(flight).value_or(boards.size() == 1)))
     for (ActuationFit& f : out) f.delay_s -= common;
   return out;
 }

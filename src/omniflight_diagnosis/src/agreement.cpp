@@ -6,6 +6,7 @@
 
 #include "omniflight_core/frames.hpp"
 #include "omniflight_physics/effect.hpp"
+#include "quantisation.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -16,7 +17,7 @@ using recording::Signal;
 constexpr double kBlock = 3.0;         // s
 constexpr double kSurely = 5;          // standard errors
 constexpr double kLeastGain = 0.003;   // of a rotor's speed: what timing of telemetry may do
-constexpr double kLeastServo = 0.012;  // s: as much as clocks of telemetry and command may differ
+constexpr double kLeastServo = 0.016;  // s: as much as clocks of telemetry and command may differ
 
 std::string format(const char* pattern, auto... values) {
   char text[300];
@@ -98,6 +99,14 @@ std::vector<Estimate> speed_gains(const Signal& speed, const Signal& command) {
     out.push_back(mean_of(gains));
   }
   return out;
+}
+
+void judge_steps(const Recording& r, Diagnosis& d) {
+  const auto step = speed_step(r);
+  if (!step) return;
+  add(d, "command_quantisation", "rotor_speed", "rad/s",
+      format("The rotors keep to speeds %.3g rad/s apart, their commands do not.", *step),
+      {{"step", "q", "rad/s", *step, 0.98 * *step, 1.02 * *step}}, *step / std::sqrt(12.0), 0.01 * *step);
 }
 
 void judge_speeds(const Recording& r, Diagnosis& d) {
@@ -239,10 +248,39 @@ void add_agreement(const Recording& r, const vehicle::Vehicle& vehicle, const Op
     return std::any_of(d.findings.begin(), d.findings.end(),
                        [&](const Finding& f) { return f.effect == id; });
   };
+  judge_steps(r, d);
   if (!named("rotor_speed_sensor_fault")) judge_speeds(r, d);
   if (vehicle.tilt.kind != vehicle::TiltKind::none && !named("tilt_servo_lag"))
     judge_tilt(r, vehicle.tilt.rate, d);
   judge_gyro(r, o, d);
+}
+
+void add_kinematics(const Kinematics& kinematics, Diagnosis& d) {
+  for (const Kinematics::Part& part : kinematics.parts) {
+    const physics::Effect* effect = physics::find_effect(part.effect);
+    if (!effect) continue;
+    const auto& parameters = effect->info().parameters;
+    std::vector<ParameterValue> values;
+    std::string text;
+    Eigen::Index largest = 0;
+    for (Eigen::Index k = 0; k < part.value.size(); ++k) {
+      const physics::Parameter& p = parameters[static_cast<std::size_t>(k)];
+      values.push_back(value_of(p.name.c_str(), p.symbol.c_str(), p.unit.c_str(),
+                                {part.value[k], part.se[k], part.se[k]}));
+      text += format("%s%s %.3g %s", k > 0 ? ", " : "", p.name.c_str(), part.value[k], p.unit.c_str());
+      if (std::abs(part.value[k]) > std::abs(part.value[largest])) largest = k;
+    }
+    add(d, part.effect.c_str(), part.effect == "mocap_tilt" ? "position" : "acc",
+        parameters.front().unit.c_str(),
+        format("The accelerometer and the measured position do not tell of one motion; %s: %s.",
+               effect->info().term.c_str(), text.c_str()),
+        std::move(values), std::abs(part.value[largest]), part.se[largest]);
+    Finding& f = d.findings.back();
+    f.cannot_be_told_apart_from = part.as_well;
+    f.rivals = static_cast<int>(part.as_well.size());
+    for (const std::string& other : part.as_well) d.next_flight.separates.emplace_back(part.effect, other);
+    if (f.rivals > 0) d.next_flight.manoeuvres.push_back(effect->info().separated_by);
+  }
 }
 
 }  // namespace omniflight::diagnosis

@@ -10,6 +10,7 @@
 #include "balance.hpp"
 #include "bursts.hpp"
 #include "control_replay.hpp"
+#include "dictionary.hpp"
 #include "ground_law.hpp"
 #include "instruments.hpp"
 #include "intake.hpp"
@@ -18,6 +19,7 @@
 #include "propose.hpp"
 #include "rollout.hpp"
 #include "sanity.hpp"
+#include "single_rotor.hpp"
 #include "statistics.hpp"
 
 namespace omniflight::diagnosis {
@@ -80,6 +82,19 @@ std::vector<Eigen::MatrixXd> wrench_of(const Problem& problem, const Fit& model,
     for (; filled > 0 && filled < flight->size(); ++filled) w.row(filled) = w.row(filled - 1);
   }
   return out;
+}
+
+/// The accelerations as a faultless accelerometer at the body origin would have given them.
+void take_out(const Kinematics& errors, Flight& f) {
+  const Kinematics::Part *bias = errors.find("accelerometer_error"), *lever = errors.find("imu_lever_arm");
+  if (!f.has_accelerometer || (!bias && !lever)) return;
+  for (auto* states : {&f.situation, &f.smooth})
+    for (physics::Situation& s : *states) {
+      if (bias) s.a_WB_B -= Vec3(bias->value);
+      if (!lever) continue;
+      const Vec3 r = lever->value, &w = s.body.w_WB_B;
+      s.a_WB_B -= s.dw_WB_B.cross(r) + w.cross(w.cross(r));
+    }
 }
 
 /// RMS a channel without and with effects: body wrench, vertical world force, specific force [m/s^2].
@@ -194,7 +209,15 @@ void add_wrench_findings(const Problem& problem, const Naming& naming, const Opt
       d.next_flight.manoeuvres.push_back(info.separated_by);
     }
     d.findings.push_back(std::move(f));
-    d.model.push_back(e);
+    const ActiveEffect whole = in_full(e);
+    const auto same = std::find_if(d.model.begin(), d.model.end(),
+                                   [&](const ActiveEffect& m) { return m.effect == whole.effect; });
+    if (same == d.model.end()) {
+      d.model.push_back(whole);
+    } else {  // two rotors, each found by itself
+      for (std::size_t p = 0; p < whole.theta.size(); ++p)
+        same->theta[p] += whole.theta[p] - whole.effect->info().parameters[p].neutral;
+    }
   }
 }
 
@@ -255,6 +278,26 @@ std::string summarise(const Diagnosis& d, const std::vector<Flight>& flights) {
   return s;
 }
 
+/// A rotor whose telemetry reads low by a share e seems to lift 2 e more than its speed says: once its sensor
+/// is named, that is no effect of its own.
+void drop_what_a_sensor_explains(Diagnosis& d) {
+  for (const Finding& fault : d.findings) {
+    if (fault.effect != "rotor_speed_sensor_fault" || fault.parameters.size() != 2) continue;
+    const int rotor = static_cast<int>(fault.parameters[0].value);
+    const double e = fault.parameters[1].value, as_thrust = 1 / ((1 + e) * (1 + e)) - 1;
+    const auto seems = [&](const Finding& f) {
+      return f.effect == "rotor_thrust_scale" && f.parameters.size() == 1 &&
+             f.parameters[0].name == "scale_" + std::to_string(rotor) &&
+             std::abs(f.parameters[0].value - as_thrust) < 0.4 * std::abs(as_thrust);
+    };
+    const auto at = std::find_if(d.findings.begin(), d.findings.end(), seems);
+    if (at == d.findings.end()) continue;
+    std::erase_if(d.model, [](const ActiveEffect& m) { return m.effect->info().id == "rotor_thrust_scale"; });
+    d.findings.erase(at);
+    return;
+  }
+}
+
 /// The answer about a recording that cannot be believed.
 Diagnosis unusable(const recording::Recording& r, const std::vector<std::string>& against) {
   Diagnosis d;
@@ -291,10 +334,15 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     }
   }
   std::vector<Flight> flights, unseen;
+  Diagnosis of_sensors;
   for (const auto* list : {&fit, &held_out}) {
     for (const recording::Recording& r : *list) {
       auto f = prepare_flight(r, vehicle, o);
       if (!f) return tl::unexpected(f.error());
+      if (const auto errors = judge_kinematics(r, o)) {
+        take_out(*errors, *f);
+        if (d.inputs.empty()) add_kinematics(*errors, of_sensors);
+      }
       d.inputs.push_back({f->file, f->sha256, f->duration_s, f->signals, f->excluded});
       (list == &fit ? flights : unseen).push_back(std::move(*f));
     }
@@ -313,6 +361,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   }
   auto all = std::make_unique<const Problem>(used, vehicle, o);
   const auto candidates = blind ? std::vector<const physics::Effect*>{} : offered_effects(used, vehicle, o);
+  const auto hypotheses = with_single_rotors(candidates, vehicle);
   d.intake = describe(fit[0], flights[0]);
   // where the flight can be flown again, effects are judged free of feedback; once more with what was found,
   // since a load moves the working point of the rotors
@@ -335,10 +384,10 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   std::vector<Eigen::MatrixXd> nothing;
   for (const Flight* f : recorded) nothing.emplace_back(Eigen::MatrixXd::Zero(f->size(), 6));
   free_of_feedback(nothing);
-  Naming naming = name_effects(*all, candidates, o);
+  Naming naming = name_effects(*all, hypotheses, o);
   if (!freed.empty() && !naming.model.effects.empty() && !o.stopped() &&
       free_of_feedback(wrench_of(*all, naming.model, used)))
-    naming = name_effects(*all, candidates, o);
+    naming = name_effects(*all, hypotheses, o);
   // what comes and goes from outside must not be bent into an effect of the vehicle's own state
   std::vector<Flight> calm_flights;
   std::unique_ptr<const Problem> calm;
@@ -364,7 +413,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     if (calm->samples() < 4 * o.grid_hz)
       calm.reset();
     else
-      naming = name_effects(*calm, candidates, o);
+      naming = name_effects(*calm, hypotheses, o);
   }
   const Problem& problem = calm ? *calm : *all;
   if (grounded) add_ground_law(problem, per_parameter, o, naming);
@@ -374,7 +423,16 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   if (!blind) d.mismatch = locate_wrench(problem, naming.null_model, naming.model, used, o);
   add_wrench_findings(problem, naming, o, d);
   if (!blind) {
-    d.unexplained = locate_unexplained(problem, naming.model, o);
+    if (freed.empty()) {
+      d.unexplained = locate_unexplained(problem, naming.model, o);
+    } else {
+      std::vector<Term> terms = select_terms(problem, naming.model.residual, o);
+      // a law that is only nearly right leaves crumbs of itself
+      const double crumb = 0.1 * (naming.model.log_likelihood - naming.null_model.log_likelihood);
+      std::erase_if(terms, [&](const Term& t) { return t.gain < crumb; });
+      d.unexplained = as_unexplained(problem, terms, naming.model.residual);
+      std::erase_if(d.unexplained, [](const Unexplained& u) { return u.share_of_residual < 0.03; });
+    }
     Eigen::VectorXd before, after;
     all->predict({}, naming.model.offsets, before, nullptr);
     all->predict(naming.model.effects, naming.model.offsets, after, nullptr);
@@ -392,6 +450,9 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   if (o.has_controller) add_control(fit[0], o.controller, d);
   add_faults(flights, d);
   add_agreement(fit[0], vehicle, o, d);
+  drop_what_a_sensor_explains(d);
+  for (Finding& f : of_sensors.findings) d.findings.push_back(std::move(f));
+  for (Mismatch& m : of_sensors.mismatch) d.mismatch.push_back(std::move(m));
 
   // before and after, on what the fit saw and on what it did not see
   for (int c = 0; c < 6; ++c) {

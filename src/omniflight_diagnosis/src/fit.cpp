@@ -496,6 +496,12 @@ Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, con
   bounds.lower = Eigen::VectorXd::Constant(F.cols(), -1e12);
   bounds.upper = Eigen::VectorXd::Constant(F.cols(), 1e12);
   const Eigen::Index from = R.cols() - offset_count;
+  // the tolerances say how much an offset may do for free, with and without the effect
+  Eigen::VectorXd prior = Eigen::VectorXd::Zero(F.cols()), pull = prior;
+  // where feedback colours the state, a law with a bend of its own must beat whatever their limits allow
+  if (problem.instrumented() || width == 1)
+    prior.segment(from, offset_count) = problem.offset_sigma().cwiseAbs2().cwiseInverse();
+  pull.segment(from, offset_count) = -prior.segment(from, offset_count).cwiseProduct(full.offsets);
   bounds.lower.segment(from, offset_count) = (-3 * problem.offset_sigma() - full.offsets).cwiseMin(0.0);
   bounds.upper.segment(from, offset_count) = (3 * problem.offset_sigma() - full.offsets).cwiseMax(0.0);
   const auto solve = [&](const Eigen::MatrixXd& h, const Eigen::VectorXd& r, Eigen::Index size) {
@@ -503,7 +509,12 @@ Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, con
     u.x.conservativeResize(size);
     u.lower.conservativeResize(size);
     u.upper.conservativeResize(size);
-    return bounded_step(h.topLeftCorner(size, size), r.head(size), u);
+    Eigen::MatrixXd with_prior = h.topLeftCorner(size, size);
+    with_prior.diagonal() += prior.head(size);
+    return bounded_step(with_prior, r.head(size) + pull.head(size), u);
+  };
+  const auto cost_of_offsets = [&](const Eigen::VectorXd& x) {
+    return 0.5 * prior.head(x.size()).dot(x.cwiseAbs2()) - pull.head(x.size()).dot(x);
   };
   std::vector<double> gains;
   for (int b = 0; b < count; ++b) {
@@ -532,7 +543,8 @@ Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, con
     const Eigen::VectorXd gw = Fw.transpose() * yw;
     const Eigen::VectorXd z0 = solve(Hw, gw, R.cols()), z1 = solve(Hw, gw, F.cols());
     const auto H0 = Hw.topLeftCorner(R.cols(), R.cols());
-    gate.gain = gw.dot(z1) - 0.5 * z1.dot(Hw * z1) - (gw.head(R.cols()).dot(z0) - 0.5 * z0.dot(H0 * z0));
+    gate.gain = gw.dot(z1) - 0.5 * z1.dot(Hw * z1) - cost_of_offsets(z1) -
+                (gw.head(R.cols()).dot(z0) - 0.5 * z0.dot(H0 * z0) - cost_of_offsets(z0));
   }
   for (int c = 0; c < 6; ++c) {
     const double before = all0.segment(c * n, n).squaredNorm(), after = all1.segment(c * n, n).squaredNorm();

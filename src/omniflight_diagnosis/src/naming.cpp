@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "neighbours.hpp"
+#include "single_rotor.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -12,7 +13,7 @@ using physics::ActiveEffect;
 using physics::Effect;
 
 /// ln(m/p) for being one of m candidates, and 3 for every further number: more than the upper p/m quantile of
-/// the chi-squared distribution with that many degrees of freedom asks for (half of 19 at 3, of 29 at 8).
+/// the chi-squared distribution with that many degrees of freedom asks for (half of 20 at 3, of 31 at 8).
 double penalty(const Effect& effect, double entry) { return entry + 3.0 * (effect.parameter_count() - 1); }
 
 double score(const Fit& fit, double entry) {
@@ -32,8 +33,11 @@ bool contains(const Fit& fit, const Effect* effect) {
                      [&](const ActiveEffect& e) { return e.effect == effect; });
 }
 
-bool gate_open(const Gate& gate, const Options& o, double needed) {
-  return gate.gain > needed && gate.cross_validated_se > 2.0 && gate.energy_share > o.min_share &&
+/// On instruments chance alone decides, and the gain already answers for that; blocks left out must only not
+/// be predicted worse.
+bool gate_open(const Problem& problem, const Gate& gate, const Options& o, double needed) {
+  const double least = problem.instrumented() ? 0.0 : 2.0;
+  return gate.gain > needed && gate.cross_validated_se > least && gate.energy_share > o.min_share &&
          gate.magnitude > o.min_magnitude;
 }
 
@@ -243,7 +247,8 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
       std::size_t index = 0;  // polishing may have moved the newcomer
       while (contains(current, fit.effects[index].effect)) ++index;
       if (!makes_sense(problem, fit, index)) continue;
-      if (!gate_open(gate_effect(problem, fit, index, o), o, penalty(*fit.effects[index].effect, entry)))
+      if (!gate_open(problem, gate_effect(problem, fit, index, o), o,
+                     penalty(*fit.effects[index].effect, entry)))
         continue;
       const double before = score(current, entry);
       current = prune(problem, std::move(fit), o, entry);
@@ -267,7 +272,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
         Fit swapped = fit_with(problem, rest, *effect, o);
         if (score(swapped, entry) < score(current, entry) + 1.0) continue;
         if (!makes_sense(problem, swapped, swapped.effects.size() - 1) ||
-            !gate_open(gate_effect(problem, swapped, swapped.effects.size() - 1, o), o,
+            !gate_open(problem, gate_effect(problem, swapped, swapped.effects.size() - 1, o), o,
                        penalty(*effect, entry)))
           continue;
         current = prune(problem, polish(problem, std::move(swapped), o), o, entry);
@@ -294,7 +299,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
         away = away || (!shape && std::abs(settled.effects[k].theta[c] - p.neutral) > 2.5 * se[at]);
       }
       away = away && makes_sense(problem, current, k);
-      if (away && gate_open(gate, o, penalty(*current.effects[k].effect, entry))) continue;
+      if (away && gate_open(problem, gate, o, penalty(*current.effects[k].effect, entry))) continue;
       if (!again || gate.gain < worst) worst = gate.gain, index = k;
       again = true;
     }
@@ -354,10 +359,15 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
       const double alike = cosine(last_columns(problem, problem.noise(), swapped), own);
       if (alike < 0.6) continue;
       total += std::exp(std::min(0.0, -behind / temper));
-      const Alternative other{effect->info().id, swapped.effects.back().theta, behind, alike};
+      const std::string& id = effect->info().id;
+      const auto told = [&](const std::vector<Alternative>& list) {
+        return std::any_of(list.begin(), list.end(), [&](const Alternative& a) { return a.effect == id; });
+      };
+      if (id == current.effects[k].effect->info().id || told(named.set)) continue;  // another rotor
+      const Alternative other{id, in_full(swapped.effects.back()).theta, behind, alike};
       if (behind / temper < 3.0 && swapped.log_likelihood > rest.log_likelihood)
         named.set.push_back(other);
-      else if (alike > 0.98)
+      else if (alike > 0.98 && !told(named.alike))
         named.alike.push_back(other);
     }
     named.probability = 1.0 / total;

@@ -52,6 +52,8 @@ class Problem {
     return plausible_range(effect, parameter, vehicle_scale_);
   }
   const VehicleScale& vehicle_scale() const { return vehicle_scale_; }
+  /// Effects are evaluated on the flight as its reference alone makes it, see Flight::instrument.
+  bool instrumented() const { return instrumented_; }
   /// Torques are not judged: thrusts are only modelled.
   bool forces_only() const { return forces_only_; }
 

@@ -91,22 +91,22 @@ TEST(Actuation, AnotherClockIsNoDelay) {
   const vehicle::Vehicle v = omnimorph();
   Flight f = whole();
   f.alignment.push_back({"gyro", "attitude", 0.0003, 1e-4, 0, 1e-6, 0.99});
-  const auto same = fit_actuation(answers(v, -1, 0, 0.006), v, f);
+  const auto same = fit_actuation(answers(v, -1, 0, 0.012), v, f);
   ASSERT_EQ(same.size(), 2u);
-  EXPECT_NEAR(same[0].delay_s, 0.006, 0.0003);  // with clocks that are said to agree it is one
-  f.alignment[0].lag_s = -0.006;
-  const auto other = fit_actuation(answers(v, -1, 0, 0.006), v, f);
+  EXPECT_NEAR(same[0].delay_s, 0.012, 0.0003);  // with clocks that are said to agree it is one
+  f.alignment[0].lag_s = -0.012;
+  const auto other = fit_actuation(answers(v, -1, 0, 0.012), v, f);
   ASSERT_EQ(other.size(), 2u);
   Diagnosis d;
   add_actuation({other}, d);
   EXPECT_TRUE(d.findings.empty());
   f.alignment.clear();  // nothing tells whether the clocks agree
-  const auto unknown = fit_actuation(answers(v, -1, 0, 0.006), v, f);
+  const auto unknown = fit_actuation(answers(v, -1, 0, 0.012), v, f);
   ASSERT_EQ(unknown.size(), 2u);
   add_actuation({unknown}, d);
   EXPECT_TRUE(d.findings.empty());
   // a board that is later than the other shows through the clock
-  const auto late = fit_actuation(answers(v, 0, 0.009, 0.006), v, f);
+  const auto late = fit_actuation(answers(v, 0, 0.009, 0.012), v, f);
   ASSERT_EQ(late.size(), 2u);
   EXPECT_NEAR(late[0].delay_s, 0.009, 0.0006);
   EXPECT_LT(late[1].delay_s, 0.0003);

@@ -47,6 +47,20 @@ TEST(Agreement, RotorsThatAllTurnTooSlowlySag) {
   EXPECT_EQ(found(r, v), "battery_sag ");
 }
 
+TEST(Agreement, RotorsThatRunInStepsAreNoBrokenSensors) {
+  const vehicle::Vehicle v = omnimorph();
+  recording::Recording r = with_commands(v);
+  auto& command = r.signals["rotor_command"].values;
+  for (Eigen::Index i = 0; i < command.rows(); ++i)  // through several steps and back
+    command.row(i).array() += 60 * std::sin(0.004 * static_cast<double>(i));
+  r.signals["rotor_speed"].values = (command.array() / 12).round() * 12;
+  Diagnosis d;
+  add_agreement(r, v, {}, d);
+  ASSERT_FALSE(d.findings.empty());
+  EXPECT_EQ(d.findings[0].effect, "command_quantisation");
+  EXPECT_NEAR(d.findings[0].parameters.at(0).value, 12, 0.05);
+}
+
 TEST(Agreement, OneRotorThatTurnsOtherwiseIsNamedWithItsScale) {
   const vehicle::Vehicle v = omnimorph();
   recording::Recording r = with_commands(v);

@@ -72,7 +72,7 @@ void rigid_body(std::vector<Mechanism>& out, const vehicle::Vehicle& v) {
        .level = "L1",
        .smallest = 0.001,
        .typical = 0.2,
-       .largest = 0.8,
+       .largest = 0.45,
        .combines = true,
        .apply =
            [](Setup& s, double a, const Shape& k) {
@@ -103,7 +103,7 @@ void rigid_body(std::vector<Mechanism>& out, const vehicle::Vehicle& v) {
                  .level = "L1",
                  .smallest = 0.0005,
                  .typical = 0.01,
-                 .largest = 0.08,
+                 .largest = 0.04,
                  .apply =
                      [](Setup& s, double a, const Shape& k) {
                        RotorChange c = one_rotor(k);
@@ -157,7 +157,7 @@ void actuation(std::vector<Mechanism>& out, const vehicle::Vehicle& v) {
                  .level = "L1",
                  .smallest = 0.001,
                  .typical = 0.2,
-                 .largest = 1.5,
+                 .largest = 0.55,
                  .combines = true,
                  .apply =
                      [&v](Setup& s, double a, const Shape& k) {
@@ -188,7 +188,7 @@ void actuation(std::vector<Mechanism>& out, const vehicle::Vehicle& v) {
        .level = "L1",
        .smallest = 1e-7,
        .typical = 2e-5,
-       .largest = 4e-4,
+       .largest = 2e-4,
        .combines = true,
        .apply = [&v](Setup& s, double a,
                      const Shape&) { each_rotor(s, v, -1, [a](RotorChange& c) { c.inertia = a; }); },
@@ -279,7 +279,7 @@ void air(std::vector<Mechanism>& out) {
                  .level = "L1",
                  .smallest = 0.0005,
                  .typical = 0.1,
-                 .largest = 3,
+                 .largest = 0.25,
                  .combines = true,
                  .apply = [](Setup& s, double a, const Shape&) { airframe(s).round_area = a; },
                  .parameters = [](double a, const Shape&) { return Parameters{scalar("area", a)}; }});

@@ -1,0 +1,56 @@
+#include "quantisation.hpp"
+
+#include <cmath>
+#include <complex>
+#include <vector>
+
+#include "omniflight_core/frames.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+constexpr double kLeastStep = 4, kMostStep = 160;  // rad/s
+constexpr double kGathered = 0.7, kSpread = 0.35;  // mean resultant length
+
+struct Speeds {
+  std::vector<double> measured, asked;  ///< rad/s, sample by sample, all rotors
+};
+
+/// Where measured speeds hardly change to the next.
+Speeds at_rest(const recording::Signal& s, const Eigen::MatrixXd& command) {
+  Speeds out;
+  for (Eigen::Index c = 0; c < s.values.cols(); ++c)
+    for (Eigen::Index i = 1; i < s.values.rows(); ++i) {
+      const double a = s.values(i - 1, c), b = s.values(i, c), u = command(i, c);
+      if (!std::isfinite(a) || !std::isfinite(b) || !std::isfinite(u)) continue;
+      if (std::abs(b - a) > 0.002 * std::abs(b)) continue;
+      out.measured.push_back(b);
+      out.asked.push_back(u);
+    }
+  return out;
+}
+
+double gathered(const std::vector<double>& x, double step) {
+  std::complex<double> sum = 0;
+  for (double v : x) sum += std::polar(1.0, 2 * kPi * v / step);
+  return std::abs(sum) / static_cast<double>(x.size());
+}
+
+}  // namespace
+
+std::optional<double> speed_step(const recording::Recording& r) {
+  const recording::Signal *speed = r.find("rotor_speed"), *command = r.find("rotor_command");
+  if (!speed || !command || speed->width() != command->width() || speed->size() < 200) return std::nullopt;
+  const auto [measured, asked] = at_rest(*speed, recording::resample(*command, speed->t_s, 0.1));
+  if (measured.size() < 500) return std::nullopt;
+  std::optional<double> best;
+  for (double step = kLeastStep; step <= kMostStep; step *= 1.002)
+    if (gathered(measured, step) > kGathered && gathered(asked, step) < kSpread) best = step;
+  if (!best) return std::nullopt;
+  double peak = 0, at = *best;
+  for (double step = 0.97 * *best; step <= 1.03 * *best; step *= 1.0002)
+    if (const double g = gathered(measured, step); g > peak) peak = g, at = step;
+  return at;
+}
+
+}  // namespace omniflight::diagnosis

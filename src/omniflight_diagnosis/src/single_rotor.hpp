@@ -1,0 +1,18 @@
+// An effect that has numbers for every rotor, restricted to one of them: what is usually broken is one rotor.
+#pragma once
+
+#include <vector>
+
+#include "omniflight_physics/effect.hpp"
+#include "omniflight_vehicle/vehicle.hpp"
+
+namespace omniflight::diagnosis {
+
+/// The candidates, each effect that describes rotors one by one preceded by its restrictions to one rotor.
+std::vector<const physics::Effect*> with_single_rotors(const std::vector<const physics::Effect*>& candidates,
+                                                       const vehicle::Vehicle& vehicle);
+
+/// The same as an effect of the library, all other rotors at their neutral values.
+physics::ActiveEffect in_full(const physics::ActiveEffect& active);
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,110 @@
+// An accelerometer and motion capture that tell of one motion, and of two.
+#include <gtest/gtest.h>
+
+#include "../src/kinematics.hpp"
+#include "synthetic.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+test::Flown swaying() {
+  test::Flown f;
+  f.force_noise_N = 0;  // moves the accelerometer of this generator, not its position
+  f.torque_noise_Nm = 0;
+  f.sway = 0.3;
+  return f;
+}
+
+Options told() {
+  Options o;
+  o.tolerance.accelerometer_lateral = o.tolerance.accelerometer_vertical = 0.005;
+  o.tolerance.world_force = 0.0002;
+  return o;
+}
+
+TEST(Kinematics, OneMotionShowsNothing) {
+  const vehicle::Vehicle v = test::omnimorph();
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    test::Flown f = swaying();
+    f.seed = seed;
+    const auto k = judge_kinematics(test::fly(v, {}, f), told());
+    ASSERT_TRUE(k);
+    EXPECT_GT(k->windows, 60);
+    EXPECT_TRUE(k->parts.empty()) << k->parts.front().effect << " seed " << seed;
+  }
+}
+
+TEST(Kinematics, ABiasIsFoundWithAnIntervalThatHoldsIt) {
+  const vehicle::Vehicle v = test::omnimorph();
+  const Vec3 bias(0.03, -0.04, 0.02);
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    test::Flown f = swaying();
+    f.seed = seed;
+    recording::Recording r = test::fly(v, {}, f);
+    r.signals["acc"].values.rowwise() += bias.transpose();
+    const auto k = judge_kinematics(r, told());
+    ASSERT_TRUE(k);
+    ASSERT_EQ(k->parts.size(), 1u);
+    EXPECT_EQ(k->parts[0].effect, "accelerometer_error");
+    EXPECT_TRUE(k->parts[0].as_well.empty()) << "the vehicle leans, so its axes are not the world's";
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(k->parts[0].value[c], bias[c], std::min(0.01, 4 * k->parts[0].se[c])) << c;
+  }
+}
+
+TEST(Kinematics, ALeverArmIsFound) {
+  const vehicle::Vehicle v = test::omnimorph();
+  const Vec3 r_BI(0.05, 0, -0.03);
+  const test::Flown f = swaying();
+  recording::Recording r = test::fly(v, {}, f);
+  auto& acc = r.signals["acc"];
+  const double h = 1e-3;
+  const auto arm = [&](double t) { return Vec3(test::attitude(t, f) * r_BI); };
+  for (Eigen::Index i = 0; i < acc.values.rows(); ++i) {
+    const double t = acc.t_s[static_cast<std::size_t>(i)];
+    const Vec3 a_W = (arm(t + h) - 2 * arm(t) + arm(t - h)) / (h * h);
+    acc.values.row(i) += (test::attitude(t, f).conjugate() * a_W).transpose();
+  }
+  const auto k = judge_kinematics(r, told());
+  ASSERT_TRUE(k);
+  const Kinematics::Part* lever = k->find("imu_lever_arm");
+  ASSERT_TRUE(lever);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(lever->value[c], r_BI[c], 4 * lever->se[c] + 1e-4) << c;
+}
+
+TEST(Kinematics, ATiltedWorldIsFoundAndOnAnUprightFlightNotToldFromABias) {
+  const vehicle::Vehicle v = test::omnimorph();
+  const auto tilted = [&](double sway) {
+    test::Flown f = swaying();
+    f.sway = sway;
+    recording::Recording r = test::fly(v, {}, f);
+    const Quat by = exp_rotation(Vec3(0.01, -0.006, 0));
+    for (Eigen::Index i = 0; i < r.signals["position"].values.rows(); ++i) {
+      r.signals["position"].values.row(i) = (by * Vec3(r.signals["position"].values.row(i))).transpose();
+      auto q = r.signals["attitude"].values.row(i);
+      const Quat turned = by * Quat(q[0], q[1], q[2], q[3]);
+      q << turned.w(), turned.x(), turned.y(), turned.z();
+    }
+    return judge_kinematics(r, told());
+  };
+  const auto leaning = tilted(0.4), upright = tilted(0);
+  ASSERT_TRUE(leaning && upright);
+  ASSERT_EQ(leaning->parts.size(), 1u);
+  EXPECT_EQ(leaning->parts[0].effect, "mocap_tilt");
+  EXPECT_NEAR(leaning->parts[0].value[0], 0.01, 0.001);
+  EXPECT_NEAR(leaning->parts[0].value[1], -0.006, 0.001);
+  ASSERT_EQ(upright->parts.size(), 1u);
+  EXPECT_EQ(upright->parts[0].as_well.size(), 1u) << "a bias or a tilt: an upright flight cannot tell";
+}
+
+TEST(Kinematics, SignalsOfTwoBodiesAreNotJudged) {
+  const vehicle::Vehicle v = test::omnimorph();
+  recording::Recording r = test::fly(v, {}, swaying());
+  r.signals["acc"].values *= -1;
+  EXPECT_FALSE(judge_kinematics(r, told()));
+  r.signals.erase("acc");
+  EXPECT_FALSE(judge_kinematics(r, told()));
+}
+
+}  // namespace
+}  // namespace omniflight::diagnosis
