@@ -21,7 +21,7 @@ namespace {
 struct Options {
   std::vector<std::string> recordings, held_out, set;
   std::string vehicle, refly, plan, told, map, ablation, test_bed = "pyramid";
-  double budget_s = 60;
+  double budget_s = 0;
   bool check = false, refly_recorded = false;
 };
 
@@ -215,7 +215,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
   verb.add_flag(
       "--refly-recorded", o->refly_recorded,
       "Fly the recorded reference again in the simulator with the told gains, without and with the model");
-  verb.add_option("--budget-s", o->budget_s, "Time to stay within [s], 0: as long as it takes; default 60")->check(not_negative(false));
+  verb.add_option("--budget-s", o->budget_s, "Time to stay within [s]")->check(not_negative(false));
   verb.add_flag("--check", o->check,
                 "Only say what these recordings can and cannot tell; takes seconds and fits nothing");
   verb.add_option("--told", o->told, "What is known beside the recording (default: told.yaml beside it)");

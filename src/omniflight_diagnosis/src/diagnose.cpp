@@ -453,6 +453,8 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   drop_what_a_sensor_explains(d);
   for (Finding& f : of_sensors.findings) d.findings.push_back(std::move(f));
   for (Mismatch& m : of_sensors.mismatch) d.mismatch.push_back(std::move(m));
+  for (auto& pair : of_sensors.next_flight.separates) d.next_flight.separates.push_back(std::move(pair));
+  for (auto& words : of_sensors.next_flight.manoeuvres) d.next_flight.manoeuvres.push_back(std::move(words));
 
   // before and after, on what the fit saw and on what it did not see
   for (int c = 0; c < 6; ++c) {

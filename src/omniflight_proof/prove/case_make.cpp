@@ -177,9 +177,11 @@ Result<Tuned> tune(const vehicle::Vehicle& vehicle, const Mechanism& m, const Sh
 
 std::string rms_text(double x) { return fmt::format("{:.2g}", x); }
 
-/// next: fly this path in the world of the case instead of its own, and nothing else.
+/// next: fly this path in the world of the case instead of its own, and nothing else. vigour: of a designed
+/// flight; a vehicle that is lost flies more calmly.
 Result<MadeCase> make(const vehicle::Vehicle& vehicle, const std::vector<Mechanism>& mechanisms,
-                      const CasePlan& plan, const std::string& salt, bool sealed, const Path* next) {
+                      const CasePlan& plan, const std::string& salt, bool sealed, const Path* next,
+                      double vigour = 1) {
   Random random = draw(salt, plan.id);
   FlightSetup s;
   s.sensors = laboratory();
@@ -188,7 +190,7 @@ Result<MadeCase> make(const vehicle::Vehicle& vehicle, const std::vector<Mechani
   Random phases = draw(salt, plan.id + " path");
   s.path = plan.flight == "T1"   ? path_t1()
            : plan.flight == "T2" ? path_t2()
-                                 : path_designed(phases, plan.decoy == "quick flight" ? 1.4 : 1.0);
+                                 : path_designed(phases, vigour * (plan.decoy == "quick flight" ? 1.4 : 1.0));
   vary_gains(s, random);
   MadeCase out;
   Truth& t = out.truth;
@@ -224,6 +226,8 @@ Result<MadeCase> make(const vehicle::Vehicle& vehicle, const std::vector<Mechani
   // an effect that cannot be made so large counts as what it is
   if (!plan.parts.empty() && smallest < 0.8 * plan.magnitude) t.magnitude = smallest;
   auto flown = fly(vehicle, s);
+  if (!flown && !next && plan.flight == "designed" && vigour > 0.3)
+    return make(vehicle, mechanisms, plan, salt, sealed, nullptr, 0.7 * vigour);
   if (!flown) return Failure(flown.error());
   const Turbulence& noise = *s.world.turbulence;
   for (std::size_t c = 0; c < 6; ++c) t.noise[c] = c < 3 ? noise.force_rms : noise.torque_rms;
