@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "quantisation.hpp"
+
 namespace omniflight::diagnosis {
 namespace {
 
@@ -46,10 +48,8 @@ std::vector<SensorFault> find_sensor_faults(const recording::Recording& recordin
                         share});
     }
   }
-  // most of them at once: the motors run in steps, and their sensors say so
-  if (const recording::Signal* speed = recording.find("rotor_speed");
-      speed && 2 * faults.size() > static_cast<std::size_t>(speed->width()))
-    faults.clear();
+  // motors that run in steps stand still in between, and their sensors say so
+  if (!faults.empty() && speed_step(recording)) faults.clear();
   if (const recording::Signal* vbat = recording.find("vbat"); vbat && vbat->size() > 50) {
     const double span = vbat->t_s.back() - vbat->t_s.front();
     if (span > 3.0 && vbat->values.maxCoeff() - vbat->values.minCoeff() < 1e-6)

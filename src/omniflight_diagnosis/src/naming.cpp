@@ -314,7 +314,7 @@ Naming name_effects(const Problem& problem, const std::vector<const Effect*>& ca
     for (const Effect* effect : candidates) {
       earlier = earlier && effect != current.effects[k].effect;
       // a law with many more parameters can bend itself into nearly anything
-      const bool simpler = effect->parameter_count() + 4 <= current.effects[k].effect->parameter_count();
+      const bool simpler = effect->parameter_count() + 3 <= current.effects[k].effect->parameter_count();
       if (effect == current.effects[k].effect || (!earlier && !simpler)) continue;
       if (contains(current, effect)) continue;
       const double slack = std::max(3.0, (simpler ? 0.1 : 0.01) * gain);
