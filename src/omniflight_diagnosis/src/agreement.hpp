@@ -13,7 +13,7 @@ namespace omniflight::diagnosis {
 void add_agreement(const recording::Recording& recording, const vehicle::Vehicle& vehicle,
                    const Options& options, Diagnosis& diagnosis);
 
-/// Findings accelerometer_error, mocap_tilt and imu_lever_arm of what does not fit one motion.
+/// Findings accelerometer_error, mocap_tilt, mocap_offset and imu_lever_arm of what does not fit one motion.
 void add_kinematics(const Kinematics& kinematics, Diagnosis& diagnosis);
 
 }  // namespace omniflight::diagnosis

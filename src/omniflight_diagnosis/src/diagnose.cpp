@@ -14,6 +14,7 @@
 #include "ground_law.hpp"
 #include "instruments.hpp"
 #include "intake.hpp"
+#include "lever.hpp"
 #include "locate.hpp"
 #include "naming.hpp"
 #include "propose.hpp"
@@ -82,19 +83,6 @@ std::vector<Eigen::MatrixXd> wrench_of(const Problem& problem, const Fit& model,
     for (; filled > 0 && filled < flight->size(); ++filled) w.row(filled) = w.row(filled - 1);
   }
   return out;
-}
-
-/// The accelerations as a faultless accelerometer at the body origin would have given them.
-void take_out(const Kinematics& errors, Flight& f) {
-  const Kinematics::Part *bias = errors.find("accelerometer_error"), *lever = errors.find("imu_lever_arm");
-  if (!f.has_accelerometer || (!bias && !lever)) return;
-  for (auto* states : {&f.situation, &f.smooth})
-    for (physics::Situation& s : *states) {
-      if (bias) s.a_WB_B -= Vec3(bias->value);
-      if (!lever) continue;
-      const Vec3 r = lever->value, &w = s.body.w_WB_B;
-      s.a_WB_B -= s.dw_WB_B.cross(r) + w.cross(w.cross(r));
-    }
 }
 
 /// RMS a channel without and with effects: body wrench, vertical world force, specific force [m/s^2].
@@ -339,7 +327,8 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     for (const recording::Recording& r : *list) {
       auto f = prepare_flight(r, vehicle, o);
       if (!f) return tl::unexpected(f.error());
-      if (const auto errors = judge_kinematics(r, o)) {
+      if (auto errors = judge_kinematics(r, o)) {
+        attribute_lever(*f, vehicle, o, *errors);
         take_out(*errors, *f);
         if (d.inputs.empty()) add_kinematics(*errors, of_sensors);
       }
