@@ -58,6 +58,7 @@ CatenaryEnds search(double distance, double height, double length, double stretc
 /// Newton in both unknowns from `ends`; true when it settled at a root.
 bool polish(double distance, double height, double length, double stretch, CatenaryEnds& ends) {
   using Two = ceres::Jet<double, 2>;
+  double last = 1e300;
   for (int k = 0; k < 12; ++k) {
     const auto [x, z] = catenary_span(Two(ends.a, 0), Two(ends.b, 1), Two(length), Two(stretch));
     const double det = x.v[0] * z.v[1] - x.v[1] * z.v[0], dx = x.a - distance, dz = z.a - height;
@@ -65,7 +66,10 @@ bool polish(double distance, double height, double length, double stretch, Caten
     const CatenaryEnds next{ends.a + step_a, ends.b + step_b};
     if (!(next.a > 0) || !(next.b > 0) || !std::isfinite(next.a + next.b)) return false;
     ends = next;
-    if (std::abs(step_a) + std::abs(step_b) <= 1e-13 * std::max(1.0, ends.a + ends.b)) return true;
+    const double step = std::abs(step_a) + std::abs(step_b), size = std::max(1.0, ends.a + ends.b);
+    // a cable that is just taut takes its tension from the last digits of the span: steps stop shrinking there
+    if (step <= 1e-13 * size || (step <= 1e-9 * size && step > 0.5 * last)) return true;
+    last = step;
   }
   return false;
 }
