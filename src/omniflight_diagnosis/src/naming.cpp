@@ -142,6 +142,289 @@ Fit frozen_without(const Problem& problem, const Fit& fit, std::size_t index) {
   return out;
 }
 
+/// One search over the library: forward, backward, exchanged, split, tested; then what else it could have
+/// been.
+class Search {
+ public:
+  Search(const Problem& problem, const std::vector<const Effect*>& candidates, const Options& o)
+      : problem_(problem),
+        candidates_(candidates),
+        o_(o),
+        entry_(std::log(std::max<double>(2.0, static_cast<double>(candidates.size())) / o.error_rate)) {}
+
+  Naming run() {
+    out_.null_model = fit_effects(problem_, {}, o_);
+    try_alone();
+    Fit current = exchange(grow(out_.null_model, any_width()));
+    current = split(std::move(current));
+    current = break_ties(keep_what_passes(std::move(current)));
+    if (!stop("profiles of the laws' bends")) current = profile_shapes(problem_, current, o_);
+    out_.model = current;
+    for (std::size_t k = 0; k < current.effects.size(); ++k) out_.named.push_back(name(current, k));
+    compare_candidates();
+    return std::move(out_);
+  }
+
+ private:
+  static int any_width() { return 1 << 20; }
+  std::size_t tried() const { return alone_.size(); }  // all candidates, unless time was up
+
+  bool stop(const char* what) {
+    if (!o_.stopped()) return false;
+    if (out_.left_out.empty() || out_.left_out.back() != what) out_.left_out.emplace_back(what);
+    return true;
+  }
+
+  void try_alone() {
+    for (const Effect* effect : candidates_) {
+      if (stop("further candidates_ of the library")) break;
+      alone_.push_back(fit_with(problem_, out_.null_model, *effect, o_));
+      out_.candidates.push_back(
+          {effect->info().id, alone_.back().log_likelihood - out_.null_model.log_likelihood,
+           penalty(*effect, entry_), gate_effect(problem_, alone_.back(), 0, o_).energy_share});
+    }
+  }
+
+  Fit quick(const Fit& base, const Effect* effect) const {
+    for (const Fit& f : alone_)
+      if (f.effects.back().effect == effect)
+        return quick_with(problem_, base, *effect, o_, &f.effects.back().theta);
+    return quick_with(problem_, base, *effect, o_);
+  }
+
+  /// Adds the effect that gains most until none earns its parameters, of laws with at most `width` of them.
+  Fit grow(Fit current, int width) {
+    for (int step = 0; step < o_.max_effects; ++step) {
+      if (step > 0 && stop("a search for further effects")) break;
+      std::vector<std::pair<double, const Effect*>> order, stuck;
+      std::vector<const Effect*>
+          partners;  // may trade places with a shape parameter, so that a preview is blind
+      for (std::size_t k = 0; k < tried(); ++k) {
+        if (contains(current, candidates_[k]) || candidates_[k]->parameter_count() > width) continue;
+        const Fit fit = current.effects.empty() ? alone_[k] : quick(current, candidates_[k]);
+        const double gain = score(fit, entry_) - score(current, entry_);
+        if (gain > -3.0) {
+          (at_limit(problem_, fit.effects.back()) ? stuck : order).emplace_back(gain, candidates_[k]);
+        } else if (step > 0) {
+          for (std::size_t m = 0; m < current.effects.size(); ++m)
+            if (!is_linear(*current.effects[m].effect) &&
+                cosine(last_columns(problem_, problem_.noise(), fit),
+                       problem_.noise().apply_vector(problem_, contribution_of(problem_, current, m))) >
+                    0.9) {
+              partners.push_back(candidates_[k]);
+              break;
+            }
+        }
+      }
+      for (auto* list : {&order, &stuck})
+        std::stable_sort(list->begin(), list->end(),
+                         [](const auto& a, const auto& b) { return a.first > b.first; });
+      if (order.size() > 4) order.resize(4);
+      // what ends at its limit would keep better ones out; beside others it may still leave it
+      if (stuck.size() > 2) stuck.resize(2);
+      order.insert(order.end(), stuck.begin(), stuck.end());
+      for (const Effect* effect : partners) order.emplace_back(0.0, effect);
+      std::vector<std::pair<double, Fit>> trials;
+      for (const auto& [preview, effect] : order) {
+        Fit fit = polish(problem_, fit_with(problem_, current, *effect, o_), o_);
+        const double gain = score(fit, entry_) - score(current, entry_);
+        if (gain > 0) trials.emplace_back(gain, std::move(fit));
+      }
+      std::stable_sort(trials.begin(), trials.end(),
+                       [](const auto& a, const auto& b) { return a.first > b.first; });
+      bool entered = false;
+      for (auto& [gain, fit] : trials) {
+        std::size_t index = 0;  // polishing may have moved the newcomer
+        while (contains(current, fit.effects[index].effect)) ++index;
+        if (!makes_sense(problem_, fit, index)) continue;
+        if (!gate_open(problem_, gate_effect(problem_, fit, index, o_), o_,
+                       penalty(*fit.effects[index].effect, entry_)))
+          continue;
+        const double before = score(current, entry_);
+        current = prune(problem_, std::move(fit), o_, entry_);
+        entered = score(current, entry_) > before + 1e-6;
+        break;
+      }
+      if (!entered) break;
+    }
+    return current;
+  }
+
+  /// A member for another candidate, while that is better.
+  Fit exchange(Fit current, int width = any_width()) {
+    for (int round = 0; round < 3; ++round) {
+      if (current.effects.empty() || stop("exchanges of named effects")) break;
+      bool better = false;
+      for (std::size_t k = 0; k < current.effects.size() && !better; ++k) {
+        const Fit rest = fit_effects(problem_, without(current.effects, k), o_);
+        for (const Effect* effect : candidates_) {
+          if (contains(current, effect) || effect->parameter_count() > width) continue;
+          if (!declared_alias(*effect, *current.effects[k].effect) &&
+              score(quick(rest, effect), entry_) < score(current, entry_) - 5.0)
+            continue;
+          Fit swapped = fit_with(problem_, rest, *effect, o_);
+          if (score(swapped, entry_) < score(current, entry_) + 1.0) continue;
+          if (!makes_sense(problem_, swapped, swapped.effects.size() - 1) ||
+              !gate_open(problem_, gate_effect(problem_, swapped, swapped.effects.size() - 1, o_), o_,
+                         penalty(*effect, entry_)))
+            continue;
+          current = prune(problem_, polish(problem_, std::move(swapped), o_), o_, entry_);
+          better = true;
+          break;
+        }
+      }
+      if (!better) break;
+    }
+    return current;
+  }
+
+  /// A law with many parameters can be two simple ones at once: a cable with an offset centre of mass bends a
+  /// load on a rope into itself. Simple laws that do nearly as well with no more numbers take its place.
+  Fit split(Fit current) {
+    constexpr int kSimple = 3;
+    const auto rich = [](const ActiveEffect& e) { return e.effect->parameter_count() > kSimple; };
+    if (std::none_of(current.effects.begin(), current.effects.end(), rich)) return current;
+    if (stop("simpler laws in place of a rich one")) return current;
+    std::vector<ActiveEffect> kept = current.effects;
+    std::erase_if(kept, rich);
+    const Fit rest = fit_effects(problem_, kept, o_);
+    Fit simple = exchange(grow(rest, kSimple), kSimple);
+    const double gain = current.log_likelihood - rest.log_likelihood;
+    const double slack = simple.parameters <= current.parameters ? std::max(3.0, 0.05 * gain) : 0.0;
+    return score(simple, entry_) > score(current, entry_) - slack ? simple : current;
+  }
+
+  /// Every member must pass in the company of the others.
+  Fit keep_what_passes(Fit current) const {
+    for (bool again = true; again && !current.effects.empty();) {
+      again = false;
+      double worst = 0;
+      std::size_t index = 0;
+      const Fit settled = settle(problem_, current, o_);
+      const Eigen::VectorXd se = standard_errors(problem_, settled, o_);
+      Eigen::Index at = 0;
+      for (std::size_t k = 0; k < current.effects.size(); ++k) {
+        const Gate gate = gate_effect(problem_, current, k, o_);
+        bool away = false;  // from nothing, by more than noise and tolerances together allow
+        for (std::size_t c = 0; c < current.effects[k].theta.size(); ++c, ++at) {
+          const physics::Parameter& p = current.effects[k].effect->info().parameters[c];
+          const bool shape = !p.linear && p.typical == p.neutral;
+          away = away || (!shape && std::abs(settled.effects[k].theta[c] - p.neutral) > 2.5 * se[at]);
+        }
+        away = away && makes_sense(problem_, current, k);
+        if (away && gate_open(problem_, gate, o_, penalty(*current.effects[k].effect, entry_))) continue;
+        if (!again || gate.gain < worst) worst = gate.gain, index = k;
+        again = true;
+      }
+      if (again) current = polish(problem_, fit_effects(problem_, without(current.effects, index), o_), o_);
+    }
+    return current;
+  }
+
+  /// A tie within what the noise model can be trusted goes to the effect that stands first in the catalogue.
+  Fit break_ties(Fit current) {
+    for (std::size_t k = 0; k < current.effects.size() && !stop("ties between effects"); ++k) {
+      const double gain =
+          current.log_likelihood - fit_effects(problem_, without(current.effects, k), o_).log_likelihood;
+      const Eigen::VectorXd own =
+          problem_.noise().apply_vector(problem_, contribution_of(problem_, current, k));
+      bool earlier = true;
+      for (const Effect* effect : candidates_) {
+        earlier = earlier && effect != current.effects[k].effect;
+        // a law with many more parameters can bend itself into nearly anything
+        const bool simpler = effect->parameter_count() + 3 <= current.effects[k].effect->parameter_count();
+        if (effect == current.effects[k].effect || (!earlier && !simpler)) continue;
+        if (contains(current, effect)) continue;
+        const double slack = std::max(3.0, (simpler ? 0.1 : 0.01) * gain);
+        const Fit frozen = frozen_without(problem_, current, k);
+        if (!declared_alias(*effect, *current.effects[k].effect) &&
+            score(quick(frozen, effect), entry_) < score(current, entry_) - slack - 10.0)
+          continue;
+        Fit swapped = fit_with(problem_, frozen, *effect, o_);
+        if (score(swapped, entry_) < score(current, entry_) - slack) continue;
+        if (!makes_sense(problem_, swapped, swapped.effects.size() - 1)) continue;
+        if (cosine(last_columns(problem_, problem_.noise(), swapped), own) < (simpler ? 0.8 : 0.98)) continue;
+        std::rotate(swapped.effects.begin() + static_cast<std::ptrdiff_t>(k), swapped.effects.end() - 1,
+                    swapped.effects.end());
+        current = std::move(swapped);
+        break;
+      }
+    }
+    return current;
+  }
+
+  /// What could stand in the place of member k.
+  Named name(const Fit& current, std::size_t k) {
+    Named named;
+    const Fit rest = fit_effects(problem_, without(current.effects, k), o_);
+    const Fit frozen = frozen_without(problem_, current, k);
+    named.gain = current.log_likelihood - rest.log_likelihood;
+    named.gate = gate_effect(problem_, current, k, o_);
+    // differences far below the gain are within what an imperfect noise model can produce
+    const double temper = std::max(1.0, 0.003 * named.gain);
+    const Eigen::VectorXd own =
+        problem_.noise().apply_vector(problem_, contribution_of(problem_, current, k));
+    double total = 1.0;
+    for (const Effect* effect : candidates_) {
+      if (stop("alternatives to the named effects")) break;
+      if (contains(current, effect)) continue;
+      Fit swapped = quick(frozen, effect);
+      if (declared_alias(*effect, *current.effects[k].effect) ||
+          score(current, entry_) - score(swapped, entry_) < 20.0 + 6.0 * temper)
+        swapped = fit_with(problem_, frozen, *effect, o_);
+      const double behind = score(current, entry_) - score(swapped, entry_);
+      named.swapped_best = std::max(named.swapped_best, -behind);
+      // another effect that explains another part of the residual is no alias
+      const double alike = cosine(last_columns(problem_, problem_.noise(), swapped), own);
+      if (alike < 0.6) continue;
+      total += std::exp(std::min(0.0, -behind / temper));
+      const std::string& id = effect->info().id;
+      const auto told = [&](const std::vector<Alternative>& list) {
+        return std::any_of(list.begin(), list.end(), [&](const Alternative& a) { return a.effect == id; });
+      };
+      if (id == current.effects[k].effect->info().id || told(named.set)) continue;  // another rotor
+      const Alternative other{id, in_full(swapped.effects.back()).theta, behind, alike};
+      if (behind / temper < 3.0 && swapped.log_likelihood > rest.log_likelihood)
+        named.set.push_back(other);
+      else if (alike > 0.98 && !told(named.alike))
+        named.alike.push_back(other);
+    }
+    named.probability = 1.0 / total;
+    return named;
+  }
+
+  /// Alias matrix of all candidates at the values they would take alone.
+  void compare_candidates() {
+    const auto m = static_cast<Eigen::Index>(tried());
+    out_.aliases.cosine = Eigen::MatrixXd::Identity(m, m);
+    std::vector<Eigen::MatrixXd> columns;
+    std::vector<Eigen::VectorXd> contribution;
+    for (std::size_t k = 0; k < tried(); ++k) {
+      Fit& fit = alone_[k];
+      ActiveEffect& e = fit.effects.back();
+      for (std::size_t c = 0; c < e.theta.size(); ++c)
+        if (std::abs(e.theta[c] - e.effect->info().parameters[c].neutral) < 1e-12)
+          e.theta[c] = e.effect->info().parameters[c].typical;
+      problem_.predict(fit.effects, fit.offsets, fit.residual, nullptr);
+      out_.aliases.effects.push_back(candidates_[k]->info().id);
+      columns.push_back(last_columns(problem_, problem_.noise(), fit));
+      contribution.push_back(problem_.noise().apply_vector(problem_, contribution_of(problem_, fit, 0)));
+    }
+    for (Eigen::Index j = 0; j < m; ++j) {
+      const Imitator imitator(columns[static_cast<std::size_t>(j)]);
+      for (Eigen::Index i = 0; i < m; ++i)
+        if (i != j) out_.aliases.cosine(i, j) = imitator.cosine(contribution[static_cast<std::size_t>(i)]);
+    }
+  }
+
+  const Problem& problem_;
+  const std::vector<const Effect*>& candidates_;
+  const Options& o_;
+  const double entry_;
+  Naming out_;
+  std::vector<Fit> alone_;
+};
+
 }  // namespace
 
 double cosine_of(const Eigen::MatrixXd& X, const Eigen::VectorXd& v) { return cosine(X, v); }
@@ -180,222 +463,7 @@ std::vector<const Effect*> offered_effects(std::span<const Flight* const> flight
 }
 
 Naming name_effects(const Problem& problem, const std::vector<const Effect*>& candidates, const Options& o) {
-  Naming out;
-  const double entry = std::log(std::max<double>(2.0, static_cast<double>(candidates.size())) / o.error_rate);
-  out.null_model = fit_effects(problem, {}, o);
-  Fit current = out.null_model;
-
-  std::vector<Fit> alone;
-  const auto stop = [&](const char* what) {
-    if (!o.stopped()) return false;
-    if (out.left_out.empty() || out.left_out.back() != what) out.left_out.emplace_back(what);
-    return true;
-  };
-  for (const Effect* effect : candidates) {
-    if (stop("further candidates of the library")) break;
-    alone.push_back(fit_with(problem, out.null_model, *effect, o));
-    out.candidates.push_back({effect->info().id, alone.back().log_likelihood - out.null_model.log_likelihood,
-                              penalty(*effect, entry),
-                              gate_effect(problem, alone.back(), 0, o).energy_share});
-  }
-  const auto quick = [&](const Fit& base, const Effect* effect) {
-    for (const Fit& f : alone)
-      if (f.effects.back().effect == effect)
-        return quick_with(problem, base, *effect, o, &f.effects.back().theta);
-    return quick_with(problem, base, *effect, o);
-  };
-  const std::size_t tried = alone.size();  // all candidates, unless time was up
-  for (int step = 0; step < o.max_effects; ++step) {
-    if (step > 0 && stop("a search for further effects")) break;
-    std::vector<std::pair<double, const Effect*>> order, stuck;
-    std::vector<const Effect*>
-        partners;  // may trade places with a shape parameter, so that a preview is blind
-    for (std::size_t k = 0; k < tried; ++k) {
-      if (contains(current, candidates[k])) continue;
-      const Fit fit = step == 0 ? alone[k] : quick(current, candidates[k]);
-      const double gain = score(fit, entry) - score(current, entry);
-      if (gain > -3.0) {
-        (at_limit(problem, fit.effects.back()) ? stuck : order).emplace_back(gain, candidates[k]);
-      } else if (step > 0) {
-        for (std::size_t m = 0; m < current.effects.size(); ++m)
-          if (!is_linear(*current.effects[m].effect) &&
-              cosine(last_columns(problem, problem.noise(), fit),
-                     problem.noise().apply_vector(problem, contribution_of(problem, current, m))) > 0.9) {
-            partners.push_back(candidates[k]);
-            break;
-          }
-      }
-    }
-    for (auto* list : {&order, &stuck})
-      std::stable_sort(list->begin(), list->end(),
-                       [](const auto& a, const auto& b) { return a.first > b.first; });
-    if (order.size() > 4) order.resize(4);
-    // what ends at its limit would keep better ones out; beside others it may still leave it
-    if (stuck.size() > 2) stuck.resize(2);
-    order.insert(order.end(), stuck.begin(), stuck.end());
-    for (const Effect* effect : partners) order.emplace_back(0.0, effect);
-    std::vector<std::pair<double, Fit>> trials;
-    for (const auto& [preview, effect] : order) {
-      Fit fit = polish(problem, fit_with(problem, current, *effect, o), o);
-      const double gain = score(fit, entry) - score(current, entry);
-      if (gain > 0) trials.emplace_back(gain, std::move(fit));
-    }
-    std::stable_sort(trials.begin(), trials.end(),
-                     [](const auto& a, const auto& b) { return a.first > b.first; });
-    bool entered = false;
-    for (auto& [gain, fit] : trials) {
-      std::size_t index = 0;  // polishing may have moved the newcomer
-      while (contains(current, fit.effects[index].effect)) ++index;
-      if (!makes_sense(problem, fit, index)) continue;
-      if (!gate_open(problem, gate_effect(problem, fit, index, o), o,
-                     penalty(*fit.effects[index].effect, entry)))
-        continue;
-      const double before = score(current, entry);
-      current = prune(problem, std::move(fit), o, entry);
-      entered = score(current, entry) > before + 1e-6;
-      break;
-    }
-    if (!entered) break;
-  }
-
-  // exchange: a member for another candidate, while that is better
-  for (int round = 0; round < 3; ++round) {
-    if (current.effects.empty() || stop("exchanges of named effects")) break;
-    bool better = false;
-    for (std::size_t k = 0; k < current.effects.size() && !better; ++k) {
-      const Fit rest = fit_effects(problem, without(current.effects, k), o);
-      for (const Effect* effect : candidates) {
-        if (contains(current, effect)) continue;
-        if (!declared_alias(*effect, *current.effects[k].effect) &&
-            score(quick(rest, effect), entry) < score(current, entry) - 5.0)
-          continue;
-        Fit swapped = fit_with(problem, rest, *effect, o);
-        if (score(swapped, entry) < score(current, entry) + 1.0) continue;
-        if (!makes_sense(problem, swapped, swapped.effects.size() - 1) ||
-            !gate_open(problem, gate_effect(problem, swapped, swapped.effects.size() - 1, o), o,
-                       penalty(*effect, entry)))
-          continue;
-        current = prune(problem, polish(problem, std::move(swapped), o), o, entry);
-        better = true;
-        break;
-      }
-    }
-    if (!better) break;
-  }
-  // every member must pass in the company of the others
-  for (bool again = true; again && !current.effects.empty();) {
-    again = false;
-    double worst = 0;
-    std::size_t index = 0;
-    const Fit settled = settle(problem, current, o);
-    const Eigen::VectorXd se = standard_errors(problem, settled, o);
-    Eigen::Index at = 0;
-    for (std::size_t k = 0; k < current.effects.size(); ++k) {
-      const Gate gate = gate_effect(problem, current, k, o);
-      bool away = false;  // from nothing, by more than noise and tolerances together allow
-      for (std::size_t c = 0; c < current.effects[k].theta.size(); ++c, ++at) {
-        const physics::Parameter& p = current.effects[k].effect->info().parameters[c];
-        const bool shape = !p.linear && p.typical == p.neutral;
-        away = away || (!shape && std::abs(settled.effects[k].theta[c] - p.neutral) > 2.5 * se[at]);
-      }
-      away = away && makes_sense(problem, current, k);
-      if (away && gate_open(problem, gate, o, penalty(*current.effects[k].effect, entry))) continue;
-      if (!again || gate.gain < worst) worst = gate.gain, index = k;
-      again = true;
-    }
-    if (again) current = polish(problem, fit_effects(problem, without(current.effects, index), o), o);
-  }
-  // a tie within what the noise model can be trusted goes to the effect that stands first in the catalogue
-  for (std::size_t k = 0; k < current.effects.size() && !stop("ties between effects"); ++k) {
-    const double gain =
-        current.log_likelihood - fit_effects(problem, without(current.effects, k), o).log_likelihood;
-    const Eigen::VectorXd own = problem.noise().apply_vector(problem, contribution_of(problem, current, k));
-    bool earlier = true;
-    for (const Effect* effect : candidates) {
-      earlier = earlier && effect != current.effects[k].effect;
-      // a law with many more parameters can bend itself into nearly anything
-      const bool simpler = effect->parameter_count() + 3 <= current.effects[k].effect->parameter_count();
-      if (effect == current.effects[k].effect || (!earlier && !simpler)) continue;
-      if (contains(current, effect)) continue;
-      const double slack = std::max(3.0, (simpler ? 0.1 : 0.01) * gain);
-      const Fit frozen = frozen_without(problem, current, k);
-      if (!declared_alias(*effect, *current.effects[k].effect) &&
-          score(quick(frozen, effect), entry) < score(current, entry) - slack - 10.0)
-        continue;
-      Fit swapped = fit_with(problem, frozen, *effect, o);
-      if (score(swapped, entry) < score(current, entry) - slack) continue;
-      if (!makes_sense(problem, swapped, swapped.effects.size() - 1)) continue;
-      if (cosine(last_columns(problem, problem.noise(), swapped), own) < (simpler ? 0.8 : 0.98)) continue;
-      std::rotate(swapped.effects.begin() + static_cast<std::ptrdiff_t>(k), swapped.effects.end() - 1,
-                  swapped.effects.end());
-      current = std::move(swapped);
-      break;
-    }
-  }
-  if (!stop("profiles of the laws' bends")) current = profile_shapes(problem, current, o);
-  out.model = current;
-
-  // what could stand in each member's place
-  for (std::size_t k = 0; k < current.effects.size(); ++k) {
-    Named named;
-    const Fit rest = fit_effects(problem, without(current.effects, k), o);
-    const Fit frozen = frozen_without(problem, current, k);
-    named.gain = current.log_likelihood - rest.log_likelihood;
-    named.gate = gate_effect(problem, current, k, o);
-    // differences far below the gain are within what an imperfect noise model can produce
-    const double temper = std::max(1.0, 0.003 * named.gain);
-    const Eigen::VectorXd own = problem.noise().apply_vector(problem, contribution_of(problem, current, k));
-    double total = 1.0;
-    for (const Effect* effect : candidates) {
-      if (stop("alternatives to the named effects")) break;
-      if (contains(current, effect)) continue;
-      Fit swapped = quick(frozen, effect);
-      if (declared_alias(*effect, *current.effects[k].effect) ||
-          score(current, entry) - score(swapped, entry) < 20.0 + 6.0 * temper)
-        swapped = fit_with(problem, frozen, *effect, o);
-      const double behind = score(current, entry) - score(swapped, entry);
-      named.swapped_best = std::max(named.swapped_best, -behind);
-      // another effect that explains another part of the residual is no alias
-      const double alike = cosine(last_columns(problem, problem.noise(), swapped), own);
-      if (alike < 0.6) continue;
-      total += std::exp(std::min(0.0, -behind / temper));
-      const std::string& id = effect->info().id;
-      const auto told = [&](const std::vector<Alternative>& list) {
-        return std::any_of(list.begin(), list.end(), [&](const Alternative& a) { return a.effect == id; });
-      };
-      if (id == current.effects[k].effect->info().id || told(named.set)) continue;  // another rotor
-      const Alternative other{id, in_full(swapped.effects.back()).theta, behind, alike};
-      if (behind / temper < 3.0 && swapped.log_likelihood > rest.log_likelihood)
-        named.set.push_back(other);
-      else if (alike > 0.98 && !told(named.alike))
-        named.alike.push_back(other);
-    }
-    named.probability = 1.0 / total;
-    out.named.push_back(std::move(named));
-  }
-
-  // alias matrix of all candidates at the values they would take alone
-  const auto m = static_cast<Eigen::Index>(tried);
-  out.aliases.cosine = Eigen::MatrixXd::Identity(m, m);
-  std::vector<Eigen::MatrixXd> columns;
-  std::vector<Eigen::VectorXd> contribution;
-  for (std::size_t k = 0; k < tried; ++k) {
-    Fit& fit = alone[k];
-    ActiveEffect& e = fit.effects.back();
-    for (std::size_t c = 0; c < e.theta.size(); ++c)
-      if (std::abs(e.theta[c] - e.effect->info().parameters[c].neutral) < 1e-12)
-        e.theta[c] = e.effect->info().parameters[c].typical;
-    problem.predict(fit.effects, fit.offsets, fit.residual, nullptr);
-    out.aliases.effects.push_back(candidates[k]->info().id);
-    columns.push_back(last_columns(problem, problem.noise(), fit));
-    contribution.push_back(problem.noise().apply_vector(problem, contribution_of(problem, fit, 0)));
-  }
-  for (Eigen::Index j = 0; j < m; ++j) {
-    const Imitator imitator(columns[static_cast<std::size_t>(j)]);
-    for (Eigen::Index i = 0; i < m; ++i)
-      if (i != j) out.aliases.cosine(i, j) = imitator.cosine(contribution[static_cast<std::size_t>(i)]);
-  }
-  return out;
+  return Search(problem, candidates, o).run();
 }
 
 }  // namespace omniflight::diagnosis
