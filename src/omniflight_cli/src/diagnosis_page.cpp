@@ -123,13 +123,18 @@ void fits(report::Page& page, const Diagnosis& d) {
     if (rows.empty()) return;
     report::Table t;
     t.caption = caption;
-    t.columns = {{.name = "recording"}, {.name = "channel"},
-                 {.name = "unit"},      {.name = "RMS before"},
-                 {.name = "RMS after"}, {.name = "after / before", .significant_digits = 3}};
+    t.columns = {{.name = "recording"},
+                 {.name = "channel"},
+                 {.name = "unit"},
+                 {.name = "RMS before"},
+                 {.name = "RMS after"},
+                 {.name = "after / before", .significant_digits = 3},
+                 {.name = "R2 before", .significant_digits = 3},
+                 {.name = "R2 after", .significant_digits = 3}};
     for (const auto& r : rows) {
       const double ratio = r.rms_before > 0 ? r.rms_after / r.rms_before : 1.0;
       t.rows.push_back({r.recording.empty() ? "all fitted" : r.recording, r.channel, r.unit, r.rms_before,
-                        r.rms_after, report::Cell(ratio, ratio)});
+                        r.rms_after, report::Cell(ratio, ratio), r.r2_before, r.r2_after});
     }
     page.table(t);
   };

@@ -291,8 +291,8 @@ Action add_diagnose(CLI::App& verb, Common& common) {
       if (!aliases.empty()) say(common, "    cannot be told apart on this flight from:" + aliases);
     }
     for (const auto& c : d->fit.held_out)
-      say(common, fmt::format("  held out: {} {}: {:.4g} -> {:.4g} {}", c.recording, c.channel, c.rms_before,
-                              c.rms_after, c.unit));
+      say(common, fmt::format("  held out: {} {}: {:.4g} -> {:.4g} {}, R2 {:.3f} -> {:.3f}", c.recording,
+                              c.channel, c.rms_before, c.rms_after, c.unit, c.r2_before, c.r2_after));
     if (refit.flown) {
       say(common, "nominal simulation against the recording:\n" + to_text(refit.before));
       say(common, "simulation with the model found against the recording:\n" + to_text(refit.after));

@@ -85,7 +85,7 @@ std::vector<Eigen::MatrixXd> wrench_of(const Problem& problem, const Fit& model,
   return out;
 }
 
-/// RMS a channel without and with effects: body wrench, vertical world force, specific force [m/s^2].
+/// RMS a channel and share explained, without and with effects: body wrench, specific force [m/s^2].
 std::vector<ChannelFit> compare(const Flight& flight, const vehicle::Vehicle& vehicle, const Options& o,
                                 const std::vector<ActiveEffect>& effects, const std::string& name) {
   std::vector<ChannelFit> out;
@@ -103,13 +103,27 @@ std::vector<ChannelFit> compare(const Flight& flight, const vehicle::Vehicle& ve
     const auto rotors = problem.offsets().col(0);
     for (Eigen::VectorXd* r : {&before, &after}) *r -= rotors.dot(*r) / rotors.squaredNorm() * rotors;
   }
+  Eigen::VectorXd measured(6 * n);
+  for (int i = 0; i < n; ++i) {
+    const physics::Situation& s = problem.situation(i);
+    const Vec3 force = s.mass * (s.a_WB_B - s.g_B), &w = s.body.w_WB_B;
+    const Vec3 torque = s.inertia * s.dw_WB_B + w.cross(s.inertia * w);
+    for (int c = 0; c < 3; ++c) measured[c * n + i] = force[c], measured[(c + 3) * n + i] = torque[c];
+  }
+  const auto explained = [&](const Eigen::VectorXd& left, int c) {
+    const auto m = measured.segment(c * n, n).array();
+    const auto l = left.segment(c * n, n).array();
+    const double all = (m - m.mean()).square().sum();
+    return all > 0 ? 1 - (l - l.mean()).square().sum() / all : std::nan("");
+  };
   for (int c = 0; c < 6; ++c)
     out.push_back({name, kChannels[static_cast<std::size_t>(c)], channel_unit(c),
-                   rms(before.segment(c * n, n)), rms(after.segment(c * n, n))});
+                   rms(before.segment(c * n, n)), rms(after.segment(c * n, n)), explained(before, c),
+                   explained(after, c)});
   static constexpr const char* kAcceleration[] = {"ax", "ay", "az"};
   for (int c = 0; c < 3; ++c)
     out.push_back({name, kAcceleration[c], "m/s2", rms(before.segment(c * n, n)) / vehicle.mass,
-                   rms(after.segment(c * n, n)) / vehicle.mass});
+                   rms(after.segment(c * n, n)) / vehicle.mass, explained(before, c), explained(after, c)});
   return out;
 }
 

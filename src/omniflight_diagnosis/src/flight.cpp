@@ -10,9 +10,12 @@
 #include "omniflight_diagnosis/filter.hpp"
 #include "omniflight_diagnosis/residual.hpp"
 #include "thrust_source.hpp"
+#include "torque_alignment.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
+
+constexpr double kLeastTorqueLag = 0.0015;  // s: what a linear grid of some milliseconds can tell
 
 using recording::Recording;
 using recording::Signal;
@@ -298,7 +301,6 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   Eigen::MatrixXd w = gyro ? take(*gyro, "gyro") : rate_from_attitude(q, grid.rate_hz);
   f.has_gyro = gyro != nullptr;
   const Eigen::MatrixXd dw = differentiate(w, grid.rate_hz);
-  const Eigen::MatrixXd dspeed = differentiate(speed, grid.rate_hz);
   Eigen::MatrixXd force;
   f.has_accelerometer = acc != nullptr;
   if (acc) {
@@ -324,6 +326,15 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   } else if (vehicle.tilt.kind != vehicle::TiltKind::none) {
     f.notes.push_back("No tilt angle: it is taken as zero.");
   }
+  if (gyro && !f.speed_from_command) {
+    const auto lag = lag_behind_rotors(dw, speed, alpha, grid.rate_hz, use, vehicle);
+    if (lag)
+      f.alignment.push_back(
+          {"rotor_speed (torque)", "gyro", lag->lag_s, lag->se_s, 0, 0, std::sqrt(lag->explained)});
+    if (lag && std::abs(lag->lag_s) > kLeastTorqueLag + 3 * lag->se_s)
+      speed = delayed(speed, lag->lag_s, grid.rate_hz);
+  }
+  const Eigen::MatrixXd dspeed = differentiate(speed, grid.rate_hz);
   const Signal* reference = recording.find("ref_position");
   Eigen::MatrixXd ref;
   if (reference && position) ref = low_pass(on_grid(*reference, grid, o).x, grid.rate_hz, o.cutoff_hz);
@@ -373,7 +384,6 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
 
   const std::vector<physics::NeighbourTrack> neighbours = neighbours_of(recording, o);
   const Eigen::MatrixXd slow_speed = roots(low_pass(squares(speed), grid.rate_hz, o.effect_cutoff_hz));
-  const Eigen::MatrixXd slow_dspeed = differentiate(slow_speed, grid.rate_hz);
 
   // decimate to the grid
   f.rate_hz = o.grid_hz;
@@ -406,7 +416,7 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
     x.dw_WB_B = dw.row(i).transpose();
     for (Eigen::Index r = 0; r < speed.cols(); ++r) {
       s[static_cast<std::size_t>(r)] = slow_speed(i, r);
-      ds[static_cast<std::size_t>(r)] = slow_dspeed(i, r);
+      ds[static_cast<std::size_t>(r)] = dspeed(i, r);  // spin-up is quick or nothing
     }
     physics::Situation& y = f.smooth[static_cast<std::size_t>(k)];
     physics::prepare(vehicle, body, alpha(i, 0), s, ds, environment, y);

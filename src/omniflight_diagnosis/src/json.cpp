@@ -92,6 +92,7 @@ Json fit_report(const FitReport& f) {
       j["unit"] = c.unit;
       j["rms_before"] = number(c.rms_before);
       j["rms_after"] = number(c.rms_after);
+      if (named) j["r2_before"] = number(c.r2_before), j["r2_after"] = number(c.r2_after);
       out.push_back(j);
     }
     return out;

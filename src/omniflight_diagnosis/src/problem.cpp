@@ -63,7 +63,11 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
   for (const vehicle::Rotor& r : vehicle.rotors) arm = std::max(arm, r.p_BR.norm());
   const double weight = vehicle.mass * options.environment.gravity;
   weight_ = weight;
-  arm_ = arm;
+  // a vehicle with upright rotors has little to turn about its vertical with
+  lever_.setConstant(1e-4 * arm);
+  for (const physics::Situation& now : situation_)
+    for (const physics::RotorSituation& r : now.all_rotors())
+      lever_ = lever_.cwiseMax((r.p_BR.cross(r.n_B) + r.spin * r.drag_ratio * r.n_B).cwiseAbs());
   vehicle_scale_ = scale_of(vehicle, options.environment.gravity);
   const Tolerance& tol = options.tolerance;
   const bool biased = flight_count_ > 0 && flights[0]->has_accelerometer;

@@ -44,8 +44,9 @@ class Problem {
   const Eigen::VectorXd& offset_sigma() const { return offset_sigma_; }
   const std::vector<std::string>& offset_names() const { return offset_names_; }
 
-  /// Natural size of a channel: weight [N], or weight times the largest rotor arm [Nm].
-  double scale(int channel) const { return channel < 3 ? weight_ : weight_ * arm_; }
+  /// Natural size of a channel: weight [N], or weight times the longest lever of a rotor about this axis
+  /// [Nm].
+  double scale(int channel) const { return channel < 3 ? weight_ : weight_ * lever_[channel - 3]; }
   /// What makes sense for a vehicle of this size: mass and inertia stay positive, and a regression on noisy
   /// rotor torques does not make the body as heavy as it takes for nothing to move.
   Range range(const physics::Effect& effect, std::size_t parameter) const {
@@ -79,7 +80,8 @@ class Problem {
   int n_ = 0, flight_count_ = 0;
   bool forces_only_ = false, instrumented_ = false;
   double period_ = 0;  ///< s, of the grid
-  double weight_ = 1, arm_ = 1;
+  double weight_ = 1;
+  Vec3 lever_ = Vec3::Ones();  ///< m, of a rotor's thrust about the body axes
   VehicleScale vehicle_scale_;
   std::vector<Run> runs_;
   mutable std::vector<physics::Situation> situation_;

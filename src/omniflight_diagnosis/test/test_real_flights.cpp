@@ -59,6 +59,16 @@ TEST(RealFlights, RotorDragIsNamedAndNoLoad) {
   EXPECT_GT(y0, 0.15);
   EXPECT_LE(x1, 0.09);
   EXPECT_LE(y1, 0.10);
+  const auto inertia = std::find_if(d->findings.begin(), d->findings.end(),
+                                    [](const Finding& x) { return x.effect == "rotor_inertia"; });
+  ASSERT_NE(inertia, d->findings.end()) << d->summary;
+  // 3.9e-8 kg m2: github.com/utiasDSL/drone-models, cf21B_500
+  EXPECT_NEAR(inertia->parameters[0].value, 3.9e-8, 0.6e-8);
+  for (const ChannelFit& c : d->fit.held_out) {
+    if (c.channel == "Mz") {
+      EXPECT_GT(c.r2_after, c.r2_before + 0.4) << c.recording;
+    }
+  }
 }
 
 TEST(RealFlights, AStuckSpeedSensorIsNamed) {

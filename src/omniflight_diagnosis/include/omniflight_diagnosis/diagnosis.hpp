@@ -57,6 +57,9 @@ struct ChannelFit {
   std::string recording;  ///< file; empty in sample
   std::string channel, unit;
   double rms_before = 0, rms_after = 0;
+  /// Share of the variance of the measured channel (mass or inertia times acceleration) that the model
+  /// explains, a constant apart; negative where it does worse than none. Not a number in sample.
+  double r2_before = std::nan(""), r2_after = std::nan("");
 };
 struct RolloutFit {
   double horizon_s = 0;

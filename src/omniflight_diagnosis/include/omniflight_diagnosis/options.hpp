@@ -51,7 +51,7 @@ struct Options {
   double max_gap_s = 0.08;       ///< longer gaps in a needed signal are cut out
   double margin_s = 0.25;        ///< cut on both sides of every gap and of the ends
   double min_share = 0.04;       ///< of the residual energy of its best channel that an effect must remove
-  double min_magnitude = 0.001;  ///< RMS of an effect over weight (or weight times arm)
+  double min_magnitude = 0.001;  ///< RMS of an effect over weight (or weight times lever)
   int max_effects = 6;
   std::vector<std::string> only;     ///< candidate ids; empty: the whole library
   std::vector<std::string> exclude;  ///< ids that are not offered
