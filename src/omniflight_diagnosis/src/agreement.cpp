@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "omniflight_core/frames.hpp"
 #include "omniflight_physics/effect.hpp"
@@ -144,6 +145,56 @@ void judge_speeds(const Recording& r, Diagnosis& d) {
   }
 }
 
+/// Exponent of the battery's voltage in the speed of rotor r beside its duty cycle: ln speed = a + b ln duty
+/// + c ln voltage, on means over half a second. Nothing where the voltage hardly moves.
+std::optional<double> voltage_exponent(const Signal& speed, const Eigen::MatrixXd& duty,
+                                       const Eigen::MatrixXd& voltage, Eigen::Index r) {
+  constexpr double kMean = 0.5, kMoves = 0.001;  // s; of ln voltage, beside its trend with the duty cycle
+  std::vector<Vec3> rows;                        // ln of speed, duty, voltage
+  for (std::size_t i = 0; i < speed.t_s.size();) {
+    Vec3 sum = Vec3::Zero();
+    std::size_t j = i;
+    bool turns = true;
+    for (; j < speed.t_s.size() && speed.t_s[j] < speed.t_s[i] + kMean; ++j) {
+      const auto row = static_cast<Eigen::Index>(j);
+      const Vec3 now(speed.values(row, r), duty(row, r), voltage(row, 0));
+      turns = turns && now.allFinite() && (now.array() > 0).all();
+      sum += now;
+    }
+    if (turns && j - i > 20 && speed.t_s[j - 1] - speed.t_s[i] > 0.8 * kMean)
+      rows.push_back((sum / static_cast<double>(j - i)).array().log().matrix());
+    i = std::max(j, i + 1);
+  }
+  if (rows.size() < 16) return std::nullopt;
+  Eigen::MatrixXd X(static_cast<Eigen::Index>(rows.size()), 3);
+  for (std::size_t k = 0; k < rows.size(); ++k) X.row(static_cast<Eigen::Index>(k)) = rows[k].transpose();
+  X.rowwise() -= X.colwise().mean().eval();
+  const double duties = X.col(1).squaredNorm();
+  if (!(duties > 0)) return std::nullopt;
+  const Eigen::VectorXd own = X.col(2) - X.col(1).dot(X.col(2)) / duties * X.col(1);
+  if (own.squaredNorm() < kMoves * kMoves * static_cast<double>(rows.size())) return std::nullopt;
+  return own.dot(X.col(0)) / own.squaredNorm();
+}
+
+void judge_voltage(const Recording& r, Diagnosis& d) {
+  const Signal *speed = r.find("rotor_speed"), *duty = r.find("pwm"), *voltage = r.find("vbat");
+  if (!speed || !duty || !voltage || speed->empty() || duty->empty() || voltage->empty()) return;
+  if (speed->width() != duty->width() || r.find("rotor_command")) return;
+  const Eigen::MatrixXd u = recording::resample(*duty, speed->t_s, 0.1);
+  const Eigen::MatrixXd v = recording::resample(*voltage, speed->t_s, 0.5);
+  std::vector<double> exponents;
+  for (Eigen::Index k = 0; k < speed->width(); ++k)
+    if (const auto c = voltage_exponent(*speed, u, v, k)) exponents.push_back(*c);
+  const Estimate open_loop = mean_of(exponents);  // every rotor tells of the same battery
+  if (!open_loop.is_not(0, 0.3)) return;
+  add(d, "battery_sag", "rotor_speed", "1",
+      format(
+          "Speeds follow duty cycle times the battery's voltage to the power %.2f: a model from duty cycle "
+          "to speed needs the voltage.",
+          open_loop.value),
+      {value_of("open_loop", "o", "1", open_loop)}, open_loop.value, open_loop.se);
+}
+
 /// First-order lag of the tilt angle behind its command, no faster than `rate` [rad/s; 0: any], that leaves
 /// least, within [from, to) seconds.
 double servo_lag(const Signal& tilt, const Eigen::MatrixXd& ordered, double rate, double from, double to) {
@@ -253,6 +304,7 @@ void add_agreement(const Recording& r, const vehicle::Vehicle& vehicle, const Op
   if (vehicle.tilt.kind != vehicle::TiltKind::none && !named("tilt_servo_lag"))
     judge_tilt(r, vehicle.tilt.rate, d);
   judge_gyro(r, o, d);
+  if (!named("battery_sag")) judge_voltage(r, d);
 }
 
 void add_kinematics(const Kinematics& kinematics, Diagnosis& d) {

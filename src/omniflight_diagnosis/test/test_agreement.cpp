@@ -47,6 +47,38 @@ TEST(Agreement, RotorsThatAllTurnTooSlowlySag) {
   EXPECT_EQ(found(r, v), "battery_sag ");
 }
 
+TEST(Agreement, DutyCyclesOfAFallingBatteryNeedItsVoltage) {
+  const vehicle::Vehicle v = omnimorph();
+  for (const double exponent : {0.0, 0.9}) {
+    recording::Recording r = with_commands(v);
+    const auto& speed = r.signals.at("rotor_speed");
+    recording::Signal duty = speed, vbat = speed;
+    duty.name = "pwm";
+    vbat.name = "vbat";
+    vbat.unit = "V";
+    vbat.values.resize(speed.values.rows(), 1);
+    for (Eigen::Index i = 0; i < vbat.values.rows(); ++i) {
+      const double t = static_cast<double>(i) / static_cast<double>(vbat.values.rows());
+      vbat.values(i, 0) = 3.8 - 0.1 * t + 0.01 * std::sin(40 * t);
+      duty.values.row(i) =
+          speed.values.row(i).cwiseAbs() / (2000 * std::pow(vbat.values(i, 0) / 3.8, exponent));
+    }
+    r.signals["rotor_speed"].values = speed.values.cwiseAbs();
+    r.signals["pwm"] = duty;
+    r.signals["vbat"] = vbat;
+    r.signals.erase("rotor_command");
+    Diagnosis d;
+    add_agreement(r, v, {}, d);
+    if (exponent == 0) {
+      EXPECT_TRUE(d.findings.empty());
+      continue;
+    }
+    ASSERT_EQ(d.findings.size(), 1u);
+    EXPECT_EQ(d.findings[0].effect, "battery_sag");
+    EXPECT_NEAR(d.findings[0].parameters[0].value, exponent, 0.05);
+  }
+}
+
 TEST(Agreement, RotorsThatRunInStepsAreNoBrokenSensors) {
   const vehicle::Vehicle v = omnimorph();
   recording::Recording r = with_commands(v);
