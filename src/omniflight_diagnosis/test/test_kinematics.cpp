@@ -1,7 +1,7 @@
 // An accelerometer and motion capture that tell of one motion, and of two.
 #include <gtest/gtest.h>
 
-#include "../src/kinematics.hpp"
+#include "../src/lever.hpp"
 #include "synthetic.hpp"
 
 namespace omniflight::diagnosis {
@@ -52,9 +52,8 @@ TEST(Kinematics, ABiasIsFoundWithAnIntervalThatHoldsIt) {
   }
 }
 
-TEST(Kinematics, ALeverArmIsFound) {
-  const vehicle::Vehicle v = test::omnimorph();
-  const Vec3 r_BI(0.05, 0, -0.03);
+/// A nominal flight whose accelerometer sits at r_BI [m].
+recording::Recording with_lever(const vehicle::Vehicle& v, const Vec3& r_BI) {
   const test::Flown f = swaying();
   recording::Recording r = test::fly(v, {}, f);
   auto& acc = r.signals["acc"];
@@ -65,11 +64,44 @@ TEST(Kinematics, ALeverArmIsFound) {
     const Vec3 a_W = (arm(t + h) - 2 * arm(t) + arm(t - h)) / (h * h);
     acc.values.row(i) += (test::attitude(t, f).conjugate() * a_W).transpose();
   }
+  return r;
+}
+
+/// What kinematics and forces together say.
+Kinematics attributed(const recording::Recording& r, const vehicle::Vehicle& v) {
+  auto k = judge_kinematics(r, told());
+  auto flight = prepare_flight(r, v, told());
+  EXPECT_TRUE(k && flight);
+  if (!k || !flight) return {};
+  attribute_lever(*flight, v, told(), *k);
+  return *k;
+}
+
+TEST(Kinematics, ALeverArmIsFound) {
+  const vehicle::Vehicle v = test::omnimorph();
+  const Vec3 r_BI(0.05, 0, -0.03);
+  const recording::Recording r = with_lever(v, r_BI);
+  EXPECT_TRUE(attributed(r, v).find("imu_lever_arm"));
   const auto k = judge_kinematics(r, told());
   ASSERT_TRUE(k);
   const Kinematics::Part* lever = k->find("imu_lever_arm");
   ASSERT_TRUE(lever);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(lever->value[c], r_BI[c], 4 * lever->se[c] + 1e-4) << c;
+}
+
+TEST(Kinematics, MarkersOffTheOriginAreNoLeverArm) {
+  const vehicle::Vehicle v = test::omnimorph();
+  const test::Flown f = swaying();
+  recording::Recording r = test::fly(v, {}, f);
+  const Vec3 d(0.05, 0, -0.03);
+  auto& position = r.signals["position"];
+  for (Eigen::Index i = 0; i < position.values.rows(); ++i)
+    position.values.row(i) += (test::attitude(position.t_s[static_cast<std::size_t>(i)], f) * d).transpose();
+  const Kinematics k = attributed(r, v);
+  EXPECT_FALSE(k.find("imu_lever_arm"));
+  const Kinematics::Part* part = k.find("mocap_offset");
+  ASSERT_TRUE(part);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(part->value[c], d[c], 4 * part->se[c] + 1e-4) << c;
 }
 
 TEST(Kinematics, ATiltedWorldIsFoundAndOnAnUprightFlightNotToldFromABias) {

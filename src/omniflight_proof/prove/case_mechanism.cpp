@@ -280,7 +280,7 @@ void air(std::vector<Mechanism>& out) {
                  .smallest = 0.0005,
                  .typical = 0.1,
                  .largest = 0.25,
-                 .combines = true,
+                 .combines = false,  // so large a body is still a tenth of the noise, whatever stands beside it
                  .apply = [](Setup& s, double a, const Shape&) { airframe(s).round_area = a; },
                  .parameters = [](double a, const Shape&) { return Parameters{scalar("area", a)}; }});
   out.push_back({.id = "wind",
