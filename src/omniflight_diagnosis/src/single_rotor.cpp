@@ -6,6 +6,8 @@
 #include <memory>
 #include <mutex>
 
+#include "hidden_tilt.hpp"
+
 namespace omniflight::diagnosis {
 namespace {
 
@@ -83,11 +85,14 @@ std::vector<const Effect*> with_single_rotors(const std::vector<const Effect*>& 
       for (int r = 0; r < std::min(kRotors, vehicle.rotor_count()); ++r)
         out.push_back(&single_rotor(*effect, r));
     out.push_back(effect);
+    if (effect->info().id == "tilt_offset") out.push_back(&hidden_tilt_lag());
   }
   return out;
 }
 
 physics::ActiveEffect in_full(const physics::ActiveEffect& active) {
+  if (active.effect == &hidden_tilt_lag())
+    return {physics::find_effect("tilt_servo_lag"), {active.theta[0], 0.0}};
   const auto* one = dynamic_cast<const SingleRotor*>(active.effect);
   return one ? physics::ActiveEffect{&one->whole(), one->whole_theta(active.theta)} : active;
 }

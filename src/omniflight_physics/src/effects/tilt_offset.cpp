@@ -1,5 +1,6 @@
 // All tilting rotors stand at another tilt than the one that is commanded and reported.
 #include "effects/table.hpp"
+#include "omniflight_physics/turned_rotors.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -29,17 +30,7 @@ class TiltOffset final : public WrenchEffect<TiltOffset> {
 
   template <class T>
   void wrench(const Situation& s, const T* theta, WrenchT<T>& out) const {
-    using std::cos;
-    using std::sin;
-    const T turned = sin(theta[0]), left = cos(theta[0]) - T(1);
-    for (const RotorSituation& r : s.all_rotors()) {
-      const Vec3& t = r.tilt_axis_B;
-      if (t.isZero()) continue;
-      const Vec3 across = t.cross(r.n_B), radial = r.n_B - t.dot(r.n_B) * t;
-      const Eigen::Matrix<T, 3, 1> f = T(r.thrust) * (turned * across.cast<T>() + left * radial.cast<T>());
-      out.add_at(r.p_BR, f);
-      out.torque_B += T(r.spin * r.drag_ratio) * f;
-    }
+    add_turned_rotors(s, theta[0], out);
   }
 };
 
