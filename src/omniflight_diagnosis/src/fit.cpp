@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "statistics.hpp"
+
 namespace omniflight::diagnosis {
 namespace {
 
@@ -323,7 +325,7 @@ Fit profile_shapes(const Problem& problem, const Fit& fit, const Options&) {
   return best;
 }
 
-Fit settle(const Problem& problem, const Fit& fit, const Options&) {
+Eigen::VectorXd settled_offsets(const Problem& problem, const Fit& fit) {
   bool pitches = false, lifts = false;
   for (const ActiveEffect& e : fit.effects) {
     const auto& channels = e.effect->info().channels;
@@ -339,6 +341,11 @@ Fit settle(const Problem& problem, const Fit& fit, const Options&) {
     sigma.segment(4, 3) *= 0.05;
   }
   if (pitches && sigma[1] < 0.1) sigma.segment(1, 3) *= 0.05;
+  return sigma;
+}
+
+Fit settle(const Problem& problem, const Fit& fit, const Options&) {
+  const Eigen::VectorXd sigma = settled_offsets(problem, fit);
   Fit out = fit_under(problem, fit.effects, 12, &sigma);
   out.plausible = fit.plausible;
   return out;
@@ -410,7 +417,15 @@ double standard_errors_above_zero(const std::vector<double>& gains, const std::v
 
 }  // namespace
 
-Eigen::VectorXd standard_errors(const Problem& problem, const Fit& fit, const Options&) {
+namespace {
+
+/// Of the effects' parameters: as the noise model has it, and by the scatter of blocks (sandwich).
+struct Covariance {
+  Eigen::MatrixXd model, robust;
+  Eigen::VectorXd scale;  ///< 0 where the data say nothing
+};
+
+Covariance covariance_of(const Problem& problem, const Fit& fit) {
   const Eigen::MatrixXd X = problem.noise().apply(problem, jacobian_of(problem, fit));
   const Eigen::VectorXd e = problem.noise().apply_vector(problem, fit.residual);
   Eigen::MatrixXd H = X.transpose() * X;
@@ -431,12 +446,52 @@ Eigen::VectorXd standard_errors(const Problem& problem, const Fit& fit, const Op
       scores.col(block[static_cast<std::size_t>(i)]) += e[c * n + i] * X.row(c * n + i).transpose();
   const double small_sample = count > 1 ? static_cast<double>(count) / (count - 1) : 1.0;
   const Eigen::MatrixXd robust = small_sample * inverse * (scores * scores.transpose()) * inverse;
-  Eigen::VectorXd se(m);
-  for (Eigen::Index k = 0; k < m; ++k) {
-    se[k] = std::sqrt(std::max({inverse(k, k), robust(k, k), 0.0}));
-    if (scale[k] == 0.0) se[k] = 1e9;  // the data say nothing about it
+  return {inverse.topLeftCorner(m, m), robust.topLeftCorner(m, m), scale.head(m)};
+}
+
+}  // namespace
+
+Eigen::VectorXd standard_errors(const Problem& problem, const Fit& fit, const Options&) {
+  const Covariance c = covariance_of(problem, fit);
+  Eigen::VectorXd se(c.model.rows());
+  for (Eigen::Index k = 0; k < se.size(); ++k) {
+    se[k] = std::sqrt(std::max({c.model(k, k), c.robust(k, k), 0.0}));
+    if (c.scale[k] == 0.0) se[k] = 1e9;  // the data say nothing about it
   }
   return se;
+}
+
+std::vector<double> distances_from_nothing(const Problem& problem, const Fit& fit, const Options&) {
+  const Covariance c = covariance_of(problem, fit);
+  std::vector<double> out;
+  Eigen::Index at = 0;
+  for (const ActiveEffect& e : fit.effects) {
+    std::vector<Eigen::Index> own;
+    std::vector<double> off;
+    for (std::size_t k = 0; k < e.theta.size(); ++k, ++at) {
+      const Parameter& p = e.effect->info().parameters[k];
+      if ((!p.linear && p.typical == p.neutral) || c.scale[at] == 0.0) continue;
+      own.push_back(at);
+      off.push_back(e.theta[k] - p.neutral);
+    }
+    const auto m = static_cast<Eigen::Index>(own.size());
+    const Eigen::Map<const Eigen::VectorXd> d(off.data(), m);
+    double least = m > 0 ? 1e300 : 0.0;
+    for (const Eigen::MatrixXd* whole : {&c.model, &c.robust}) {
+      Eigen::MatrixXd C(m, m);
+      Eigen::VectorXd size(m);
+      for (Eigen::Index i = 0; i < m; ++i) size[i] = std::sqrt(std::max(c.model(own[i], own[i]), 1e-300));
+      for (Eigen::Index i = 0; i < m; ++i)
+        for (Eigen::Index k = 0; k < m; ++k) C(i, k) = (*whole)(own[i], own[k]) / (size[i] * size[k]);
+      C.diagonal().array() += 1e-9;
+      const Eigen::VectorXd scaled = d.cwiseQuotient(size);
+      if (m > 0) least = std::min(least, scaled.dot(C.ldlt().solve(scaled)));
+    }
+    out.push_back(m > 0 ? std::sqrt(chi_squared_quantile(
+                              std::clamp(chi_squared_tail(least, static_cast<double>(m)), 1e-300, 1.0), 1))
+                        : 0.0);
+  }
+  return out;
 }
 
 Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, const Options& options) {

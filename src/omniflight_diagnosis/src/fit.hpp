@@ -14,6 +14,7 @@ struct Fit {
   std::vector<std::pair<double, double>>
       plausible;       ///< a parameter: values met within 1.92 of the best likelihood
   int parameters = 0;  ///< free parameters of the effects
+  Eigen::VectorXd se;  ///< of the parameters in order, where by_instruments() found them; else empty
 };
 
 /// An amplitude stands at the end of what makes sense: then it is not this effect that the flight shows.
@@ -29,6 +30,8 @@ Fit fit_with(const Problem& problem, const Fit& base, const physics::Effect& eff
 /// Final values: offsets that would compete with the named effects are held near zero (their tolerance stays
 /// in the standard errors), so that the effects alone, as a model file lists them, predict best.
 Fit settle(const Problem& problem, const Fit& fit, const Options& options);
+/// The standard deviations of the offsets that settle() holds them near zero by.
+Eigen::VectorXd settled_offsets(const Problem& problem, const Fit& fit);
 
 /// A cheap preview of fit_with: one Gauss-Newton step from the shape parameters in `hint` (searched on a grid
 /// when there is none). Its likelihood ranks candidates.
@@ -41,6 +44,11 @@ Fit profile_shapes(const Problem& problem, const Fit& fit, const Options& option
 
 /// Standard errors of all effect parameters, in order: the larger of GLS and a block-robust estimate.
 Eigen::VectorXd standard_errors(const Problem& problem, const Fit& fit, const Options& options);
+
+/// For every effect, how far all its numbers together are from nothing, as a normal score (Wald test; bends
+/// of laws do not count). Where only a product is known, as of wind and drag, no number alone is away from
+/// nothing.
+std::vector<double> distances_from_nothing(const Problem& problem, const Fit& fit, const Options& options);
 
 /// Mean gain per block, in units of its standard error, that effect `index` brings on blocks its coefficients
 /// were not fitted to; and the share of whitened residual energy it removes in its best channel.

@@ -5,6 +5,7 @@
 
 #include "neighbours.hpp"
 #include "single_rotor.hpp"
+#include "statistics.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -12,15 +13,38 @@ namespace {
 using physics::ActiveEffect;
 using physics::Effect;
 
-/// ln(m/p) for being one of m candidates, and 3 for every further number: more than the upper p/m quantile of
-/// the chi-squared distribution with that many degrees of freedom asks for (half of 20 at 3, of 31 at 8).
-double penalty(const Effect& effect, double entry) { return entry + 3.0 * (effect.parameter_count() - 1); }
+/// What effects cost. On instruments, where chance alone decides, a law with k numbers enters when it gains
+/// what chance reaches in one of m/p tries: half the upper p/m quantile of the chi-squared distribution with
+/// k degrees of freedom. Where feedback and what a vehicle file does not know have their part, it must gain
+/// ln(m/p), and 3 for every further number. Between laws that may all enter, every further number costs 3 in
+/// any case, more than that quantile asks for: rich laws bend into anything.
+class Costs {
+ public:
+  Costs(std::size_t candidates, double error_rate, bool instrumented) {
+    const double each = error_rate / std::max<double>(2.0, static_cast<double>(candidates));
+    for (int k = 1; k <= physics::kMaxParameters; ++k)
+      entry_.push_back(instrumented ? 0.5 * chi_squared_quantile(each, k) : 3.0 * (k - 1) - std::log(each));
+  }
+  double entry(const Effect& e) const { return entry_[static_cast<std::size_t>(e.parameter_count() - 1)]; }
+  double entry(const Fit& fit) const {
+    double sum = 0;
+    for (const ActiveEffect& e : fit.effects) sum += entry(*e.effect);
+    return sum;
+  }
+  double complexity(const Effect& e) const { return entry_.front() + 3.0 * (e.parameter_count() - 1); }
 
-double score(const Fit& fit, double entry) {
+ private:
+  std::vector<double> entry_;  ///< by number of parameters less one
+};
+
+double score(const Fit& fit, const Costs& costs) {
   double sum = fit.log_likelihood;
-  for (const ActiveEffect& e : fit.effects) sum -= penalty(*e.effect, entry);
+  for (const ActiveEffect& e : fit.effects) sum -= costs.complexity(*e.effect);
   return sum;
 }
+
+/// What is left of the likelihood when every member has paid for its entry.
+double tested(const Fit& fit, const Costs& costs) { return fit.log_likelihood - costs.entry(fit); }
 
 std::vector<ActiveEffect> without(const std::vector<ActiveEffect>& effects, std::size_t index) {
   std::vector<ActiveEffect> out = effects;
@@ -37,7 +61,8 @@ bool contains(const Fit& fit, const Effect* effect) {
 /// be predicted worse.
 bool gate_open(const Problem& problem, const Gate& gate, const Options& o, double needed) {
   const double least = problem.instrumented() ? 0.0 : 2.0;
-  return gate.gain > needed && gate.cross_validated_se > least && gate.energy_share > o.min_share &&
+  const double share = problem.instrumented() ? 0.5 * o.min_share : o.min_share;
+  return gate.gain > needed && gate.cross_validated_se > least && gate.energy_share > share &&
          gate.magnitude > o.min_magnitude;
 }
 
@@ -83,15 +108,15 @@ bool declared_alias(const Effect& a, const Effect& b) {
 }
 
 /// Removes effects that no longer earn their parameters.
-Fit prune(const Problem& problem, Fit fit, const Options& o, double entry) {
+Fit prune(const Problem& problem, Fit fit, const Options& o, const Costs& costs) {
   for (bool again = true; again && !fit.effects.empty();) {
     again = false;
-    double best = score(fit, entry);
+    double best = tested(fit, costs);
     Fit chosen;
     for (std::size_t k = 0; k < fit.effects.size(); ++k) {
       Fit smaller = fit_effects(problem, without(fit.effects, k), o);
-      if (score(smaller, entry) > best) {
-        best = score(smaller, entry);
+      if (tested(smaller, costs) > best) {
+        best = tested(smaller, costs);
         chosen = std::move(smaller);
         again = true;
       }
@@ -150,7 +175,7 @@ class Search {
       : problem_(problem),
         candidates_(candidates),
         o_(o),
-        entry_(std::log(std::max<double>(2.0, static_cast<double>(candidates.size())) / o.error_rate)) {}
+        costs_(candidates.size(), o.error_rate, problem.instrumented()) {}
 
   Naming run() {
     out_.null_model = fit_effects(problem_, {}, o_);
@@ -181,7 +206,7 @@ class Search {
       alone_.push_back(fit_with(problem_, out_.null_model, *effect, o_));
       out_.candidates.push_back(
           {effect->info().id, alone_.back().log_likelihood - out_.null_model.log_likelihood,
-           penalty(*effect, entry_), gate_effect(problem_, alone_.back(), 0, o_).energy_share});
+           costs_.entry(*effect), gate_effect(problem_, alone_.back(), 0, o_).energy_share});
     }
   }
 
@@ -202,8 +227,8 @@ class Search {
       for (std::size_t k = 0; k < tried(); ++k) {
         if (contains(current, candidates_[k]) || candidates_[k]->parameter_count() > width) continue;
         const Fit fit = current.effects.empty() ? alone_[k] : quick(current, candidates_[k]);
-        const double gain = score(fit, entry_) - score(current, entry_);
-        if (gain > -3.0) {
+        const double gain = score(fit, costs_) - score(current, costs_);
+        if (tested(fit, costs_) - tested(current, costs_) > -3.0) {
           (at_limit(problem_, fit.effects.back()) ? stuck : order).emplace_back(gain, candidates_[k]);
         } else if (step > 0) {
           for (std::size_t m = 0; m < current.effects.size(); ++m)
@@ -227,8 +252,8 @@ class Search {
       std::vector<std::pair<double, Fit>> trials;
       for (const auto& [preview, effect] : order) {
         Fit fit = polish(problem_, fit_with(problem_, current, *effect, o_), o_);
-        const double gain = score(fit, entry_) - score(current, entry_);
-        if (gain > 0) trials.emplace_back(gain, std::move(fit));
+        const double gain = score(fit, costs_) - score(current, costs_);
+        if (tested(fit, costs_) > tested(current, costs_)) trials.emplace_back(gain, std::move(fit));
       }
       std::stable_sort(trials.begin(), trials.end(),
                        [](const auto& a, const auto& b) { return a.first > b.first; });
@@ -238,11 +263,11 @@ class Search {
         while (contains(current, fit.effects[index].effect)) ++index;
         if (!makes_sense(problem_, fit, index)) continue;
         if (!gate_open(problem_, gate_effect(problem_, fit, index, o_), o_,
-                       penalty(*fit.effects[index].effect, entry_)))
+                       costs_.entry(*fit.effects[index].effect)))
           continue;
-        const double before = score(current, entry_);
-        current = prune(problem_, std::move(fit), o_, entry_);
-        entered = score(current, entry_) > before + 1e-6;
+        const double before = tested(current, costs_);
+        current = prune(problem_, std::move(fit), o_, costs_);
+        entered = tested(current, costs_) > before + 1e-6;
         break;
       }
       if (!entered) break;
@@ -260,15 +285,19 @@ class Search {
         for (const Effect* effect : candidates_) {
           if (contains(current, effect) || effect->parameter_count() > width) continue;
           if (!declared_alias(*effect, *current.effects[k].effect) &&
-              score(quick(rest, effect), entry_) < score(current, entry_) - 5.0)
+              score(quick(rest, effect), costs_) < score(current, costs_) - 5.0)
             continue;
           Fit swapped = fit_with(problem_, rest, *effect, o_);
-          if (score(swapped, entry_) < score(current, entry_) + 1.0) continue;
+          // products bend into constants: a wind of 5 m/s on next to no area is a steady pull
+          const bool bends = is_linear(*current.effects[k].effect) && !is_linear(*effect);
+          const double gain = current.log_likelihood - rest.log_likelihood;
+          const double better_by = bends ? std::max(3.0, 0.01 * gain) : 1.0;
+          if (score(swapped, costs_) < score(current, costs_) + better_by) continue;
           if (!makes_sense(problem_, swapped, swapped.effects.size() - 1) ||
               !gate_open(problem_, gate_effect(problem_, swapped, swapped.effects.size() - 1, o_), o_,
-                         penalty(*effect, entry_)))
+                         costs_.entry(*effect)))
             continue;
-          current = prune(problem_, polish(problem_, std::move(swapped), o_), o_, entry_);
+          current = prune(problem_, polish(problem_, std::move(swapped), o_), o_, costs_);
           better = true;
           break;
         }
@@ -291,7 +320,7 @@ class Search {
     Fit simple = exchange(grow(rest, kSimple), kSimple);
     const double gain = current.log_likelihood - rest.log_likelihood;
     const double slack = simple.parameters <= current.parameters ? std::max(3.0, 0.05 * gain) : 0.0;
-    return score(simple, entry_) > score(current, entry_) - slack ? simple : current;
+    return score(simple, costs_) > score(current, costs_) - slack ? simple : current;
   }
 
   /// Every member must pass in the company of the others.
@@ -302,17 +331,19 @@ class Search {
       std::size_t index = 0;
       const Fit settled = settle(problem_, current, o_);
       const Eigen::VectorXd se = standard_errors(problem_, settled, o_);
+      const std::vector<double> distance = distances_from_nothing(problem_, settled, o_);
+      constexpr double kAway = 2.5;
       Eigen::Index at = 0;
       for (std::size_t k = 0; k < current.effects.size(); ++k) {
         const Gate gate = gate_effect(problem_, current, k, o_);
-        bool away = false;  // from nothing, by more than noise and tolerances together allow
+        bool away = distance[k] > kAway;  // from nothing, by more than noise and tolerances together allow
         for (std::size_t c = 0; c < current.effects[k].theta.size(); ++c, ++at) {
           const physics::Parameter& p = current.effects[k].effect->info().parameters[c];
           const bool shape = !p.linear && p.typical == p.neutral;
-          away = away || (!shape && std::abs(settled.effects[k].theta[c] - p.neutral) > 2.5 * se[at]);
+          away = away || (!shape && std::abs(settled.effects[k].theta[c] - p.neutral) > kAway * se[at]);
         }
         away = away && makes_sense(problem_, current, k);
-        if (away && gate_open(problem_, gate, o_, penalty(*current.effects[k].effect, entry_))) continue;
+        if (away && gate_open(problem_, gate, o_, costs_.entry(*current.effects[k].effect))) continue;
         if (!again || gate.gain < worst) worst = gate.gain, index = k;
         again = true;
       }
@@ -331,19 +362,24 @@ class Search {
       bool earlier = true;
       for (const Effect* effect : candidates_) {
         earlier = earlier && effect != current.effects[k].effect;
-        // a law with many more parameters can bend itself into nearly anything
-        const bool simpler = effect->parameter_count() + 3 <= current.effects[k].effect->parameter_count();
+        // a law with many more parameters can bend itself into nearly anything, products into constants
+        const int more = current.effects[k].effect->parameter_count() - effect->parameter_count();
+        const bool straight = more >= 0 && is_linear(*effect) && !is_linear(*current.effects[k].effect);
+        const bool simpler = more >= 3 || straight;
         if (effect == current.effects[k].effect || (!earlier && !simpler)) continue;
         if (contains(current, effect)) continue;
-        const double slack = std::max(3.0, (simpler ? 0.1 : 0.01) * gain);
+        const double slack = std::max(3.0, (more >= 3 ? 0.1 : 0.01) * gain);
         const Fit frozen = frozen_without(problem_, current, k);
         if (!declared_alias(*effect, *current.effects[k].effect) &&
-            score(quick(frozen, effect), entry_) < score(current, entry_) - slack - 10.0)
+            score(quick(frozen, effect), costs_) < score(current, costs_) - slack - 10.0)
           continue;
         Fit swapped = fit_with(problem_, frozen, *effect, o_);
-        if (score(swapped, entry_) < score(current, entry_) - slack) continue;
+        if (score(swapped, costs_) < score(current, costs_) - slack) continue;
         if (!makes_sense(problem_, swapped, swapped.effects.size() - 1)) continue;
-        if (cosine(last_columns(problem_, problem_.noise(), swapped), own) < (simpler ? 0.8 : 0.98)) continue;
+        if (cosine(last_columns(problem_, problem_.noise(), swapped), own) < (more >= 3  ? 0.8
+                                                                              : straight ? 0.9
+                                                                                         : 0.98))
+          continue;
         std::rotate(swapped.effects.begin() + static_cast<std::ptrdiff_t>(k), swapped.effects.end() - 1,
                     swapped.effects.end());
         current = std::move(swapped);
@@ -370,9 +406,9 @@ class Search {
       if (contains(current, effect)) continue;
       Fit swapped = quick(frozen, effect);
       if (declared_alias(*effect, *current.effects[k].effect) ||
-          score(current, entry_) - score(swapped, entry_) < 20.0 + 6.0 * temper)
+          score(current, costs_) - score(swapped, costs_) < 20.0 + 6.0 * temper)
         swapped = fit_with(problem_, frozen, *effect, o_);
-      const double behind = score(current, entry_) - score(swapped, entry_);
+      const double behind = score(current, costs_) - score(swapped, costs_);
       named.swapped_best = std::max(named.swapped_best, -behind);
       // another effect that explains another part of the residual is no alias
       const double alike = cosine(last_columns(problem_, problem_.noise(), swapped), own);
@@ -420,7 +456,7 @@ class Search {
   const Problem& problem_;
   const std::vector<const Effect*>& candidates_;
   const Options& o_;
-  const double entry_;
+  const Costs costs_;
   Naming out_;
   std::vector<Fit> alone_;
 };

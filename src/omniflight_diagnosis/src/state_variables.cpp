@@ -67,6 +67,7 @@ Whitening noise_model(const Problem& problem, const Options& options) {
       v.push_back(
           {"height", "m", (height.array() - height.minCoeff() - 0.2 * k * spread(height)).max(0.0).matrix()});
   Eigen::VectorXd left = problem.residual(), b;
+  std::array<Eigen::MatrixXd, 6> columns;
   // first what rotors do to the channel: their wrench stands for every scale and mass error
   for (int c = 0; c < 6; ++c) {
     Eigen::MatrixXd X(n, 0);
@@ -89,8 +90,13 @@ Whitening noise_model(const Problem& problem, const Options& options) {
     const Eigen::VectorXd y = left.segment(c * n, n);
     explained_share(X, y, &b);
     left.segment(c * n, n) = y - X * b.head(X.cols()) - Eigen::VectorXd::Constant(n, b[X.cols()]);
+    X.conservativeResize(Eigen::NoChange, X.cols() + 1);
+    X.rightCols(1).setOnes();
+    columns[static_cast<std::size_t>(c)] = std::move(X);
   }
-  return Whitening::autoregressive(problem, left, options.ar_order);
+  // columns that feedback has coloured take more than chance would; their share cannot be computed
+  return problem.instrumented() ? Whitening::autoregressive(problem, left, options.ar_order, columns)
+                                : Whitening::autoregressive(problem, left, options.ar_order);
 }
 
 }  // namespace omniflight::diagnosis

@@ -30,6 +30,16 @@ double chi_squared_tail(double x, double dof) {
   return std::clamp(front * h, 0.0, 1.0);
 }
 
+double chi_squared_quantile(double p, double dof) {
+  double low = 0, high = dof + 10;
+  while (chi_squared_tail(high, dof) > p && high < 1e6) high *= 2;
+  for (int k = 0; k < 60; ++k) {
+    const double middle = 0.5 * (low + high);
+    (chi_squared_tail(middle, dof) > p ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
 double explained_share(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, Eigen::VectorXd* coefficients) {
   Eigen::MatrixXd Z(X.rows(), X.cols() + 1);
   Z << X, Eigen::VectorXd::Ones(X.rows());

@@ -7,6 +7,8 @@ namespace omniflight::diagnosis {
 
 /// P(chi-squared with `dof` degrees of freedom > x).
 double chi_squared_tail(double x, double dof);
+/// x with chi_squared_tail(x, dof) = p, for 0 < p < 1.
+double chi_squared_quantile(double p, double dof);
 
 /// Share of the variance of y that X (with a constant added) explains, and the coefficients (constant last).
 double explained_share(const Eigen::MatrixXd& X, const Eigen::VectorXd& y,

@@ -37,6 +37,61 @@ std::vector<double> burg(const std::vector<Eigen::VectorXd>& runs, int order) {
   return a;
 }
 
+/// Autocovariances of lags 0 to `lags` of the process x_i = sum a_k x_(i-1-k) + sigma e_i.
+std::vector<double> autocovariance(const std::vector<double>& a, double sigma, int lags) {
+  std::vector<double> h{1.0};  // impulse response, until it has died
+  constexpr int kLongest = 8000;
+  double energy = 1;
+  for (int i = 1; i < kLongest; ++i) {
+    double v = 0;
+    for (std::size_t k = 0; k < a.size() && static_cast<int>(k) < i; ++k)
+      v += a[k] * h[static_cast<std::size_t>(i) - 1 - k];
+    h.push_back(v);
+    energy += v * v;
+    if (i > 8 * lags && v * v < 1e-12 * energy) break;
+  }
+  std::vector<double> r(static_cast<std::size_t>(lags) + 1, 0.0);
+  for (std::size_t k = 0; k < r.size(); ++k) {
+    for (std::size_t i = k; i < h.size(); ++i) r[k] += h[i] * h[i - k];
+    r[k] *= sigma * sigma;
+  }
+  return r;
+}
+
+/// Levinson's recursion: coefficients and innovation variance of the autocovariances; false if they are none.
+bool levinson(const std::vector<double>& r, std::vector<double>& a, double& variance) {
+  a.clear();
+  variance = r[0];
+  if (!(variance > 0)) return false;
+  for (std::size_t m = 1; m < r.size(); ++m) {
+    double k = r[m];
+    for (std::size_t i = 0; i < a.size(); ++i) k -= a[i] * r[m - 1 - i];
+    k /= variance;
+    if (!(std::abs(k) < 1)) return false;
+    std::vector<double> next(a.size() + 1);
+    for (std::size_t i = 0; i < a.size(); ++i) next[i] = a[i] - k * a[a.size() - 1 - i];
+    next.back() = k;
+    a = next;
+    variance *= 1 - k * k;
+  }
+  return variance > 0;
+}
+
+/// Covariance of the process times every column: the filter 1/A backwards, then forwards.
+Eigen::MatrixXd covariance_times(const std::vector<double>& a, double sigma, const Eigen::MatrixXd& Q) {
+  Eigen::MatrixXd G = Q;
+  const auto p = static_cast<Eigen::Index>(a.size());
+  for (Eigen::Index c = 0; c < G.cols(); ++c) {
+    for (Eigen::Index i = G.rows() - 1; i >= 0; --i)
+      for (Eigen::Index k = 0; k < p && i + 1 + k < G.rows(); ++k)
+        G(i, c) += a[static_cast<std::size_t>(k)] * G(i + 1 + k, c);
+    for (Eigen::Index i = 0; i < G.rows(); ++i)
+      for (Eigen::Index k = 0; k < p && k < i; ++k)
+        G(i, c) += a[static_cast<std::size_t>(k)] * G(i - 1 - k, c);
+  }
+  return sigma * sigma * G;
+}
+
 }  // namespace
 
 Whitening Whitening::scale_only(const Problem& problem, const Eigen::VectorXd& residual) {
@@ -65,6 +120,54 @@ Whitening Whitening::autoregressive(const Problem& problem, const Eigen::VectorX
   }
   w.finish(problem, residual);
   return w;
+}
+
+Whitening Whitening::autoregressive(const Problem& problem, const Eigen::VectorXd& residual, int order,
+                                    const std::array<Eigen::MatrixXd, 6>& columns) {
+  Whitening w = autoregressive(problem, residual, order);
+  for (int c = 0; c < 6; ++c) w.give_back(problem, c, columns[static_cast<std::size_t>(c)]);
+  return w;
+}
+
+void Whitening::give_back(const Problem& problem, int channel, const Eigen::MatrixXd& columns) {
+  const auto filter = [&](int flight) -> Filter& {
+    return filters_[static_cast<std::size_t>(flight)][static_cast<std::size_t>(channel)];
+  };
+  std::vector<std::vector<double>> left;
+  for (int f = 0; f < problem.flights(); ++f)
+    left.push_back(autocovariance(filter(f).a, filter(f).sigma, static_cast<int>(filter(f).a.size())));
+  const Eigen::MatrixXd Q = Eigen::HouseholderQR<Eigen::MatrixXd>(columns).householderQ() *
+                            Eigen::MatrixXd::Identity(columns.rows(), columns.cols());
+  constexpr int kRounds = 4;
+  for (int round = 0; round < kRounds; ++round) {
+    // covariance C of the noise, projector M = 1 - QQ': what remains has covariance MCM = C - QD' - DQ'
+    Eigen::MatrixXd D(Q.rows(), Q.cols());
+    for (const Run& run : problem.runs())
+      D.middleRows(run.begin, run.end - run.begin) = covariance_times(
+          filter(run.flight).a, filter(run.flight).sigma, Q.middleRows(run.begin, run.end - run.begin));
+    D -= 0.5 * Q * (Q.transpose() * D);
+    for (int f = 0; f < problem.flights(); ++f) {
+      std::vector<double> r = left[static_cast<std::size_t>(f)];
+      for (std::size_t k = 0; k < r.size(); ++k) {
+        double taken = 0;
+        int pairs = 0;
+        const int lag = static_cast<int>(k);
+        for (const Run& run : problem.runs()) {
+          const int n = run.end - run.begin - lag;
+          if (run.flight != f || n <= 0) continue;
+          taken += Q.middleRows(run.begin, n).cwiseProduct(D.middleRows(run.begin + lag, n)).sum() +
+                   Q.middleRows(run.begin + lag, n).cwiseProduct(D.middleRows(run.begin, n)).sum();
+          pairs += n;
+        }
+        if (pairs > 0) r[k] += taken / pairs;
+      }
+      std::vector<double> a;
+      double variance = 0;
+      if (!levinson(r, a, variance)) continue;  // more than there was: keep what was found so far
+      filter(f).a = std::move(a);
+      filter(f).sigma = std::sqrt(variance);
+    }
+  }
 }
 
 void Whitening::finish(const Problem& problem, const Eigen::VectorXd& residual) {

@@ -33,5 +33,12 @@ TEST(Statistics, ChiSquaredTailMatchesTables) {
   EXPECT_NEAR(chi_squared_tail(29.588, 10), 0.001, 1e-5);
 }
 
+TEST(Statistics, ChiSquaredQuantileIsTheInverseOfItsTail) {
+  EXPECT_NEAR(chi_squared_quantile(0.05, 1), 3.8415, 1e-3);
+  EXPECT_NEAR(chi_squared_quantile(0.001, 10), 29.588, 1e-3);
+  for (const double p : {0.9, 0.1, 1e-4, 1e-8})
+    for (const int k : {1, 3, 16}) EXPECT_NEAR(chi_squared_tail(chi_squared_quantile(p, k), k) / p, 1, 1e-6);
+}
+
 }  // namespace
 }  // namespace omniflight::diagnosis

@@ -18,7 +18,7 @@ struct Tolerance {
   double thrust_scale = 0.01;            ///< 1, thrust coefficient and mass together
   double accelerometer_lateral = 0.15;   ///< m/s^2, bias and mounting tilt
   double accelerometer_vertical = 0.05;  ///< m/s^2
-  double gyro_bias = 0.02;               ///< rad/s
+  double gyro_bias = 0.008;              ///< rad/s, one standard deviation
   double world_force = 0.005;            ///< 1, constant force in the world over weight (level, alignment)
   double torque_trim = 0.03;             ///< 1, constant torque over weight times largest rotor arm
   /// How unevenly motors of one kind share a load: torque over weight times mean arm.
@@ -45,7 +45,7 @@ struct Options {
   double grid_hz = 40.0;     ///< regression grid; kept below three times the cutoff so that whitening sees no
                              ///< empty band
   int ar_order = 8;          ///< whitening
-  double error_rate = 0.01;  ///< p of the entry threshold ln(m/p)
+  double error_rate = 0.01;  ///< chance that any effect of the library enters where there is none
   std::optional<double>
       grid_origin_s;             ///< a time that lies on the grid; otherwise it begins with the signals
   double max_gap_s = 0.08;       ///< longer gaps in a needed signal are cut out
