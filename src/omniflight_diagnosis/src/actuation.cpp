@@ -11,6 +11,8 @@
 namespace omniflight::diagnosis {
 namespace {
 
+constexpr double kSearchedTo = 1e-4;  ///< s, of lags and delays
+
 /// A stretch of time [s].
 struct Block {
   double from = 0, to = 0;
@@ -120,7 +122,7 @@ std::pair<double, double> search(const std::vector<Rotor>& rotors, Between betwe
       const double m = misfit_all(rotors, between, tau, d, block);
       if (m < best) best = m, lag = tau, delay = d;
     }
-  for (double step = 0.008; step > 1e-4; step *= 0.5) {
+  for (double step = 0.008; step > kSearchedTo; step *= 0.5) {
     for (int tries = 0; tries < 6; ++tries) {
       bool better = false;
       const double directions[][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, -1}, {-1, 1}};
@@ -269,6 +271,11 @@ std::vector<ActuationFit> fit_actuation(const recording::Recording& recording,
     }
     fit.lag_se = std::sqrt(std::max(0.0, lag2 - lag * lag) / std::max(1, blocks - 1));
     fit.delay_se = std::sqrt(std::max(0.0, delay2 - delay * delay) / std::max(1, blocks - 1));
+    // blocks that agree do so within the search's last step, and between two samples a command neither rests
+    // nor runs straight
+    const double floor = std::hypot(kSearchedTo, 0.04 * dt);
+    fit.lag_se = std::hypot(fit.lag_se, floor);
+    fit.delay_se = std::hypot(fit.delay_se, floor);
     fit.explained = 1.0 - least / std::max(1e-12, variance);
     fit.rms_fitted = std::sqrt(std::max(0.0, least) / std::max(1.0, count));
     fit.rms_nominal = std::sqrt(std::max(0.0, misfit_all(rotors, between, fit.nominal_lag_s, 0, all)) /

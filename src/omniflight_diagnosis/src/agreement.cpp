@@ -17,7 +17,7 @@ using recording::Signal;
 
 constexpr double kBlock = 3.0;         // s
 constexpr double kSurely = 5;          // standard errors
-constexpr double kLeastGain = 0.003;   // of a rotor's speed: what timing of telemetry may do
+constexpr double kLeastGain = 0.0012;  // of a rotor's speed: what timing of telemetry may do
 constexpr double kLeastServo = 0.016;  // s: as much as clocks of telemetry and command may differ
 
 std::string format(const char* pattern, auto... values) {
@@ -242,6 +242,27 @@ void judge_tilt(const Recording& r, double rate, Diagnosis& d) {
       {value_of("time_constant", "tau_a", "s", lag)}, lag.value, lag.se);
 }
 
+/// What is left of `off` at no turning, when a gyro that is turned or scaled by up to a few hundredths also
+/// shows a share of the mean rate: one row a block.
+Estimate at_rest(const Eigen::VectorXd& off, const Eigen::MatrixXd& turned) {
+  constexpr double kSkewed = 0.03;
+  constexpr Eigen::Index kUnknowns = 4;
+  Estimate out;
+  if (off.size() < 2 * kUnknowns) return out;
+  Eigen::MatrixXd X(off.size(), kUnknowns);
+  X << Eigen::VectorXd::Ones(off.size()), turned;
+  const double spread = (off.array() - off.mean()).matrix().squaredNorm() / static_cast<double>(off.size());
+  Eigen::MatrixXd H = X.transpose() * X;
+  H.diagonal().tail(3).array() += std::max(spread, 1e-16) / (kSkewed * kSkewed);
+  const Eigen::LDLT<Eigen::MatrixXd> solver(H);
+  const Eigen::VectorXd x = solver.solve(X.transpose() * off);
+  const Eigen::VectorXd one = solver.solve(Eigen::VectorXd::Unit(kUnknowns, 0));
+  out.value = x[0];
+  out.scatter = std::sqrt((off - X * x).squaredNorm() / static_cast<double>(off.size() - kUnknowns));
+  out.se = out.scatter * std::sqrt(one[0]);
+  return out;
+}
+
 void judge_gyro(const Recording& r, const Options& o, Diagnosis& d) {
   const Signal *gyro = r.find("gyro"), *attitude = r.find("attitude");
   if (!gyro || !attitude || gyro->width() != 3 || attitude->width() != 4) return;
@@ -251,11 +272,10 @@ void judge_gyro(const Recording& r, const Options& o, Diagnosis& d) {
     return Quat(q[0], q[1], q[2], q[3]).normalized();
   };
   const Eigen::MatrixXd rate = recording::resample(*gyro, attitude->t_s, 0.1);
-  std::array<std::vector<double>, 3> off;
-  double turning = 0;
+  std::vector<Vec3> off, mean_rate;
   const Eigen::Index n = attitude->values.rows();
   for (Eigen::Index i = 1; i + 1 < n;) {
-    Vec3 sum = Vec3::Zero();
+    Vec3 sum = Vec3::Zero(), turning = Vec3::Zero();
     int count = 0;
     const double from = attitude->t_s[static_cast<std::size_t>(i)];
     Eigen::Index j = i;
@@ -267,12 +287,20 @@ void judge_gyro(const Recording& r, const Options& o, Diagnosis& d) {
         continue;
       const Vec3 turned = log_rotation(at(j - 1).conjugate() * at(j + 1)) / dt;
       sum += Vec3(rate.row(j)) - turned;
-      turning += turned.norm() / static_cast<double>(n);
+      turning += turned;
       ++count;
     }
-    if (count > 50)
-      for (std::size_t c = 0; c < 3; ++c) off[c].push_back(sum[static_cast<int>(c)] / count);
+    if (count > 50) {
+      off.emplace_back(sum / count);
+      mean_rate.emplace_back(turning / count);
+    }
     i = std::max(j, i + 1);
+  }
+  const auto blocks = static_cast<Eigen::Index>(off.size());
+  Eigen::MatrixXd all_off(blocks, 3), rates(blocks, 3);
+  for (Eigen::Index k = 0; k < blocks; ++k) {
+    all_off.row(k) = off[static_cast<std::size_t>(k)].transpose();
+    rates.row(k) = mean_rate[static_cast<std::size_t>(k)].transpose();
   }
   static constexpr const char* kNames[] = {"bias_x", "bias_y", "bias_z"};
   static constexpr const char* kSymbols[] = {"b_x", "b_y", "b_z"};
@@ -280,9 +308,9 @@ void judge_gyro(const Recording& r, const Options& o, Diagnosis& d) {
   double largest = 0, noise = 1e-9;
   bool beyond = false;
   for (std::size_t c = 0; c < 3; ++c) {
-    const Estimate b = mean_of(off[c]);
-    // a bias stays; and a gyro that is turned or scaled a little shows a share of the rate as well
-    beyond = beyond || b.is_not(0, std::max(3 * b.scatter, 1.2 * o.tolerance.gyro_bias + 0.03 * turning));
+    const Estimate b = at_rest(all_off.col(static_cast<Eigen::Index>(c)), rates);
+    // a bias stays
+    beyond = beyond || b.is_not(0, std::max(3 * b.scatter, 3 * o.tolerance.gyro_bias));
     parameters.push_back(value_of(kNames[c], kSymbols[c], "rad/s", b));
     if (std::abs(b.value) > largest) largest = std::abs(b.value), noise = b.se;
   }
