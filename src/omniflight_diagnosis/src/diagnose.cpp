@@ -12,6 +12,7 @@
 #include "control_replay.hpp"
 #include "dictionary.hpp"
 #include "ground_law.hpp"
+#include "instrument_estimate.hpp"
 #include "instruments.hpp"
 #include "intake.hpp"
 #include "lever.hpp"
@@ -164,7 +165,8 @@ std::string values_in_words(const std::vector<ParameterValue>& parameters) {
 }
 
 void add_wrench_findings(const Problem& problem, const Naming& naming, const Options& o, Diagnosis& d) {
-  const Eigen::VectorXd se = standard_errors(problem, naming.model, o);
+  const Eigen::VectorXd se =
+      naming.model.se.size() > 0 ? naming.model.se : standard_errors(problem, naming.model, o);
   Eigen::Index at = 0;
   const int n = problem.samples();
   for (std::size_t k = 0; k < naming.model.effects.size(); ++k) {
@@ -421,6 +423,14 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   const Problem& problem = calm ? *calm : *all;
   if (grounded) add_ground_law(problem, per_parameter, o, naming);
   if (!naming.model.effects.empty()) naming.model = settle(problem, naming.model, o);
+  if (!freed.empty() && !naming.model.effects.empty()) {
+    std::vector<Flight> seen = calm ? calm_flights : freed;
+    for (Flight& f : seen) f.instrument = f.smooth;
+    const Problem measured(pointers(seen), vehicle, o);
+    if (auto better = by_instruments(problem, measured, naming.model, settled_offsets(problem, naming.model),
+                                     standard_errors(problem, naming.model, o)))
+      naming.model = std::move(*better);
+  }
   d.candidates = naming.candidates;
   d.aliases = naming.aliases;
   if (!blind) d.mismatch = locate_wrench(problem, naming.null_model, naming.model, used, o);

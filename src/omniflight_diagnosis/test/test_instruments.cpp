@@ -101,6 +101,37 @@ TEST(Instruments, TwoFlightsAreBothFlownAgain) {
   EXPECT_NE(names(*d), "");
 }
 
+TEST(Instruments, AFlightAgainThatTurnsTooMuchDoesNotShrinkTheAnswer) {
+  const vehicle::Vehicle v = omnimorph();
+  const physics::Effect* inertia = physics::find_effect("inertia_error");
+  const std::vector<double> truth{0.006, 0.006, 0.006};
+  test::Flown f;
+  f.sway = 0.25;
+  f.torque_noise_Nm = 0.001;
+  f.seed = 5;
+  const auto real = test::fly(v, {{inertia, truth}}, f);
+  Options o;
+  o.rollouts = false;
+  o.only = {"inertia_error", "payload_mass", "constant_pull"};
+  o.refly = {[&](const Eigen::MatrixXd&, double, double) -> Result<recording::Recording> {
+    test::Flown again = f;
+    again.sway *= 1.2;
+    again.force_noise_N = again.torque_noise_Nm = again.accelerometer_noise = again.gyro_noise =
+        again.speed_noise = 0;
+    return test::fly(v, {}, again);
+  }};
+  const auto d = diagnose({&real, 1}, {}, v, o);
+  ASSERT_TRUE(d) << d.error().text();
+  ASSERT_EQ(names(*d), "inertia_error ") << d->summary;
+  for (const std::size_t k : {0u, 1u}) {  // it sways about x and y
+    const ParameterValue& p = d->findings[0].parameters[k];
+    EXPECT_NEAR(p.value, truth[k], 0.08 * truth[k]) << "a regression on the instruments says a sixth less";
+    EXPECT_LT(p.low, truth[k]);
+    EXPECT_GT(p.high, truth[k]);
+    EXPECT_LT(p.high - p.low, truth[k]);
+  }
+}
+
 TEST(Instruments, AFlightThatCannotBeFlownAgainIsJudgedAsItIs) {
   const vehicle::Vehicle v = omnimorph();
   const auto real =
