@@ -154,6 +154,33 @@ std::vector<Feature> features(const Problem& problem) {
   return out;
 }
 
+/// Waves over the floor, two columns a wave, of every direction and of lengths from a tenth of the way flown.
+std::vector<Feature> waves(const Problem& problem) {
+  std::vector<Feature> out;
+  const int n = problem.samples();
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = -low;
+  for (int i = 0; i < n; ++i) {
+    low = low.cwiseMin(problem.situation(i).body.p_WB.head<2>());
+    high = high.cwiseMax(problem.situation(i).body.p_WB.head<2>());
+  }
+  const double width = (high - low).maxCoeff();
+  if (!(width > 0.2)) return out;
+  constexpr int kDirections = 12;
+  for (int d = 0; d < kDirections; ++d) {
+    const double angle = kPi * d / kDirections;
+    for (double length = std::max(0.1, width / 10); length < width; length *= 1.15)
+      for (const double phase : {0.0, 0.5 * kPi}) {
+        Feature f{"position, in waves", {"position"}, false, false, true, Eigen::VectorXd(n)};
+        for (int i = 0; i < n; ++i) {
+          const Vec3& p = problem.situation(i).body.p_WB;
+          f.x[i] = std::cos(2 * kPi / length * (std::cos(angle) * p.x() + std::sin(angle) * p.y()) - phase);
+        }
+        out.push_back(std::move(f));
+      }
+  }
+  return out;
+}
+
 Eigen::VectorXd turned(const Problem& problem, const Eigen::VectorXd& residual, bool to_world) {
   Eigen::VectorXd out = residual;
   const int n = problem.samples();
@@ -195,7 +222,8 @@ Eigen::VectorXd background(const Eigen::VectorXd& power) {
 std::vector<Term> select_terms(const Problem& problem, const Eigen::VectorXd& residual, const Options& o) {
   std::vector<Term> out;
   const int n = problem.samples();
-  const std::vector<Feature> all = features(problem);
+  std::vector<Feature> all = features(problem);
+  for (Feature& f : waves(problem)) all.push_back(std::move(f));
   const auto count = static_cast<Eigen::Index>(all.size());
   // sines: half a line apart, up to a fifth of the sampling rate
   double duration = 0;
