@@ -62,13 +62,47 @@ TEST(RealFlights, RotorDragIsNamedAndNoLoad) {
   const auto inertia = std::find_if(d->findings.begin(), d->findings.end(),
                                     [](const Finding& x) { return x.effect == "rotor_inertia"; });
   ASSERT_NE(inertia, d->findings.end()) << d->summary;
-  // 3.9e-8 kg m2: github.com/utiasDSL/drone-models, cf21B_500
-  EXPECT_NEAR(inertia->parameters[0].value, 3.9e-8, 0.6e-8);
+  // the propeller alone has 3.9e-8 kg m2 (github.com/utiasDSL/drone-models, cf21B_500), the motor's bell adds
+  // to it; on slow flights feedback hides a part of both
+  EXPECT_GT(inertia->parameters[0].value, 3.0e-8);
+  EXPECT_LT(inertia->parameters[0].value, 9.0e-8);
   for (const ChannelFit& c : d->fit.held_out) {
     if (c.channel == "Mz") {
       EXPECT_GT(c.r2_after, c.r2_before + 0.4) << c.recording;
     }
   }
+}
+
+TEST(RealFlights, SpinUpExplainsTheYawOfQuickFlights) {
+  if (!std::filesystem::exists(flights() / "crazyflie_brushless/eckart30"))
+    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
+  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+  const auto v = vehicle::load_vehicle("crazyflie_brushless");
+  ASSERT_TRUE(v) << v.error().text();
+  const std::string f = "crazyflie_brushless/eckart";
+  Options o;
+  o.rollouts = false;
+  const auto d = diagnose(load_all({f + "12", f + "17", f + "22", f + "27", f + "30"}),
+                          load_all({f + "13", f + "18", f + "23", f + "24", f + "28"}), *v, o);
+  ASSERT_TRUE(d) << d.error().text();
+  const auto inertia = std::find_if(d->findings.begin(), d->findings.end(),
+                                    [](const Finding& x) { return x.effect == "rotor_inertia"; });
+  ASSERT_NE(inertia, d->findings.end()) << d->summary;
+  EXPECT_GT(inertia->parameters[0].value, 5e-8);
+  EXPECT_LT(inertia->parameters[0].value, 9e-8);
+  // R2 over all flights that were not fitted: what is left and what was to be explained, both summed
+  double all = 0, before = 0, after = 0;
+  for (const ChannelFit& c : d->fit.held_out) {
+    if (c.channel != "Mz") continue;
+    const double variance = c.rms_after * c.rms_after / (1 - c.r2_after);
+    all += variance;
+    before += variance * (1 - c.r2_before);
+    after += variance * (1 - c.r2_after);
+  }
+  RecordProperty("yaw_r2_before", std::to_string(1 - before / all));
+  RecordProperty("yaw_r2_after", std::to_string(1 - after / all));
+  EXPECT_LT(1 - before / all, 0.4);
+  EXPECT_GE(1 - after / all, 0.8);
 }
 
 TEST(RealFlights, AStuckSpeedSensorIsNamed) {
