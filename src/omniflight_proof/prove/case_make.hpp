@@ -8,7 +8,7 @@
 namespace omniflight::proof {
 
 /// Bytes of every recording, whatever is in it.
-inline constexpr std::size_t kRecordingBytes = 3u << 20;
+inline constexpr std::size_t kRecordingBytes = 8u << 20;
 
 struct MadeCase {
   std::string recording;  ///< canonical CSV, gzip, kRecordingBytes long

@@ -273,16 +273,17 @@ void actuation(std::vector<Mechanism>& out, const vehicle::Vehicle& v) {
 }
 
 void air(std::vector<Mechanism>& out) {
-  out.push_back({.id = "parasitic_drag",
-                 .stage = "wrench",
-                 .realisation = "drag of a sphere",
-                 .level = "L1",
-                 .smallest = 0.0005,
-                 .typical = 0.1,
-                 .largest = 0.25,
-                 .combines = false,  // so large a body is still a tenth of the noise, whatever stands beside it
-                 .apply = [](Setup& s, double a, const Shape&) { airframe(s).round_area = a; },
-                 .parameters = [](double a, const Shape&) { return Parameters{scalar("area", a)}; }});
+  out.push_back(
+      {.id = "parasitic_drag",
+       .stage = "wrench",
+       .realisation = "drag of a sphere",
+       .level = "L1",
+       .smallest = 0.0005,
+       .typical = 0.1,
+       .largest = 0.25,
+       .combines = false,  // so large a body is still a tenth of the noise, whatever stands beside it
+       .apply = [](Setup& s, double a, const Shape&) { airframe(s).round_area = a; },
+       .parameters = [](double a, const Shape&) { return Parameters{scalar("area", a)}; }});
   out.push_back({.id = "wind",
                  .stage = "wrench",
                  .realisation = "steady wind on a sphere, with a profile",
@@ -364,44 +365,44 @@ void tethers(std::vector<Mechanism>& out) {
                      [](double a, const Shape& k) {
                        return vector({"x", "y", "z"}, a * k.direction(0));
                      }});
-  out.push_back(
-      {.id = "hung_cable",
-       .stage = "wrench",
-       .realisation = "20 links with floor contact",
-       .level = "L3",
-       .smallest = 0.001,
-       .typical = 0.05,
-       .largest = 0.5,
-       .combines = true,
-       .articulated = true,
-       .apply =
-           [](Setup& s, double a, const Shape& k) {
-             Cable c;
-             c.linear_density = a;
-             c.length = k.between(0, 1.7, 2.2);
-             c.links = 20;
-             c.drag_coefficient = 1;
-             c.attachment_B = Vec3(0, 0, k.between(1, -0.14, -0.10));
-             s.world.cable = c;
-           },
-       .parameters = [](double a, const Shape&) { return Parameters{scalar("linear_density", a)}; }});
-  out.push_back(
-      {.id = "overhead_rope",
-       .stage = "wrench",
-       .realisation = "20 links between vehicle and ceiling",
-       .level = "L3",
-       .smallest = 0.001,
-       .typical = 0.05,
-       .largest = 0.5,
-       .articulated = true,
-       .apply =
-           [](Setup& s, double a, const Shape& k) {
-             OverheadRope r;
-             r.linear_density = a;
-             r.length = k.between(0, 3.1, 3.6);
-             s.world.overhead_rope = r;
-           },
-       .parameters = [](double a, const Shape&) { return Parameters{scalar("linear_density", a)}; }});
+  out.push_back({.id = "hung_cable",
+                 .stage = "wrench",
+                 .realisation = "20 links with floor contact",
+                 .level = "L3",
+                 .smallest = 0.001,
+                 .typical = 0.05,
+                 .largest = 0.5,
+                 .combines = true,
+                 .articulated = true,
+                 .apply =
+                     [](Setup& s, double a, const Shape& k) {
+                       Cable c;
+                       c.linear_density = a;
+                       c.length = k.between(0, 1.7, 2.2);
+                       c.links = 20;
+                       c.drag_coefficient = 1;
+                       c.attachment_B = Vec3(0, 0, k.between(1, -0.14, -0.10));
+                       s.world.cable = c;
+                     },
+                 .parameters = [](double a, const Shape&) { return Parameters{scalar("linear_density", a)}; },
+                 .along = {"attachment_torque"}});  // it hangs from below the middle
+  out.push_back({.id = "overhead_rope",
+                 .stage = "wrench",
+                 .realisation = "20 links between vehicle and ceiling",
+                 .level = "L3",
+                 .smallest = 0.001,
+                 .typical = 0.05,
+                 .largest = 0.5,
+                 .articulated = true,
+                 .apply =
+                     [](Setup& s, double a, const Shape& k) {
+                       OverheadRope r;
+                       r.linear_density = a;
+                       r.length = k.between(0, 3.1, 3.6);
+                       s.world.overhead_rope = r;
+                     },
+                 .parameters = [](double a, const Shape&) { return Parameters{scalar("linear_density", a)}; },
+                 .along = {"attachment_torque"}});
   out.push_back({.id = "slung_load",
                  .stage = "wrench",
                  .realisation = "a ball on a swivelling rod",
@@ -421,7 +422,8 @@ void tethers(std::vector<Mechanism>& out) {
                  .parameters =
                      [](double a, const Shape& k) {
                        return Parameters{scalar("mass", a), scalar("length", k.between(0, 0.14, 0.28))};
-                     }});
+                     },
+                 .along = {"attachment_torque"}});
 }
 
 void sensing(std::vector<Mechanism>& out, const vehicle::Vehicle& v) {

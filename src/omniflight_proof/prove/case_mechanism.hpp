@@ -46,6 +46,7 @@ struct Mechanism {
   std::function<double(double, const Shape&, const Flown& nominal)> size =
       {};                                   ///< sigma, for Measure::formula
   std::vector<std::string> variables = {};  ///< of an unknown one
+  std::vector<std::string> along = {};      ///< other effects that this realisation has as well
 };
 
 /// All of them, for this vehicle; order is fixed.
