@@ -82,7 +82,7 @@ std::optional<Fit> by_instruments(const Problem& instruments, const Problem& mea
     double moved = 0, size = 0;
     for (std::size_t p = 0; p < fit.effects[k].theta.size(); ++p) {
       const Parameter& about = fit.effects[k].effect->info().parameters[p];
-      const double unit = std::abs(about.typical - about.neutral);
+      const double usual = std::abs(about.typical - about.neutral), unit = usual > 0 ? usual : 1.0;
       moved = std::max(moved, std::abs(out.effects[k].theta[p] - fit.effects[k].theta[p]) / unit);
       if (!is_bend(about)) size = std::max(size, std::abs(fit.effects[k].theta[p] - about.neutral) / unit);
     }
