@@ -145,15 +145,15 @@ Path path_designed(Random& random, double vigour) {
       p.alpha.steps.push_back({at - 1.5, 2.0, spread});
       p.alpha.steps.push_back({at + 5.5, 2.0, -spread});
       calms.push_back({at, at + 6.0});
-      p.position[1 - k % 2].steps.push_back({at - 4.4, 2.2, half * leg_m});
+      p.position[1 - k % 2].steps.push_back({at - 4.6, 2.6, half * leg_m});
       ++k;
     }
   }
-  add_sines(p.position[0], random, {0.11, 0.23, 0.41, 0.73}, 0.23 * vigour, 1.2, end);
-  add_sines(p.position[1], random, {0.13, 0.27, 0.47, 0.83}, 0.23 * vigour, 1.2, end);
+  add_sines(p.position[0], random, {0.11, 0.23, 0.41, 0.73}, 0.20 * vigour, 1.2, end);
+  add_sines(p.position[1], random, {0.13, 0.27, 0.47, 0.83}, 0.20 * vigour, 1.2, end);
   add_sines(p.position[2], random, {0.17, 0.31, 0.53, 0.97}, 0.16 * vigour, 0.9, end);
-  add_sines(p.rotation[0], random, {0.10, 0.29, 0.61, 1.13}, to_radians(5) * vigour, 0.8, end);
-  add_sines(p.rotation[1], random, {0.12, 0.33, 0.67, 1.21}, to_radians(5) * vigour, 0.8, end);
+  add_sines(p.rotation[0], random, {0.10, 0.29, 0.61, 1.13}, to_radians(4.5) * vigour, 0.8, end);
+  add_sines(p.rotation[1], random, {0.12, 0.33, 0.67, 1.21}, to_radians(4.5) * vigour, 0.8, end);
   add_sines(p.rotation[2], random, {0.09, 0.25, 0.59, 1.07}, to_radians(15) * vigour, 0.8, end);
   // small and quick: turbulence has little power up there, inertia and lags show; more would reverse rotors
   add_sines(p.position[0], random, {1.37, 1.93}, 0.003 * vigour, 0.8, end);
@@ -163,7 +163,7 @@ Path path_designed(Random& random, double vigour) {
   add_sines(p.rotation[1], random, {1.79, 2.39}, to_radians(1.5) * vigour, 0.8, end);
   add_sines(p.rotation[2], random, {1.61, 2.47}, to_radians(2) * vigour, 0.8, end);
   p.alpha.start = to_radians(30);
-  add_sines(p.alpha, random, {0.07, 0.19}, to_radians(8), 0.3, end);
+  add_sines(p.alpha, random, {0.07, 0.19}, to_radians(6), 0.3, end);
   add_sines(p.null_space[0], random, {0.21, 0.57, 1.31}, 0.20, 0.2, end);
   add_sines(p.null_space[1], random, {0.35, 0.79, 1.73}, 0.20, 0.2, end);
   for (Coordinate* c : {&p.position[0], &p.position[1], &p.position[2], &p.rotation[0], &p.rotation[1],

@@ -81,7 +81,7 @@ TEST(Path, ReferencesAreConsistentDerivatives) {
 
 TEST(Case, DesignedFlightsExciteWithoutReversingARotor) {
   const auto v = omnimorph();
-  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+  for (const std::uint64_t seed : {1u, 2u, 3u, 4u, 5u, 6u}) {
     FlightSetup s;
     Random random(seed);
     s.path = path_designed(random);
