@@ -57,7 +57,7 @@ bool at_limit(const Problem& problem, const ActiveEffect& e) {
   for (std::size_t k = 0; k < e.theta.size(); ++k) {
     if (!std::isfinite(e.theta[k])) return true;
     const Parameter& p = e.effect->info().parameters[k];
-    if (!p.linear && p.typical == p.neutral) continue;  // the bend of a law may lie outside the flight
+    if (is_shape(p)) continue;  // the bend of a law may lie outside the flight
     const auto [low, high] = problem.range(*e.effect, k);
     const double near = 1e-3 * (high - low);
     if (high != p.neutral && e.theta[k] > high - near) return true;
@@ -193,14 +193,12 @@ std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, co
   std::vector<std::size_t> shapes;
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     theta.push_back(parameters[k].linear ? parameters[k].neutral : parameters[k].typical);
-    if (!parameters[k].linear && parameters[k].typical == parameters[k].neutral) shapes.push_back(k);
+    if (is_shape(parameters[k])) shapes.push_back(k);
   }
   std::vector<ActiveEffect> start = base.effects;
   start.push_back({&effect, theta});
   // amplitudes are free in the search, shapes are profiled one after another, everything else linearised
-  const auto amplitude = [&](std::size_t k) {
-    return parameters[k].linear || parameters[k].typical != parameters[k].neutral;
-  };
+  const auto amplitude = [&](std::size_t k) { return !is_shape(parameters[k]); };
   const Whitening& whitening = problem.noise();
   if (!shapes.empty()) {
     std::vector<Eigen::Index> free;
@@ -299,7 +297,7 @@ Fit profile_shapes(const Problem& problem, const Fit& fit, const Options&) {
     const auto& parameters = fit.effects[e].effect->info().parameters;
     for (std::size_t k = 0; k < parameters.size(); ++k) {
       const Parameter& p = parameters[k];
-      if (p.linear || p.typical != p.neutral) continue;
+      if (!is_shape(p)) continue;
       const double step = (p.upper - p.lower) / 150;
       for (int n = -5; n <= 5; ++n) {
         std::vector<ActiveEffect> start = fit.effects;
@@ -470,7 +468,7 @@ std::vector<double> distances_from_nothing(const Problem& problem, const Fit& fi
     std::vector<double> off;
     for (std::size_t k = 0; k < e.theta.size(); ++k, ++at) {
       const Parameter& p = e.effect->info().parameters[k];
-      if ((!p.linear && p.typical == p.neutral) || c.scale[at] == 0.0) continue;
+      if (is_shape(p) || c.scale[at] == 0.0) continue;
       own.push_back(at);
       off.push_back(e.theta[k] - p.neutral);
     }
@@ -505,8 +503,7 @@ Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, con
   Eigen::Index column = 0;
   for (const ActiveEffect& e : full.effects)
     for (const Parameter& p : e.effect->info().parameters) {
-      const bool shape = !p.linear && p.typical == p.neutral;
-      if (!shape && (column < first || column >= first + width)) kept.push_back(column);
+      if (!is_shape(p) && (column < first || column >= first + width)) kept.push_back(column);
       ++column;
     }
   for (; column < X.cols(); ++column) kept.push_back(column);

@@ -17,6 +17,9 @@ struct Fit {
   Eigen::VectorXd se;  ///< of the parameters in order, where by_instruments() found them; else empty
 };
 
+/// Bends a law instead of scaling it: it has no value at which the effect is nothing.
+inline bool is_shape(const physics::Parameter& p) { return !p.linear && p.typical == p.neutral; }
+
 /// An amplitude stands at the end of what makes sense: then it is not this effect that the flight shows.
 bool at_limit(const Problem& problem, const physics::ActiveEffect& effect);
 

@@ -12,9 +12,7 @@ using physics::Parameter;
 constexpr double kWeakest = 0.5;   ///< correlation of an instrument with what it stands for
 constexpr double kFurthest = 0.5;  ///< share by which a value may move
 
-bool is_bend(const Parameter& p) { return !p.linear && p.typical == p.neutral; }
-
-/// Rows of X and Z that belong to the unknowns: amplitudes of effects, then offsets.
+/// Columns of X or Z that belong to the unknowns: amplitudes of effects, then offsets.
 Eigen::MatrixXd chosen(const Eigen::MatrixXd& all, const std::vector<Eigen::Index>& columns) {
   Eigen::MatrixXd out(all.rows(), static_cast<Eigen::Index>(columns.size()));
   for (std::size_t k = 0; k < columns.size(); ++k)
@@ -38,8 +36,10 @@ std::optional<Fit> by_instruments(const Problem& instruments, const Problem& mea
                         first_X = noise.apply(measured, jacobian_of(measured, fit));
   for (ActiveEffect& e : out.effects)
     for (std::size_t k = 0; k < e.theta.size(); ++k, ++column) {
-      bent = bent || is_bend(e.effect->info().parameters[k]);
-      if (is_bend(e.effect->info().parameters[k])) continue;
+      if (is_shape(e.effect->info().parameters[k])) {
+        bent = true;
+        continue;
+      }
       const auto z = first_Z.col(column), x = first_X.col(column);
       if (!(z.dot(x) > kWeakest * z.norm() * x.norm())) continue;  // the flight does not move it
       columns.push_back(column);
@@ -84,7 +84,7 @@ std::optional<Fit> by_instruments(const Problem& instruments, const Problem& mea
       const Parameter& about = fit.effects[k].effect->info().parameters[p];
       const double usual = std::abs(about.typical - about.neutral), unit = usual > 0 ? usual : 1.0;
       moved = std::max(moved, std::abs(out.effects[k].theta[p] - fit.effects[k].theta[p]) / unit);
-      if (!is_bend(about)) size = std::max(size, std::abs(fit.effects[k].theta[p] - about.neutral) / unit);
+      if (!is_shape(about)) size = std::max(size, std::abs(fit.effects[k].theta[p] - about.neutral) / unit);
     }
     if (!(moved < kFurthest * size)) return std::nullopt;
   }

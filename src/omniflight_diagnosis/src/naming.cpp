@@ -339,8 +339,7 @@ class Search {
         bool away = distance[k] > kAway;  // from nothing, by more than noise and tolerances together allow
         for (std::size_t c = 0; c < current.effects[k].theta.size(); ++c, ++at) {
           const physics::Parameter& p = current.effects[k].effect->info().parameters[c];
-          const bool shape = !p.linear && p.typical == p.neutral;
-          away = away || (!shape && std::abs(settled.effects[k].theta[c] - p.neutral) > kAway * se[at]);
+          away = away || (!is_shape(p) && std::abs(settled.effects[k].theta[c] - p.neutral) > kAway * se[at]);
         }
         away = away && makes_sense(problem_, current, k);
         if (away && gate_open(problem_, gate, o_, costs_.entry(*current.effects[k].effect))) continue;

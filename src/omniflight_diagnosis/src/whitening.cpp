@@ -6,6 +6,14 @@
 namespace omniflight::diagnosis {
 namespace {
 
+/// Coefficients of an autoregression one order higher, by the reflection coefficient k.
+std::vector<double> reflected(const std::vector<double>& a, double k) {
+  std::vector<double> next(a.size() + 1);
+  for (std::size_t i = 0; i < a.size(); ++i) next[i] = a[i] - k * a[a.size() - 1 - i];
+  next.back() = k;
+  return next;
+}
+
 /// Burg's recursion with the sums taken over all runs of one flight and channel.
 std::vector<double> burg(const std::vector<Eigen::VectorXd>& runs, int order) {
   std::vector<Eigen::VectorXd> forward = runs, backward = runs;
@@ -22,10 +30,7 @@ std::vector<double> burg(const std::vector<Eigen::VectorXd>& runs, int order) {
     }
     if (!(below > 0)) break;
     const double k = above / below;
-    std::vector<double> next(a.size() + 1);
-    for (std::size_t i = 0; i < a.size(); ++i) next[i] = a[i] - k * a[a.size() - 1 - i];
-    next.back() = k;
-    a = next;
+    a = reflected(a, k);
     for (std::size_t r = 0; r < runs.size(); ++r) {
       const Eigen::Index n = runs[r].size() - m;
       if (n <= 0) continue;
@@ -68,10 +73,7 @@ bool levinson(const std::vector<double>& r, std::vector<double>& a, double& vari
     for (std::size_t i = 0; i < a.size(); ++i) k -= a[i] * r[m - 1 - i];
     k /= variance;
     if (!(std::abs(k) < 1)) return false;
-    std::vector<double> next(a.size() + 1);
-    for (std::size_t i = 0; i < a.size(); ++i) next[i] = a[i] - k * a[a.size() - 1 - i];
-    next.back() = k;
-    a = next;
+    a = reflected(a, k);
     variance *= 1 - k * k;
   }
   return variance > 0;
