@@ -157,12 +157,12 @@ std::string mission_yaml(const diagnosis::ProposedFlight& f, const std::string& 
       "# Proposed by a diagnosis: {}.\n# Predicted separation of the explanations: {:.1f} sigma.\n"
       "schema: omniflight.mission/1\nname: {}\nvehicle: {}\ntest_bed: {}\nalpha_deg: {:.1f}\nclearance_m: "
       "0.08\n"
-      "seed: 1\nbudget_ms: 2000\nlimits: {{speed_mps: {:.3g}, acceleration_mps2: {:.3g}, rate_dps: 30, "
-      "angular_acceleration_dps2: 90, rotor_headroom: 0.1}}\n"
+      "seed: 1\nbudget_ms: 2000\nlimits: {{speed_mps: {:.3g}, acceleration_mps2: {:.3g}, rate_dps: {:.3g}, "
+      "angular_acceleration_dps2: {:.3g}, rotor_headroom: 0.1}}\n"
       "start: {{position: [{:.3f}, {:.3f}, {:.3f}], attitude: {{rpy_deg: [0, 0, 0]}}, hold_s: "
       "3}}\nwaypoints:\n",
-      f.words, f.separation_sigma, f.name, vehicle, bed, f.alpha * 180 / kPi, f.speed, f.acceleration,
-      start.x(), start.y(), start.z());
+      f.words, f.separation_sigma, f.name, vehicle, bed, to_degrees(f.alpha), f.speed, f.acceleration,
+      to_degrees(f.rate), to_degrees(f.angular_acceleration), start.x(), start.y(), start.z());
   for (const auto& w : f.waypoints) {
     if (w.by.norm() == 0 && w.rpy_deg.norm() == 0 && &w == &f.waypoints.front()) continue;
     y += fmt::format(
@@ -179,7 +179,7 @@ Status write_next_flight(const Options& o, const std::string& out, diagnosis::Di
   for (const auto& f : d.next_flight.proposed) {
     if (interrupted()) break;
     // where it was flown, or over the middle of the test bed when that place is not free there
-    for (const Vec3& start : {f.start, Vec3(0, 0, 0.9)}) {
+    for (const Vec3& start : {f.start, Vec3(0, 0, 0.9), Vec3(0, 0, 1.0), Vec3(0, 0, 1.15), Vec3(0, 0, 1.3)}) {
       const std::string path = out + "/next_flight.yaml";
       if (auto ok = files::write_file_atomic(path, mission_yaml(f, o.vehicle, o.test_bed, start)); !ok)
         return ok;

@@ -419,13 +419,34 @@ class Search {
       };
       if (id == current.effects[k].effect->info().id || told(named.set)) continue;  // another rotor
       const Alternative other{id, in_full(swapped.effects.back()).theta, behind, alike};
+      if (behind / temper >= 10.0 || bent_into_it(swapped, frozen, current.log_likelihood - 3.0 * temper))
+        continue;
       if (behind / temper < 3.0 && swapped.log_likelihood > rest.log_likelihood)
         named.set.push_back(other);
-      else if (alike > 0.98 && !told(named.alike))
+      else if (alike > 0.98 && current.log_likelihood - swapped.log_likelihood < 3.0 * temper &&
+               !told(named.alike))
         named.alike.push_back(other);
     }
     named.probability = 1.0 / total;
     return named;
+  }
+
+  /// Whether the last effect of `fit` does as well as it does only at a limit: a cable of 5 cm that hangs
+  /// from the vehicle at every height is a payload by another name. least: the log likelihood that its usual
+  /// shapes must reach.
+  bool bent_into_it(const Fit& fit, const Fit& rest, double least) const {
+    const ActiveEffect& e = fit.effects.back();
+    if (at_limit(problem_, e)) return true;
+    ActiveEffect usual = e;
+    bool bent = false;
+    for (std::size_t k = 0; k < e.theta.size(); ++k) {
+      const physics::Parameter& p = e.effect->info().parameters[k];
+      if (!is_shape(p)) continue;
+      const double near = 1e-3 * (p.upper - p.lower);
+      bent = bent || e.theta[k] < p.lower + near || e.theta[k] > p.upper - near;
+      usual.theta[k] = p.typical;
+    }
+    return bent && quick_with(problem_, rest, *e.effect, o_, &usual.theta).log_likelihood < least;
   }
 
   /// Alias matrix of all candidates at the values they would take alone.

@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "manoeuvres.hpp"
+
 namespace omniflight::diagnosis {
 namespace {
 
 using physics::ActiveEffect;
+
+constexpr double kTold = 4;  ///< sigma: what a flight separates by that much, it tells apart
 
 /// Rest-to-rest motion through the waypoints, as a planner with these limits would time it.
 struct Motion {
@@ -29,8 +33,8 @@ Motion sample(const ProposedFlight& f, const Vec3& start, double rate_hz) {
                       Quat(Eigen::AngleAxisd(rpy.y(), Vec3::UnitY())) *
                       Quat(Eigen::AngleAxisd(rpy.x(), Vec3::UnitX()));
     const double way = w.by.norm(), turn = q.angularDistance(to_q);
-    const double T =
-        std::max({0.1, 1.875 * way / f.speed, std::sqrt(5.78 * way / f.acceleration), 1.875 * turn / 0.5});
+    const double T = std::max({0.5, 1.875 * way / f.speed, std::sqrt(5.78 * way / f.acceleration),
+                               1.875 * turn / f.rate, std::sqrt(5.78 * turn / f.angular_acceleration)});
     const int moving = static_cast<int>(T * rate_hz), resting = static_cast<int>(w.hold_s * rate_hz);
     for (int i = 0; i < moving + resting; ++i) {
       const double s = smooth(static_cast<double>(i + 1) / moving);
@@ -110,55 +114,11 @@ void columns(const Problem& problem, const Whitening& noise, const Rivals& pair,
   X = noise.apply(problem, jacobian);
 }
 
-std::vector<ProposedFlight> catalogue(const vehicle::Vehicle& vehicle, double alpha) {
-  const bool tilts = vehicle.tilt.kind != vehicle::TiltKind::none;
-  std::vector<ProposedFlight> out;
-  ProposedFlight f;
-  f.alpha = alpha;
-  f.name = "ascent_with_pauses";
-  f.words = "climb by 1.1 m in two steps with pauses, and down again";
-  f.waypoints = {{{0, 0, 0}, {0, 0, 0}, 4},
-                 {{0, 0, 0.55}, {0, 0, 0}, 4},
-                 {{0, 0, 0.55}, {0, 0, 0}, 4},
-                 {{0, 0, -0.55}, {0, 0, 0}, 4},
-                 {{0, 0, -0.55}, {0, 0, 0}, 4}};
-  out.push_back(f);
-  f.name = "fast_up_and_down";
-  f.words = "climb and sink by 0.4 m as fast as the vehicle may, six times";
-  f.speed = 0.8, f.acceleration = 1.6;
-  f.waypoints = {{{0, 0, 0.3}, {0, 0, 0}, 3}};
-  for (int k = 0; k < 6; ++k) f.waypoints.push_back({{0, 0, k % 2 == 0 ? 0.4 : -0.4}, {0, 0, 0}, 1});
-  out.push_back(f);
-  f.name = "side_steps_at_two_heights";
-  f.words = "step 0.3 m to every side, at two heights";
-  f.speed = 0.6, f.acceleration = 1.0;
-  f.waypoints = {{{0, 0, 0.1}, {0, 0, 0}, 3}};
-  for (int level = 0; level < 2; ++level) {
-    for (const Vec3& by :
-         {Vec3(0.3, 0, 0), Vec3(-0.6, 0, 0), Vec3(0.3, 0.3, 0), Vec3(0, -0.6, 0), Vec3(0, 0.3, 0)})
-      f.waypoints.push_back({by, {0, 0, 0}, 1.5});
-    if (level == 0) f.waypoints.push_back({{0, 0, 0.6}, {0, 0, 0}, 2});
-  }
-  out.push_back(f);
-  if (tilts) {
-    f.name = "tilts_in_place";
-    f.words = "roll and pitch by 20 deg both ways in one place, at two heights";
-    f.waypoints = {{{0, 0, 0.2}, {0, 0, 0}, 3}};
-    for (int level = 0; level < 2; ++level) {
-      for (const Vec3& rpy :
-           {Vec3(20, 0, 0), Vec3(-20, 0, 0), Vec3(0, 20, 0), Vec3(0, -20, 0), Vec3(0, 0, 0)})
-        f.waypoints.push_back({{0, 0, 0}, rpy, 2});
-      if (level == 0) f.waypoints.push_back({{0, 0, 0.5}, {0, 0, 0}, 2});
-    }
-    out.push_back(f);
-    const double other = alpha + 0.21 < vehicle.tilt.max ? alpha + 0.21 : alpha - 0.21;
-    f = out.front();
-    f.alpha = other;
-    f.name = "ascent_at_another_tilt";
-    f.words = "the ascent with pauses at another tilt of the rotors, 12 deg away";
-    out.push_back(f);
-  }
-  return out;
+/// Pairs told apart, the nearly told counted in part; among equals that of the larger least separation.
+std::pair<double, double> worth(const ProposedFlight& f) {
+  double told = 0;
+  for (const double sigma : f.separations_sigma) told += std::min(1.0, sigma / kTold);
+  return {std::round(100 * told), f.separation_sigma};
 }
 
 }  // namespace
@@ -177,14 +137,13 @@ std::vector<ProposedFlight> propose_flights(const Problem& flown, const Flight& 
     low = std::min(low, s.body.p_WB.z());
   }
   const Vec3 start(middle.x(), middle.y(), std::max(low, 0.0));
-  for (ProposedFlight& f : catalogue(vehicle, alpha)) {
+  for (ProposedFlight& f : manoeuvres(vehicle, alpha)) {
     f.start = start;
     const Flight planned = nominal_flight(f, start, f.alpha, vehicle, flight, o);
     if (planned.segments.empty()) continue;
     const Flight* one[] = {&planned};
     const Problem next(one, vehicle, o);
     if (next.offset_sigma().size() != flown.offset_sigma().size()) continue;
-    f.separation_sigma = 1e9;
     for (const Rivals& pair : pairs) {
       Eigen::MatrixXd X1, X2;
       Eigen::VectorXd v1, v2;
@@ -199,12 +158,12 @@ std::vector<ProposedFlight> propose_flights(const Problem& flown, const Flight& 
       H.diagonal().array() += 1e-9;
       const Eigen::VectorXd r = scale.asDiagonal() * g;
       const double left = v1.squaredNorm() + v2.squaredNorm() - r.dot(H.ldlt().solve(r));
-      f.separation_sigma = std::min(f.separation_sigma, std::sqrt(std::max(0.0, left)));
+      f.separations_sigma.push_back(std::sqrt(std::max(0.0, left)));
     }
+    f.separation_sigma = *std::min_element(f.separations_sigma.begin(), f.separations_sigma.end());
     out.push_back(f);
   }
-  std::stable_sort(out.begin(), out.end(),
-                   [](const auto& a, const auto& b) { return a.separation_sigma > b.separation_sigma; });
+  std::stable_sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return worth(a) > worth(b); });
   return out;
 }
 

@@ -10,7 +10,7 @@ struct Rivals {
   physics::ActiveEffect named, other;
 };
 
-/// Manoeuvres of the catalogue, the one with the largest predicted separation of its worst pair first. The
+/// Manoeuvres of the catalogue, the one that tells most pairs apart first. The
 /// separation [sigma] is the length of what `other` (and the offsets) cannot imitate of `named` on the old
 /// and the new flight together, under the noise of the old one.
 std::vector<ProposedFlight> propose_flights(const Problem& flown, const Flight& flight,

@@ -9,7 +9,7 @@ namespace {
 
 using files::between;
 
-constexpr double kLongest = 90, kWidest = 3, kSettle = 2;  // s, m, s
+constexpr double kLongest = 240, kWidest = 3, kSettle = 2;  // s, m, s
 
 Vec3 rotation_of(files::YamlReader& at, const Vec3& otherwise) {
   auto attitude = at.optional_child("attitude");
@@ -34,7 +34,9 @@ Result<Path> read_next_flight(std::string_view mission, const std::string& name)
   const double speed = limits.number("speed_mps", between(0.02, 3, "m/s"));
   const double acceleration = limits.number("acceleration_mps2", between(0.02, 10, "m/s2"));
   const double rate = to_radians(limits.number("rate_dps", between(1, 180, "deg/s"), 30));
-  for (const char* not_needed : {"angular_acceleration_dps2", "rotor_headroom"}) limits.ignore(not_needed);
+  const double turning =
+      to_radians(limits.number("angular_acceleration_dps2", between(1, 1000, "deg/s2"), 90));
+  limits.ignore("rotor_headroom");
   auto start = yaml->child("start");
   Vec3 at = start.vec3("position", between(-5, 5, "m")), turned = rotation_of(start, Vec3::Zero());
   for (int k = 0; k < 3; ++k) {
@@ -43,12 +45,12 @@ Result<Path> read_next_flight(std::string_view mission, const std::string& name)
   }
   double t = kSettle + start.number("hold_s", between(0, 60, "s"), 1);
   const Vec3 from = at;
-  for (auto& w : yaml->children("waypoints", 1, 100)) {
+  for (auto& w : yaml->children("waypoints", 1, 400)) {
     w.ignore("name");
     const Vec3 by = w.vec3("by", between(-kWidest, kWidest, "m"), Vec3::Zero()), to = rotation_of(w, turned);
     const double way = by.norm(), turn = (to - turned).norm();
-    const double T =
-        std::max({0.5, 1.875 * way / speed, std::sqrt(5.78 * way / acceleration), 1.875 * turn / rate});
+    const double T = std::max({0.5, 1.875 * way / speed, std::sqrt(5.78 * way / acceleration),
+                               1.875 * turn / rate, std::sqrt(5.78 * turn / turning)});
     for (int k = 0; k < 3; ++k) {
       if (by[k] != 0) p.position[k].steps.push_back({t, T, by[k]});
       if (to[k] != turned[k]) p.rotation[k].steps.push_back({t, T, to[k] - turned[k]});
@@ -59,7 +61,7 @@ Result<Path> read_next_flight(std::string_view mission, const std::string& name)
     if ((at - from).norm() > kWidest) w.error("is more than 3 m from the start");
   }
   p.duration = t + 1;
-  if (p.duration > kLongest) yaml->error("takes longer than 90 s");
+  if (p.duration > kLongest) yaml->error("takes longer than 240 s");
   if (auto ok = yaml->finish(); !ok) return Failure(ok.error());
   return p;
 }

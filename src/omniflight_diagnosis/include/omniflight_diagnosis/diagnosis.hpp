@@ -37,7 +37,8 @@ struct ParameterValue {
 struct Finding {
   std::string effect;
   double probability = 0;
-  /// The first `rivals` explain the flight as well; the others look nearly the same but explain it worse.
+  /// The first `rivals` explain the flight as well; the others look nearly the same but need more numbers, or
+  /// explain it a little worse.
   std::vector<std::string> cannot_be_told_apart_from;
   int rivals = 0;
   physics::Stage stage = physics::Stage::wrench;
@@ -107,11 +108,13 @@ struct ProposedWaypoint {
 /// A flight that would tell rivals apart.
 struct ProposedFlight {
   std::string name, words;
-  Vec3 start = Vec3::Zero();               ///< m, world: about where the flight was
-  double alpha = 0;                        ///< rad, tilt of the rotors
-  double speed = 0.4, acceleration = 0.5;  ///< m/s, m/s^2: limits
+  Vec3 start = Vec3::Zero();                        ///< m, world: about where the flight was
+  double alpha = 0;                                 ///< rad, tilt of the rotors
+  double speed = 0.4, acceleration = 0.5;           ///< m/s, m/s^2: limits
+  double rate = 0.52, angular_acceleration = 1.57;  ///< rad/s, rad/s^2: limits
   std::vector<ProposedWaypoint> waypoints;
-  double separation_sigma = 0;  ///< predicted, of the pair that stays closest
+  std::vector<double> separations_sigma;  ///< predicted, of every pair in NextFlight::separates
+  double separation_sigma = 0;            ///< of the pair that stays closest
 };
 
 struct NextFlight {

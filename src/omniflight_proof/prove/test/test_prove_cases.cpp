@@ -159,7 +159,7 @@ TEST(Case, LooksTheSameFromTheOutsideWhateverIsInIt) {
 constexpr const char* kNext = R"(schema: omniflight.mission/1
 name: ascent
 alpha_deg: 42
-limits: {speed_mps: 0.5, acceleration_mps2: 1, rate_dps: 30}
+limits: {speed_mps: 0.5, acceleration_mps2: 1, rate_dps: 60, angular_acceleration_dps2: 40}
 start: {position: [0, 0, 0.9], attitude: {rpy_deg: [0, 0, 0]}, hold_s: 3}
 waypoints:
   - {by: [0, 0, 0.4], hold_s: 2}
@@ -173,13 +173,15 @@ TEST(Next, AProposedMissionBecomesAPathFromRestToRest) {
   EXPECT_NEAR(p->at(p->duration).p_WB.z(), 1.3, 1e-12);
   EXPECT_NEAR(roll_pitch_yaw(p->at(p->duration).q_WB).x(), to_radians(20), 1e-9);
   EXPECT_NEAR(p->at(0).alpha, to_radians(42), 1e-12);
-  double fastest = 0, hardest = 0;
+  double fastest = 0, hardest = 0, turning = 0;
   for (double t = 0; t < p->duration; t += 0.01) {
+    turning = std::max(turning, p->at(t).dw_WB_B.norm());
     fastest = std::max(fastest, p->at(t).v_WB_W.norm());
     hardest = std::max(hardest, p->at(t).a_WB_W.norm());
   }
   EXPECT_LE(fastest, 0.5 + 1e-9);
   EXPECT_LE(hardest, 1.0 + 1e-2);
+  EXPECT_LE(turning, to_radians(40) + 1e-2);
   EXPECT_GT(fastest, 0.2);
 }
 
@@ -188,11 +190,13 @@ TEST(Next, WhatAnAnswerMayNotAskForIsRefusedByName) {
     std::string text = kNext;
     return text.replace(text.find(what), std::string_view(what).size(), instead);
   };
-  for (const auto& [text, words] : {std::pair{with("by: [0, 0, 0.4]", "by: [0, 0, 40]"), "by"},
-                                    {with("alpha_deg: 42", "alpha_deg: 80"), "alpha_deg"},
-                                    {with("mission/1", "mission/9"), "schema"},
-                                    {with("name: ascent", "effect: payload"), "effect"},
-                                    {std::string(kNext) + "  - {hold_s: 50}\n  - {hold_s: 50}\n", "90 s"}}) {
+  for (const auto& [text, words] :
+       {std::pair{with("by: [0, 0, 0.4]", "by: [0, 0, 40]"), "by"},
+        {with("alpha_deg: 42", "alpha_deg: 80"), "alpha_deg"},
+        {with("mission/1", "mission/9"), "schema"},
+        {with("name: ascent", "effect: payload"), "effect"},
+        {std::string(kNext) + "  - {hold_s: 60}\n  - {hold_s: 60}\n  - {hold_s: 60}\n  - {hold_s: 60}\n",
+         "240 s"}}) {
     auto p = read_next_flight(text, "next.yaml");
     ASSERT_FALSE(p) << words;
     EXPECT_NE(p.error().text().find(words), std::string::npos) << p.error().text();

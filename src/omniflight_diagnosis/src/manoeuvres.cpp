@@ -1,0 +1,111 @@
+#include "manoeuvres.hpp"
+
+#include <algorithm>
+
+namespace omniflight::diagnosis {
+namespace {
+
+using Waypoints = std::vector<ProposedWaypoint>;
+
+constexpr double kOtherTilt = 0.21;  // rad: to another tilt of the rotors
+
+Waypoints ascent() {
+  Waypoints w{{{0, 0, 0}, {0, 0, 0}, 4}};
+  for (const double by : {0.55, 0.55, -0.55, -0.55}) w.push_back({{0, 0, by}, {0, 0, 0}, 4});
+  return w;
+}
+
+Waypoints up_and_down() {
+  Waypoints w{{{0, 0, 0.3}, {0, 0, 0}, 3}};
+  for (int k = 0; k < 6; ++k) w.push_back({{0, 0, k % 2 == 0 ? 0.4 : -0.4}, {0, 0, 0}, 1});
+  return w;
+}
+
+Waypoints side_steps() {
+  Waypoints w{{{0, 0, 0.1}, {0, 0, 0}, 3}};
+  for (int level = 0; level < 2; ++level) {
+    for (const Vec3& by :
+         {Vec3(0.3, 0, 0), Vec3(-0.6, 0, 0), Vec3(0.3, 0.3, 0), Vec3(0, -0.6, 0), Vec3(0, 0.3, 0)})
+      w.push_back({by, {0, 0, 0}, 1.5});
+    if (level == 0) w.push_back({{0, 0, 0.6}, {0, 0, 0}, 2});
+  }
+  return w;
+}
+
+void lean(Waypoints& w, double deg) {
+  for (const Vec3& rpy :
+       {Vec3(deg, 0, 0), Vec3(-deg, 0, 0), Vec3(0, deg, 0), Vec3(0, -deg, 0), Vec3(0, 0, 0)})
+    w.push_back({{0, 0, 0}, rpy, 2});
+}
+
+Waypoints tilts() {
+  Waypoints w{{{0, 0, 0.2}, {0, 0, 0}, 3}};
+  lean(w, 20);
+  w.push_back({{0, 0, 0.5}, {0, 0, 0}, 2});
+  lean(w, 20);
+  return w;
+}
+
+/// To and fro about one axis without a pause: thrust becomes torque, which neither mass nor load changes.
+void rock(Waypoints& w, int axis, double deg, int times) {
+  for (int k = 0; k < 2 * times; ++k)
+    w.push_back({{0, 0, 0}, Vec3::Unit(axis) * (k % 2 == 0 ? deg : -deg), 0});
+  w.push_back({{0, 0, 0}, {0, 0, 0}, 1});
+}
+
+/// Stages of height with rocking about every axis, leaning at the lowest and the highest.
+Waypoints survey() {
+  Waypoints w{{{0, 0, 0}, {0, 0, 0}, 3}};
+  for (int level = 0; level < 3; ++level) {
+    for (int axis = 0; axis < 3; ++axis) rock(w, axis, 12, axis < 2 ? 12 : 6);
+    if (level != 1) lean(w, 20);
+    if (level < 2) w.push_back({{0, 0, 0.5}, {0, 0, 0}, 3});
+  }
+  return w;
+}
+
+}  // namespace
+
+std::vector<ProposedFlight> manoeuvres(const vehicle::Vehicle& vehicle, double alpha) {
+  const bool turns = vehicle.allocation_matrix(alpha).fullPivLu().rank() == 6;
+  std::vector<ProposedFlight> out;
+  const auto add = [&](double tilt, const char* name, const char* words, Waypoints waypoints) -> auto& {
+    ProposedFlight& f = out.emplace_back();
+    f.alpha = tilt, f.name = name, f.words = words, f.waypoints = std::move(waypoints);
+    return f;
+  };
+  const auto quick = [](ProposedFlight& f) { f.rate = 1.7, f.angular_acceleration = 10; };
+  add(alpha, "ascent_with_pauses", "climb by 1.1 m in two steps with pauses, and down again", ascent());
+  auto& fast = add(alpha, "fast_up_and_down", "climb and sink by 0.4 m as fast as the vehicle may, six times",
+                   up_and_down());
+  fast.speed = 0.8, fast.acceleration = 1.6;
+  auto& aside =
+      add(alpha, "side_steps_at_two_heights", "step 0.3 m to every side, at two heights", side_steps());
+  aside.speed = 0.6, aside.acceleration = 1.0;
+  if (!turns) return out;
+  add(alpha, "tilts_in_place", "roll and pitch by 20 deg both ways in one place, at two heights", tilts());
+  quick(add(alpha, "rocking_at_three_heights",
+            "rock quickly about every axis and lean by 20 deg, at three heights", survey()));
+  if (vehicle.tilt.kind == vehicle::TiltKind::none) return out;
+  for (const double other : {alpha + kOtherTilt, alpha - kOtherTilt}) {
+    if (other > vehicle.tilt.max || other < vehicle.tilt.min ||
+        vehicle.allocation_matrix(other).fullPivLu().rank() < 6)
+      continue;
+    const bool more = other > alpha;
+    add(other, more ? "ascent_tilted_further" : "ascent_tilted_less",
+        more ? "the ascent with pauses with the rotors tilted 12 deg further"
+             : "the ascent with pauses with the rotors tilted 12 deg less",
+        ascent());
+    quick(add(other, more ? "rocking_tilted_further" : "rocking_tilted_less",
+              more ? "rock quickly about every axis and lean by 20 deg, at three heights, with the "
+                     "rotors tilted "
+                     "12 deg further"
+                   : "rock quickly about every axis and lean by 20 deg, at three heights, with the "
+                     "rotors tilted "
+                     "12 deg less",
+              survey()));
+  }
+  return out;
+}
+
+}  // namespace omniflight::diagnosis

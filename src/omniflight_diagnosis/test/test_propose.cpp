@@ -1,0 +1,58 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "../src/manoeuvres.hpp"
+#include "omniflight_diagnosis/diagnosis.hpp"
+#include "synthetic.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+const ProposedFlight* find(const std::vector<ProposedFlight>& flights, const std::string& name) {
+  const auto at =
+      std::find_if(flights.begin(), flights.end(), [&](const ProposedFlight& f) { return f.name == name; });
+  return at == flights.end() ? nullptr : &*at;
+}
+
+/// m (a + g) = k F in every motion of the centre of mass: only torques tell a load from a weak thrust.
+TEST(Propose, RockingTellsALoadFromWeakThrustAndClimbingDoesNot) {
+  const vehicle::Vehicle v = test::omnimorph();
+  const recording::Recording r = test::fly(v, {{physics::find_effect("payload_mass"), {0.1}}}, {});
+  const auto d = diagnose(std::span(&r, 1), {}, v);
+  ASSERT_TRUE(d) << d.error().text();
+  ASSERT_EQ(d->verdict, Verdict::ambiguous) << d->summary;
+  const auto& pairs = d->next_flight.separates;
+  const auto pair = std::find_if(pairs.begin(), pairs.end(), [](const auto& p) {
+    return p == std::pair<std::string, std::string>("payload_mass", "thrust_scale");
+  });
+  ASSERT_NE(pair, pairs.end()) << d->summary;
+  const auto k = static_cast<std::size_t>(pair - pairs.begin());
+  const auto& flights = d->next_flight.proposed;
+  const ProposedFlight *climb = find(flights, "ascent_with_pauses"),
+                       *rock = find(flights, "rocking_at_three_heights");
+  ASSERT_TRUE(climb && rock);
+  ASSERT_EQ(rock->separations_sigma.size(), pairs.size());
+  printf("payload against thrust scale: climbing %.2f sigma, rocking %.2f sigma\n",
+         climb->separations_sigma[k], rock->separations_sigma[k]);
+  EXPECT_LT(climb->separations_sigma[k], 3);
+  EXPECT_GT(rock->separations_sigma[k], 4);
+  EXPECT_EQ(flights.front().name.rfind("rocking", 0), 0u) << flights.front().name;
+}
+
+TEST(Propose, ManoeuvresEndAtRestNeverSinkBelowTheirStartAndKeepToTheTiltRange) {
+  const vehicle::Vehicle v = test::omnimorph();
+  for (const double alpha : {v.tilt.min, 0.5, v.tilt.max})
+    for (const ProposedFlight& f : manoeuvres(v, alpha)) {
+      EXPECT_GE(f.alpha, v.tilt.min) << f.name;
+      EXPECT_LE(f.alpha, v.tilt.max) << f.name;
+      EXPECT_FALSE(f.words.empty());
+      ASSERT_FALSE(f.waypoints.empty());
+      EXPECT_GT(f.waypoints.back().hold_s, 0) << f.name << " ends in motion";
+      double height = 0;
+      for (const ProposedWaypoint& w : f.waypoints) EXPECT_GE(height += w.by.z(), -1e-9) << f.name;
+    }
+}
+
+}  // namespace
+}  // namespace omniflight::diagnosis
