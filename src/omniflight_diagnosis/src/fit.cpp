@@ -389,25 +389,32 @@ std::vector<int> blocks_of(const Problem& problem, int& count) {
   return block;
 }
 
+/// As many equal blocks as these are worth by their information.
+double worth_of(const std::vector<double>& information) {
+  double sum = 1e-300, squares = 0;
+  for (double v : information) sum += v;
+  for (double v : information) squares += std::pow(v / sum, 2);
+  return squares > 0 ? 1 / squares : 0.0;
+}
+
 /// Mean of the gains in its standard errors. Where blocks differ much in how strongly the effect acts, their
 /// gains spread for that reason alone: then the gain per information (ratio estimator) is asked as well, as a
 /// normal score; two stands for an error rate of one per cent.
 double standard_errors_above_zero(const std::vector<double>& gains, const std::vector<double>& information) {
   const auto count = static_cast<double>(gains.size());
-  double mean = 0, all = 1e-300, variance = 0, off = 0, squares = 0;
+  double mean = 0, all = 1e-300, variance = 0, off = 0;
   for (double v : gains) mean += v / count;
   for (double v : information) all += v;
   for (std::size_t k = 0; k < gains.size(); ++k) {
     const double share = information[k] / all;
     variance += std::pow(gains[k] - mean, 2) / std::max(1.0, count - 1);
     off += std::pow(gains[k] - count * mean * share, 2);
-    squares += share * share;
   }
   if (!(variance > 0)) return mean > 0 ? 1e9 : 0.0;
   const double plain = mean / std::sqrt(variance / count);
-  const double freedom = 1 / squares - 1;  // of as many equal blocks as these are worth
+  const double worth = worth_of(information), freedom = worth - 1;
   if (freedom < 1 || !(off > 0)) return plain;
-  const double t = count * mean / std::sqrt(off / (1 - squares));
+  const double t = count * mean / std::sqrt(off / (1 - 1 / worth));
   const double score = t * (1 - 0.25 / freedom) / std::sqrt(1 + 0.5 * t * t / freedom);
   constexpr double kOnePercent = 2.326;
   return std::max(plain, 2 / kOnePercent * score);
@@ -549,40 +556,47 @@ Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, con
   bounds.upper = Eigen::VectorXd::Constant(F.cols(), 1e12);
   const Eigen::Index from = R.cols() - offset_count;
   // the tolerances say how much an offset may do for free, with and without the effect
-  Eigen::VectorXd prior = Eigen::VectorXd::Zero(F.cols()), pull = prior;
+  Eigen::VectorXd tolerances = Eigen::VectorXd::Zero(F.cols()), found = tolerances;
+  tolerances.segment(from, offset_count) = problem.offset_sigma().cwiseAbs2().cwiseInverse();
+  found.segment(from, offset_count) = full.offsets;
   // where feedback colours the state, a law with a bend of its own must beat whatever their limits allow
-  if (problem.instrumented() || width == 1)
-    prior.segment(from, offset_count) = problem.offset_sigma().cwiseAbs2().cwiseInverse();
-  pull.segment(from, offset_count) = -prior.segment(from, offset_count).cwiseProduct(full.offsets);
+  const Eigen::VectorXd prior =
+      problem.instrumented() || width == 1 ? tolerances : Eigen::VectorXd::Zero(F.cols());
   bounds.lower.segment(from, offset_count) = (-3 * problem.offset_sigma() - full.offsets).cwiseMin(0.0);
   bounds.upper.segment(from, offset_count) = (3 * problem.offset_sigma() - full.offsets).cwiseMax(0.0);
-  const auto solve = [&](const Eigen::MatrixXd& h, const Eigen::VectorXd& r, Eigen::Index size) {
+  const auto solve = [&](const Eigen::MatrixXd& h, const Eigen::VectorXd& r, Eigen::Index size,
+                         const Eigen::VectorXd& weight) {
     Unknowns u = bounds;
     u.x.conservativeResize(size);
     u.lower.conservativeResize(size);
     u.upper.conservativeResize(size);
     Eigen::MatrixXd with_prior = h.topLeftCorner(size, size);
-    with_prior.diagonal() += prior.head(size);
-    return bounded_step(with_prior, r.head(size) + pull.head(size), u);
+    with_prior.diagonal() += weight.head(size);
+    return bounded_step(with_prior, (r - weight.cwiseProduct(found)).head(size), u);
   };
   const auto cost_of_offsets = [&](const Eigen::VectorXd& x) {
-    return 0.5 * prior.head(x.size()).dot(x.cwiseAbs2()) - pull.head(x.size()).dot(x);
+    return prior.head(x.size()).dot((0.5 * x + found.head(x.size())).cwiseProduct(x));
   };
-  std::vector<double> gains;
+  // An effect that acts in bursts leaves most blocks to the offsets. Free ones that the other blocks hardly
+  // tell apart are carried into the one left out at their limits, and that error is then all it shows. Of
+  // fewer than five bursts none can vouch for the others: a take-off or two.
+  std::vector<double> gains, information;
+  for (const Eigen::MatrixXd& h : H) information.push_back(h(F.cols() - 1, F.cols() - 1));
+  const double worth = worth_of(information);
+  const bool bursts = worth > 5 && worth < 0.5 * count;
+  const Eigen::VectorXd& held = bursts ? tolerances : prior;
   for (int b = 0; b < count; ++b) {
     const auto k = static_cast<std::size_t>(b);
-    const Eigen::VectorXd x1 = solve(H_all - H[k], g_all - g[k], F.cols());
-    const Eigen::VectorXd x0 = solve(H_all - H[k], g_all - g[k], R.cols());
+    const Eigen::VectorXd x1 = solve(H_all - H[k], g_all - g[k], F.cols(), held);
+    const Eigen::VectorXd x0 = solve(H_all - H[k], g_all - g[k], R.cols(), held);
     const double loss1 = 0.5 * x1.dot(H[k] * x1) - x1.dot(g[k]);
     const auto H0 = H[k].topLeftCorner(R.cols(), R.cols());
     const double loss0 = 0.5 * x0.dot(H0 * x0) - x0.dot(g[k].head(R.cols()));
     gains.push_back(loss0 - loss1);
   }
   Gate gate;
-  std::vector<double> information;
-  for (const Eigen::MatrixXd& h : H) information.push_back(h(F.cols() - 1, F.cols() - 1));
   gate.cross_validated_se = standard_errors_above_zero(gains, information);
-  const Eigen::VectorXd x0 = solve(H_all, g_all, R.cols()), x1 = solve(H_all, g_all, F.cols());
+  const Eigen::VectorXd x0 = solve(H_all, g_all, R.cols(), prior), x1 = solve(H_all, g_all, F.cols(), prior);
   const Eigen::VectorXd all0 = without - R * x0, all1 = without - F * x1;
   const Eigen::VectorXd raw0 = full.residual + value - raw_R * x0;
   {  // the same question asked with a whitening fitted to what the full model leaves
@@ -593,7 +607,7 @@ Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, con
     const Eigen::VectorXd yw = own_noise.apply_vector(problem, full.residual + value);
     const Eigen::MatrixXd Hw = Fw.transpose() * Fw;
     const Eigen::VectorXd gw = Fw.transpose() * yw;
-    const Eigen::VectorXd z0 = solve(Hw, gw, R.cols()), z1 = solve(Hw, gw, F.cols());
+    const Eigen::VectorXd z0 = solve(Hw, gw, R.cols(), prior), z1 = solve(Hw, gw, F.cols(), prior);
     const auto H0 = Hw.topLeftCorner(R.cols(), R.cols());
     gate.gain = gw.dot(z1) - 0.5 * z1.dot(Hw * z1) - cost_of_offsets(z1) -
                 (gw.head(R.cols()).dot(z0) - 0.5 * z0.dot(H0 * z0) - cost_of_offsets(z0));

@@ -58,6 +58,23 @@ Eigen::VectorXd without_variables(const Problem& problem, const Eigen::VectorXd&
   return out;
 }
 
+/// How close the vehicle comes to the axis below a neighbour: a bell of the horizontal distance for each of
+/// three widths, from this vehicle's own size up; those that it flies into.
+std::vector<Eigen::VectorXd> below_neighbours(const Problem& problem) {
+  const double size = std::sqrt(problem.vehicle_scale().disc / kPi);
+  std::vector<Eigen::VectorXd> out;
+  for (const double widths : {1.0, 2.0, 4.0}) {
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(problem.samples());
+    for (int i = 0; i < problem.samples(); ++i)
+      for (const physics::Neighbour& other : problem.situation(i).all_neighbours()) {
+        const Vec3 to = problem.situation(i).body.p_WB - other.p_WN;
+        if (to.z() < 0) x[i] += std::exp(-to.head<2>().squaredNorm() / (widths * widths * size * size));
+      }
+    if (spread(x) > 0.1) out.push_back(std::move(x));
+  }
+  return out;
+}
+
 Whitening noise_model(const Problem& problem, const Options& options) {
   const int n = problem.samples();
   std::vector<StateVariable> v = state_variables(problem);
@@ -66,9 +83,11 @@ Whitening noise_model(const Problem& problem, const Options& options) {
     for (int k = 1; k <= 4; ++k)
       v.push_back(
           {"height", "m", (height.array() - height.minCoeff() - 0.2 * k * spread(height)).max(0.0).matrix()});
+  const std::vector<Eigen::VectorXd> wash = below_neighbours(problem);
   Eigen::VectorXd left = problem.residual(), b;
   std::array<Eigen::MatrixXd, 6> columns;
-  // first what rotors do to the channel: their wrench stands for every scale and mass error
+  // first what rotors do to the channel: their wrench stands for every scale and mass error; then neighbours,
+  // whose wash would else be noise in which no short pass below them counts for much
   for (int c = 0; c < 6; ++c) {
     Eigen::MatrixXd X(n, 0);
     const auto add = [&](const Eigen::VectorXd& x) {
@@ -86,6 +105,7 @@ Whitening noise_model(const Problem& problem, const Options& options) {
       }
       add(push);
     }
+    for (const Eigen::VectorXd& x : wash) add(x);
     for (const StateVariable& x : v) add(x.x);
     const Eigen::VectorXd y = left.segment(c * n, n);
     explained_share(X, y, &b);

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "omniflight_diagnosis/diagnosis.hpp"
+#include "omniflight_diagnosis/neighbour_file.hpp"
 #include "omniflight_recording/formats.hpp"
 
 namespace omniflight::diagnosis {
@@ -103,6 +104,83 @@ TEST(RealFlights, SpinUpExplainsTheYawOfQuickFlights) {
   RecordProperty("yaw_r2_after", std::to_string(1 - after / all));
   EXPECT_LT(1 - before / all, 0.4);
   EXPECT_GE(1 - after / all, 0.8);
+}
+
+/// One of a pair, beside the track of the other if `other` is named.
+recording::Recording load_one_of_two(const std::string& own, const std::string& other) {
+  const auto folder = flights() / "crazyflie_pairs";
+  recording::LoadOptions load;
+  load.map = OMNIFLIGHT_SOURCE_ROOT "/src/omniflight_recording/maps/crazyflie_pairs.yaml";
+  auto r = recording::load(folder / (own + ".csv.gz"), load);
+  EXPECT_TRUE(r) << r.error().text();
+  if (!r || other.empty()) return r ? *r : recording::Recording{};
+  const auto track = load_neighbour((folder / (other + ".csv.gz")).string(), load.map, r->start_s);
+  EXPECT_TRUE(track) << track.error().text();
+  if (!track) return *r;
+  recording::Signal& s = r->signals["neighbour1_position"];
+  s.name = "neighbour1_position";
+  s.unit = "m";
+  s.t_s = track->t_s;
+  s.values.resize(static_cast<Eigen::Index>(track->p_WN.size()), 3);
+  for (Eigen::Index i = 0; i < s.size(); ++i)
+    s.values.row(i) = track->p_WN[static_cast<std::size_t>(i)].transpose();
+  return *r;
+}
+
+/// The flight of the lower one of two that change places, and the one of the upper.
+struct Swap {
+  const char *own, *other;
+};
+
+TEST(RealFlights, TheWashOfANeighbourIsNamedAndHalvesTheForceError) {
+  if (!std::filesystem::exists(flights() / "crazyflie_pairs/swapSS_cf50_00.csv.gz"))
+    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
+  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+  auto v = vehicle::load_vehicle("crazyflie_brushed");
+  ASSERT_TRUE(v) << v.error().text();
+  constexpr Swap kSmall[] = {{"swapSS_cf50_00", "swapSS_cf51_00"}, {"swapSS_cf50_02", "swapSS_cf51_02"}};
+  constexpr Swap kLarge[] = {{"swapLL_cf102_00", "swapLL_cf101_00"}, {"swapLL_cf101_06", "swapLL_cf102_06"}};
+  Options o;
+  o.rollouts = false;
+  for (const auto& [pair, mass] : {std::pair{kSmall, 0.033}, {kLarge, 0.065}})
+    for (int k = 0; k < 2; ++k) {
+      v->mass = mass;
+      const Swap &seen = pair[k], &other_run = pair[1 - k];
+      const auto fit = load_one_of_two(seen.own, seen.other);
+      const auto held_out = load_one_of_two(other_run.own, other_run.other);
+      const auto d = diagnose(std::span(&fit, 1), std::span(&held_out, 1), *v, o);
+      ASSERT_TRUE(d) << d.error().text();
+      EXPECT_TRUE(named(*d, "neighbour_downwash")) << seen.own << ": " << d->summary;
+      for (const Finding& f : d->findings)  // and nothing but how air drags on rotors
+        EXPECT_TRUE(f.effect == "neighbour_downwash" || f.effect == "rotor_drag") << d->summary;
+      for (const Unexplained& u : d->unexplained) EXPECT_NE(u.channel, "Fz") << d->summary;
+      for (const ChannelFit& c : d->fit.held_out) {
+        if (c.channel != "Fz") continue;
+        RecordProperty(std::string("held_out_Fz_ratio_") + seen.own,
+                       std::to_string(c.rms_after / c.rms_before));
+        EXPECT_LE(c.rms_after, 0.5 * c.rms_before) << c.recording;
+      }
+    }
+}
+
+TEST(RealFlights, AWashOfNobodyIsAForceFromOutside) {
+  if (!std::filesystem::exists(flights() / "crazyflie_pairs/swapSS_cf50_00.csv.gz"))
+    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
+  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+  auto v = vehicle::load_vehicle("crazyflie_brushed");
+  ASSERT_TRUE(v) << v.error().text();
+  v->mass = 0.033;
+  Options o;
+  o.rollouts = false;
+  const auto alone = load_one_of_two("swapSS_cf50_00", "");
+  const auto d = diagnose(std::span(&alone, 1), {}, *v, o);
+  ASSERT_TRUE(d) << d.error().text();
+  EXPECT_EQ(d->verdict, Verdict::unexplained) << d->summary;
+  EXPECT_FALSE(named(*d, "neighbour_downwash")) << d->summary;
+  EXPECT_TRUE(std::any_of(d->unexplained.begin(), d->unexplained.end(), [](const Unexplained& u) {
+    return u.channel == "Fz" && u.frame == "world";
+  })) << d->summary;
+  EXPECT_NE(d->summary.find("downward force"), std::string::npos) << d->summary;
 }
 
 TEST(RealFlights, AStuckSpeedSensorIsNamed) {
