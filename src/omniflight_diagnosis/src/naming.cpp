@@ -504,6 +504,8 @@ std::vector<const Effect*> offered_effects(std::span<const Flight* const> flight
         possible = false;
       // without torques it shows only as an accelerometer that sits elsewhere
       if (f->thrust_modelled && info.id == "com_offset") possible = false;
+      // and this as one that is mounted askew
+      if (f->thrust_modelled && info.id == "rotor_axis_misalignment") possible = false;
       for (const std::string& signal : info.signals) {
         if (signal == "neighbour") possible = possible && (!o.neighbours.empty() || has_neighbour(*f));
         if (signal == "position" || signal == "velocity")

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "../src/bursts.hpp"
+#include "../src/naming.hpp"
 #include "omniflight_diagnosis/diagnosis.hpp"
 #include "omniflight_recording/formats.hpp"
 #include "synthetic.hpp"
@@ -49,6 +50,27 @@ TEST(SignalSets, DutyCyclesAloneCarryAWrenchAnalysisWithoutAFalseMass) {
   ASSERT_TRUE(d) << d.error().text();
   EXPECT_EQ(d->verdict, Verdict::nothing_missing) << d->summary;
   EXPECT_NE(d->summary.find("duty cycle"), std::string::npos) << d->summary;
+}
+
+TEST(SignalSets, WhatOnlyTorquesTellIsNotOfferedWithoutThem) {
+  const vehicle::Vehicle v = load("omnimorph");
+  test::Flown flown;
+  flown.duration_s = 12;
+  recording::Recording r = test::fly(v, {}, flown);
+  const auto offered = [&](const char* id) {
+    const auto f = prepare_flight(r, v, {});
+    EXPECT_TRUE(f) << f.error().text();
+    const Flight* one[] = {&*f};
+    const auto all = offered_effects(one, v, {});
+    return std::any_of(all.begin(), all.end(), [&](const auto* e) { return e->info().id == id; });
+  };
+  EXPECT_TRUE(offered("rotor_axis_misalignment"));
+  EXPECT_TRUE(offered("com_offset"));
+  EXPECT_TRUE(offered("rotor_drag"));
+  keep_only_duty(r, v);
+  EXPECT_FALSE(offered("rotor_axis_misalignment"));
+  EXPECT_FALSE(offered("com_offset"));
+  EXPECT_TRUE(offered("rotor_drag"));
 }
 
 TEST(SignalSets, ASpecificForceInWorldAxesIsTurnedIntoTheBody) {
