@@ -29,7 +29,24 @@ struct Batch::Impl {
   std::vector<lanes::Block> first_blocks;
   std::vector<std::unique_ptr<physics::Actuators>> first_trains;  ///< kLanes a block
   std::vector<Plant> first_plants;
+  std::size_t rotors = 0;
   std::array<double, vehicle::kMaxRotors> lowest{}, highest{};  ///< rad/s, commanded speed of a rotor
+  double least_tilt = 0, most_tilt = 0;                         ///< rad, commanded
+
+  /// Commands the N rotors of a vehicle in lanes within their limits; false when a number is not finite.
+  template <int N>
+  bool command(const double* speed, double alpha, lanes::Block& block, int lane) const {
+    using Speeds = Eigen::Array<double, N, 1, 0, N == Eigen::Dynamic ? vehicle::kMaxRotors : N>;
+    const auto count = static_cast<Eigen::Index>(rotors);
+    const auto of = [&](const double* x) { return Eigen::Map<const Speeds>(x, count); };
+    if (!((0.0 * of(speed)).sum() + 0.0 * alpha == 0.0)) return false;
+    const Speeds kept = of(speed).max(of(lowest.data())).min(of(highest.data()));
+    double* const target = &block.target[0][lane];
+    for (Eigen::Index r = 0; r < kept.size(); ++r) target[r * lanes::kLanes] = kept[r];
+    const double least = least_tilt, most = most_tilt;
+    block.alpha_command[lane] = alpha < least ? least : alpha > most ? most : alpha;
+    return true;
+  }
 
   void remember() {
     first_blocks = blocks;
@@ -111,6 +128,7 @@ Result<Batch> Batch::create(const vehicle::Vehicle& vehicle, std::span<const phy
                             const BatchConfig& config) {
   auto impl = std::make_unique<Impl>();
   impl->vehicle = vehicle;
+  impl->rotors = vehicle.rotors.size();
   impl->config = config.plant;
   if (!config.initial.empty() && config.initial.size() != models.size())
     return bad_input("there are " + std::to_string(config.initial.size()) + " initial states for " +
@@ -159,12 +177,14 @@ Result<Batch> Batch::create(const vehicle::Vehicle& vehicle, std::span<const phy
     impl->places.push_back({open[kind], lane, false});
   }
   impl->plant_lost.assign(impl->plants.size(), 0);
-  // places that nobody uses hold a copy of the first, so that no lane computes with what is no number
-  for (lanes::Block& block : impl->blocks)
-    for (int lane = block.used; lane < lanes::kLanes; ++lane) lanes::copy_lane(block, 0, lane);
+  for (lanes::Block& block : impl->blocks) lanes::close(impl->common, block);
   for (std::size_t r = 0; r < vehicle.rotors.size(); ++r) {
     impl->highest[r] = vehicle.rotors[r].max_speed();
     impl->lowest[r] = vehicle.rotors[r].bidirectional ? -impl->highest[r] : 0.0;
+  }
+  if (vehicle.tilt.kind != vehicle::TiltKind::none) {
+    impl->least_tilt = vehicle.tilt.min;
+    impl->most_tilt = vehicle.tilt.max;
   }
   impl->remember();
   return Batch(std::move(impl));
@@ -182,18 +202,12 @@ double Batch::time() const { return static_cast<double>(impl_->steps) * impl_->c
 bool Batch::set_command(std::size_t i, std::span<const double> rotor_speed, double alpha) {
   const Impl::Place& place = impl_->places[i];
   if (place.plant) return impl_->plants[place.block].set_command(rotor_speed, alpha);
-  const vehicle::Vehicle& v = impl_->vehicle;
-  const std::size_t rotors = v.rotors.size();
+  const std::size_t rotors = impl_->rotors;
   if (rotor_speed.size() != rotors) return false;
-  double zero = 0.0 * alpha;  // of numbers that are finite
-  for (const double w : rotor_speed) zero += 0.0 * w;
-  if (!(zero == 0.0)) return false;
   lanes::Block& block = impl_->blocks[place.block];
-  for (std::size_t r = 0; r < rotors; ++r)
-    block.target[r][place.lane] = std::min(std::max(rotor_speed[r], impl_->lowest[r]), impl_->highest[r]);
-  block.alpha_command[place.lane] =
-      v.tilt.kind == vehicle::TiltKind::none ? 0.0 : std::clamp(alpha, v.tilt.min, v.tilt.max);
-  return true;
+  // eight rotors are common, and a number that the compiler knows makes two of them one operation
+  return rotors == 8 ? impl_->command<8>(rotor_speed.data(), alpha, block, place.lane)
+                     : impl_->command<Eigen::Dynamic>(rotor_speed.data(), alpha, block, place.lane);
 }
 
 std::size_t Batch::step(int steps, bool held) {
@@ -208,7 +222,9 @@ std::size_t Batch::step(int steps, bool held) {
         if (!m.plants[k].step(held)) m.plant_lost[k] = 1;
     m.steps += static_cast<std::uint64_t>(steps);
   }
-  for (std::size_t i = 0; i < m.places.size(); ++i) lost += this->lost(i);
+  for (const lanes::Block& block : m.blocks)
+    for (int k = 0; block.any_lost && k < block.used; ++k) lost += block.lost[k] != 0.0;
+  for (const char plant : m.plant_lost) lost += plant != 0;
   return m.places.size() - lost;
 }
 

@@ -108,54 +108,97 @@ struct Kernel {
             hn::Div(all(1.0), hn::Add(wpx, ypz))};
   }
 
-  /// Forces of the air on the body, world axes.
-  static HWY_INLINE void air(const Common& c, const Block& b, int at, const State& s, V3& f_W) {
+  /// Drag of the body, world axes.
+  static HWY_INLINE void drag(const Common& c, const Block& b, int at, const State& s, V3& f_W) {
+    const V k = hn::Mul(all(-0.5 * c.air_density), load(b.area, at));
+    f_W = muladd3(s.v, hn::Mul(k, hn::Sqrt(dot(s.v, s.v))), f_W);
+  }
+
+  /// What wind changes in it, world axes.
+  static HWY_INLINE void wind(const Common& c, const Block& b, int at, const State& s, V3& f_W) {
     const V half = all(0.5 * c.air_density), tiny = all(1e-12);
     const V vv = dot(s.v, s.v);
-    f_W = muladd3(s.v, hn::Neg(hn::Mul(hn::Mul(half, load(b.area, at)), hn::Sqrt(vv))), f_W);
     const V3 wind{hn::Sub(load(b.wind[0], at), s.v.x), hn::Sub(load(b.wind[1], at), s.v.y), hn::Neg(s.v.z)};
     const V k = hn::Mul(half, load(b.wind_area, at));
     f_W = muladd3(wind, hn::Mul(k, hn::Sqrt(hn::Add(dot(wind, wind), tiny))), f_W);
     f_W = muladd3(s.v, hn::Mul(k, hn::Sqrt(hn::Add(vv, tiny))), f_W);
   }
 
-  /// Place in the upper triangle of a symmetric 6x6 matrix.
-  static constexpr int triangle(int row, int column) { return row * (11 - row) / 2 + column; }
+  struct Symmetric {
+    V xx, yy, zz, xy, xz, yz;
+  };
+  static HWY_INLINE V3 times(const Symmetric& m, const V3& x) {
+    return {muladd(m.xz, x.z, muladd(m.xy, x.y, hn::Mul(m.xx, x.x))),
+            muladd(m.yz, x.z, muladd(m.yy, x.y, hn::Mul(m.xy, x.x))),
+            muladd(m.zz, x.z, muladd(m.yz, x.y, hn::Mul(m.xz, x.x)))};
+  }
+  /// a * s + c
+  static HWY_INLINE Symmetric muladd6(const Symmetric& a, V s, const Symmetric& c) {
+    return {muladd(a.xx, s, c.xx), muladd(a.yy, s, c.yy), muladd(a.zz, s, c.zz),
+            muladd(a.xy, s, c.xy), muladd(a.xz, s, c.xz), muladd(a.yz, s, c.yz)};
+  }
+  /// a s^T + c of vectors whose product is symmetric
+  static HWY_INLINE Symmetric outer(const V3& a, const V3& s, const Symmetric& c) {
+    return {muladd(a.x, s.x, c.xx), muladd(a.y, s.y, c.yy), muladd(a.z, s.z, c.zz),
+            muladd(a.x, s.y, c.xy), muladd(a.x, s.z, c.xz), muladd(a.y, s.z, c.yz)};
+  }
+
+  static HWY_INLINE Symmetric load6(const Lane* lane, int at) {
+    return {load(lane[0], at), load(lane[1], at), load(lane[2], at),
+            load(lane[3], at), load(lane[4], at), load(lane[5], at)};
+  }
+  static HWY_INLINE void store6(const Symmetric& m, Lane* lane, int at) {
+    store(m.xx, lane[0], at), store(m.yy, lane[1], at), store(m.zz, lane[2], at);
+    store(m.xy, lane[3], at), store(m.xz, lane[4], at), store(m.yz, lane[5], at);
+  }
 
   /// Rotor drag and axial inflow, body axes: f_i = -|Omega_i| (kd v_i + (kz - kd) (n_i . v_i) n_i) at hub p_i
-  /// with v_i = v + w x p_i. All of it but v, w and the speeds rests while the tilt does: a symmetric matrix
-  /// a rotor, kd [I, -[p]; [p], |p|^2 I - p p^T] + (kz - kd) [n; m] [n; m]^T.
-  static HWY_INLINE void put_blades(const Common& c, Block& b, int at) {
-    const V kd = load(b.drag_in_plane, at), kn = hn::Sub(load(b.drag_axial, at), kd), zero = hn::Zero(d);
+  /// with v_i = v + w x p_i. All of them together are minus a symmetric matrix [F, C; C^T, T] times (v, w):
+  /// the sum over the rotors of |Omega_i| (kd [I, -[p]; [p], |p|^2 I - p p^T] + (kz - kd) [n; m] [n; m]^T)
+  /// with m = p x n. In `out` F, T, and C row by row. (Members and no arrays of vectors: what is indexed by a
+  /// variable stays in memory.)
+  static HWY_INLINE void damp(const Common& c, const Block& b, int at, const V* fast, Lane* out) {
+    const V zero = hn::Zero(d);
+    const Symmetric none{zero, zero, zero, zero, zero, zero};
+    Symmetric F = none, T = none;
+    V3 X{zero, zero, zero}, Y = X, Z = X;
+    for (int i = 0; i < c.rotors; ++i) {
+      const V3 n = load3(b.axis[i], at), m = load3(b.moment[i], at);
+      const V3 force = scale(n, fast[i]);
+      F = outer(force, n, F);
+      X = muladd3(m, force.x, X), Y = muladd3(m, force.y, Y), Z = muladd3(m, force.z, Z);
+      T = outer(scale(m, fast[i]), m, T);
+    }
+    V speed = zero;
+    V3 p{zero, zero, zero};
+    Symmetric square = none;
     for (int i = 0; i < c.rotors; ++i) {
       const Common::Rotor& r = c.rotor[i];
-      const V3 n = load3(b.axis[i], at), m = load3(b.moment[i], at);
-      const V u[6] = {n.x, n.y, n.z, m.x, m.y, m.z};
-      V px = hn::Mul(kd, all(r.p.x())), py = hn::Mul(kd, all(r.p.y())), pz = hn::Mul(kd, all(r.p.z()));
-      V square[6];
-      for (int k = 0; k < 6; ++k) square[k] = hn::Mul(kd, all(r.square[k]));
-      const V isotropic[6][6] = {
-          {kd, zero, zero, zero, pz, hn::Neg(py)},        {zero, kd, zero, hn::Neg(pz), zero, px},
-          {zero, zero, kd, py, hn::Neg(px), zero},        {zero, zero, zero, square[0], square[3], square[4]},
-          {zero, zero, zero, zero, square[1], square[5]}, {zero, zero, zero, zero, zero, square[2]}};
-      for (int row = 0; row < 6; ++row)
-        for (int column = row; column < 6; ++column)
-          store(muladd(hn::Mul(kn, u[row]), u[column], isotropic[row][column]),
-                b.damping_of[i][triangle(row, column)], at);
+      speed = hn::Add(speed, fast[i]);
+      p = muladd3({all(r.p.x()), all(r.p.y()), all(r.p.z())}, fast[i], p);
+      square = muladd6({all(r.square[0]), all(r.square[1]), all(r.square[2]), all(r.square[3]),
+                        all(r.square[4]), all(r.square[5])},
+                       fast[i], square);
     }
+    const V kd = load(b.drag_in_plane, at), kn = hn::Sub(load(b.drag_axial, at), kd);
+    const V straight = hn::Mul(kd, speed);
+    p = scale(p, kd);
+    store6(muladd6(F, kn, {straight, straight, straight, zero, zero, zero}), out, at);
+    store6(muladd6(T, kn, muladd6(square, kd, none)), out + 6, at);
+    store3(muladd3(X, kn, {zero, p.z, hn::Neg(p.y)}), out + 12, at);
+    store3(muladd3(Y, kn, {hn::Neg(p.z), zero, p.x}), out + 15, at);
+    store3(muladd3(Z, kn, {p.y, hn::Neg(p.x), zero}), out + 18, at);
   }
-  struct Damping {
-    V at[21];
-  };
-  static HWY_INLINE void blades(const Damping& damping, const V3& v, const V3& w, V3& force, V3& torque) {
-    const V u[6] = {v.x, v.y, v.z, w.x, w.y, w.z};
-    V f[6] = {force.x, force.y, force.z, torque.x, torque.y, torque.z};
-    for (int row = 0; row < 6; ++row)
-      for (int column = 0; column < 6; ++column)
-        f[row] =
-            nmuladd(damping.at[triangle(std::min(row, column), std::max(row, column))], u[column], f[row]);
-    force = {f[0], f[1], f[2]};
-    torque = {f[3], f[4], f[5]};
+  static HWY_NOINLINE void damp_now(const Common& c, Block& b, int at) {
+    V fast[kRotors];
+    for (int i = 0; i < c.rotors; ++i) fast[i] = hn::Abs(load(b.speed[i], at));
+    damp(c, b, at, fast, b.damping[b.damping_begins]);
+  }
+  static HWY_INLINE void blades(const Lane* damping, int at, const V3& v, const V3& w, V3& force,
+                                V3& torque) {
+    const V3 x = load3(damping + 12, at), y = load3(damping + 15, at), z = load3(damping + 18, at);
+    force = sub(force, add(times(load6(damping, at), v), {dot(x, w), dot(y, w), dot(z, w)}));
+    torque = sub(torque, muladd3(z, v.z, muladd3(y, v.y, muladd3(x, v.x, times(load6(damping + 6, at), w)))));
   }
 
   static HWY_INLINE void flapping(const Common& c, const Block& b, int at, const State& s, const Rotation& R,
@@ -212,14 +255,16 @@ struct Kernel {
   struct Rotors {
     V3 force, torque;
     V speed[kRotors], square[kRotors];  ///< only where an effect asks for them
-    Damping damping;                    ///< only where rotors have drag
+    const Lane* damping = nullptr;      ///< only where rotors have drag
   };
+  template <Reverse kReverse = Reverse::some>
   static HWY_INLINE V signed_square(const Common& c, int i, V speed) {
-    return hn::Mul(speed, c.rotor[i].bidirectional ? hn::Abs(speed) : speed);
+    const bool reverses = kReverse == Reverse::all || (kReverse == Reverse::some && c.rotor[i].bidirectional);
+    return hn::Mul(speed, reverses ? hn::Abs(speed) : speed);
   }
   /// The rotors at the beginning of a step.
-  template <bool kSpeeds>
-  static HWY_INLINE void begin(const Common& c, const Block& b, int at, Rotors& out) {
+  template <bool kSpeeds, bool kBlades>
+  static HWY_INLINE void begin(const Common& c, Block& b, int at, Rotors& out) {
     V3 force{hn::Zero(d), hn::Zero(d), hn::Zero(d)}, torque = force;
     if (b.end_known) {
       force = load3(b.end_wrench, at);
@@ -234,29 +279,50 @@ struct Kernel {
     }
     out.force = force;
     out.torque = torque;
-    if (!kSpeeds || !c.blades) return;
-    for (int k = 0; k < 21; ++k) {
-      if (b.end_known) {
-        out.damping.at[k] = load(b.end_damping[k], at);
-        continue;
-      }
-      V sum = hn::Zero(d);
-      for (int i = 0; i < c.rotors; ++i)
-        sum = muladd(load(b.damping_of[i][k], at), hn::Abs(out.speed[i]), sum);
-      out.damping.at[k] = sum;
-    }
+    if (!kBlades || !c.blades) return;
+    if (!b.end_known) damp_now(c, b, at);
+    out.damping = b.damping[b.damping_begins];
   }
-  /// The rotors in the middle and at the end of a step, at which they arrive.
-  template <bool kSpeeds>
-  static HWY_INLINE void spin(const Common& c, Block& b, int at, Rotors& middle, Rotors& end) {
+  /// What rotor drag needs of the speeds of a step.
+  struct Fast {
+    V begin[kRotors];  ///< speed
+    V end[kRotors];    ///< |speed|
+    V crossed;         ///< negative when a speed changed its sign
+  };
+  /// |speed| in the middle beyond what it would be on the line between beginning and end, at the share of the
+  /// first rotor: speeds that change their sign, and lags that differ.
+  static HWY_NOINLINE void bend(const Common& c, Block& b, int at, const Fast& fast) {
+    V bent[kRotors];
+    Lane rest[21];
+    const Lane* const command = b.relays ? b.command : b.target;
+    for (int i = 0; i < c.rotors; ++i) {
+      const V begun = fast.begin[i], arrived = load(b.speed[i], at), from = hn::Abs(begun);
+      const V half_way = muladd(load(b.share_middle[i], at), hn::Sub(load(command[i], at), begun), begun);
+      const V rise = hn::Sub(fast.end[i], from), on_line = muladd(rise, load(b.share_of_way, at), from);
+      bent[i] = hn::IfThenElse(hn::Lt(hn::Mul(begun, arrived), hn::Zero(d)),
+                               hn::Sub(hn::Abs(half_way), on_line), hn::Mul(rise, load(b.bend[i], at)));
+    }
+    damp(c, b, at, bent, rest);
+    for (int k = 0; k < 21; ++k)
+      store(hn::Add(load(b.damping[1][k], at), load(rest[k], at)), b.damping[1][k], at);
+  }
+  /// The speeds in the middle and at the end of a step, and the wrench of N rotors (0: of all).
+  template <bool kSpeeds, bool kBlades, Reverse kReverse, int N>
+  static HWY_INLINE void spin_rotors(const Common& c, Block& b, int at, Rotors& middle, Rotors& end,
+                                     Fast& fast) {
+    const Lane* const command = b.relays ? b.command : b.target;
+    const int count = N > 0 ? N : c.rotors, lag = b.lags_differ ? 1 : 0;
     V3 middle_f{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
     V3 middle_t = middle_f, end_f = middle_f, end_t = middle_f;
-    for (int i = 0; i < c.rotors; ++i) {
-      const V start = load(b.speed[i], at), change = hn::Sub(load(b.command[i], at), start);
+    V crossed = hn::Zero(d);
+#pragma GCC unroll 8
+    for (int i = 0; i < count; ++i) {
+      const V begun = load(b.speed[i], at), change = hn::Sub(load(command[i], at), begun);
       const V3 f = load3(b.map[i], at), t = load3(b.map[i] + 3, at);
-      const V half_way = muladd(load(b.share_middle[i], at), change, start);
-      const V arrived = muladd(load(b.share_end[i], at), change, start);
-      const V half_square = signed_square(c, i, half_way), end_square = signed_square(c, i, arrived);
+      const V half_way = muladd(load(b.share_middle[lag * i], at), change, begun);
+      const V arrived = muladd(load(b.share_end[lag * i], at), change, begun);
+      const V half_square = signed_square<kReverse>(c, i, half_way),
+              end_square = signed_square<kReverse>(c, i, arrived);
       middle_f = muladd3(f, half_square, middle_f);
       middle_t = muladd3(t, half_square, middle_t);
       end_f = muladd3(f, end_square, end_f);
@@ -266,73 +332,108 @@ struct Kernel {
         middle.speed[i] = half_way, middle.square[i] = half_square;
         end.speed[i] = arrived, end.square[i] = end_square;
       }
+      if constexpr (kBlades) {
+        fast.begin[i] = begun, fast.end[i] = hn::Abs(arrived);
+        crossed = hn::Min(crossed, hn::Mul(begun, arrived));
+      }
     }
+    if constexpr (kBlades) fast.crossed = crossed;
     middle.force = middle_f, middle.torque = middle_t;
     end.force = end_f, end.torque = end_t;
     store3(end_f, b.end_wrench, at);
     store3(end_t, b.end_wrench + 3, at);
-    if (!kSpeeds || !c.blades) return;
-    V fast[2][kRotors];
-    for (int i = 0; i < c.rotors; ++i)
-      fast[0][i] = hn::Abs(middle.speed[i]), fast[1][i] = hn::Abs(end.speed[i]);
+  }
+  /// The rotors in the middle and at the end of a step, at which they arrive.
+  template <bool kSpeeds, bool kBlades>
+  static HWY_INLINE void spin(const Common& c, Block& b, int at, Rotors& middle, Rotors& end) {
+    Fast fast;
+    if (c.reverse == Reverse::none && c.rotors == 8)
+      spin_rotors<kSpeeds, kBlades, Reverse::none, 8>(c, b, at, middle, end, fast);
+    else if (c.reverse == Reverse::all && c.rotors == 8)
+      spin_rotors<kSpeeds, kBlades, Reverse::all, 8>(c, b, at, middle, end, fast);
+    else
+      spin_rotors<kSpeeds, kBlades, Reverse::some, 0>(c, b, at, middle, end, fast);
+    if (!kBlades || !c.blades) return;
+    const Lane* const begins = b.damping[b.damping_begins];
+    Lane *const in_middle = b.damping[1], *const ends = b.damping[2 - b.damping_begins];
+    damp(c, b, at, fast.end, ends);
+    middle.damping = in_middle, end.damping = ends;
+    const V share = load(b.share_of_way, at);
     for (int k = 0; k < 21; ++k) {
-      V m = hn::Zero(d), e = m;
-      for (int i = 0; i < c.rotors; ++i) {
-        const V per_speed = load(b.damping_of[i][k], at);
-        m = muladd(per_speed, fast[0][i], m);
-        e = muladd(per_speed, fast[1][i], e);
-      }
-      middle.damping.at[k] = m;
-      end.damping.at[k] = e;
-      store(e, b.end_damping[k], at);
+      const V from = load(begins[k], at);
+      store(muladd(hn::Sub(load(ends[k], at), from), share, from), in_middle[k], at);
     }
+    if (HWY_UNLIKELY(b.lags_differ || !hn::AllTrue(d, hn::Eq(fast.crossed, hn::Zero(d)))))
+      bend(c, b, at, fast);
   }
 
-  /// The equations of motion at one stage.
-  template <bool kAnswers, bool kSpeeds, bool kPlace>
+  /// Rates of turning under a torque beside the gyroscopic one.
+  static HWY_INLINE void turn(const Block& b, int at, const State& s, const V3& torque, Rate& out) {
+    const V3& w = s.w;
+    // 2 dq = q (0, w)
+    out.qx = nmuladd(s.qz, w.y, muladd(s.qy, w.z, hn::Mul(s.qw, w.x)));
+    out.qy = nmuladd(s.qx, w.z, muladd(s.qz, w.x, hn::Mul(s.qw, w.y)));
+    out.qz = nmuladd(s.qy, w.x, muladd(s.qx, w.y, hn::Mul(s.qw, w.z)));
+    out.qw = nmuladd(s.qz, w.z, nmuladd(s.qy, w.y, hn::Neg(hn::Mul(s.qx, w.x))));
+    // J^-1 (torque - w x J w); of the diagonal of J only the differences matter
+    const V3 inverse = load3(b.inverse_inertia, at), gap = load3(b.inertia_gap, at);
+    out.dw = {nmuladd(hn::Mul(inverse.x, gap.x), hn::Mul(w.y, w.z), hn::Mul(inverse.x, torque.x)),
+              nmuladd(hn::Mul(inverse.y, gap.y), hn::Mul(w.z, w.x), hn::Mul(inverse.y, torque.y)),
+              nmuladd(hn::Mul(inverse.z, gap.z), hn::Mul(w.x, w.y), hn::Mul(inverse.z, torque.z))};
+  }
+  /// Acceleration [world] by a force [body], without gravity, where the mass is the same in all directions.
+  static HWY_INLINE V3 accelerate(const Rotation& R, const V3& force, V inverse_mass) {
+    return scale(R.world_unscaled(force), hn::Mul(R.inverse, inverse_mass));
+  }
+
+  /// The equations of motion at one stage. kGeneral: the centre of mass may be off the origin and the inertia
+  /// may have products.
+  template <bool kAnswers, bool kGeneral, bool kSpeeds, bool kBlades, bool kPlace>
   static HWY_INLINE Rate evaluate(const Common& c, const Block& b, int at, const State& s,
                                   const Rotors& rotors) {
-    const Rotation R = rotation(s);
+    Rate out;
     V3 force = rotors.force, torque = rotors.torque;
+    const Rotation R = rotation(s);
+    if (kBlades && c.blades) blades(rotors.damping, at, R.body(s.v), s.w, force, torque);
     if constexpr (kSpeeds) {
       const V *const speed = rotors.speed, *const square = rotors.square;
-      if (c.blades) blades(rotors.damping, R.body(s.v), s.w, force, torque);
       if (c.flapping) flapping(c, b, at, s, R, speed, torque);
       if (c.ground) ground(c, b, at, s, R, square, force, torque);
       if (c.rotor_momentum) rotor_momentum(c, b, at, s, speed, torque);
     }
+    turn(b, at, s, torque, out);
 
     V3 f_W{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-    const bool pushed = kPlace && (c.world_force || c.air), cabled = kPlace && c.cable;
+    const bool pushed = kPlace && (c.world_force || c.drag || c.wind), cabled = kPlace && c.cable;
     if (kPlace && c.world_force) {
       const V k = load(b.stiffness, at);
       f_W = load3(b.pull, at);
       f_W.x = nmuladd(k, hn::Sub(s.p.x, load(b.anchor[0], at)), f_W.x);
       f_W.y = nmuladd(k, hn::Sub(s.p.y, load(b.anchor[1], at)), f_W.y);
     }
-    if (kPlace && c.air) air(c, b, at, s, f_W);
+    if (kPlace && c.drag) drag(c, b, at, s, f_W);
+    if (kPlace && c.wind) wind(c, b, at, s, f_W);
 
-    Rate out;
     const V g = all(c.gravity), weight_mass = load(b.weight_mass, at);
-    // w x J w; of the diagonal of J only the differences matter
-    const V3 gap = load3(b.inertia_gap, at);
-    torque = {nmuladd(gap.x, hn::Mul(s.w.y, s.w.z), torque.x),
-              nmuladd(gap.y, hn::Mul(s.w.z, s.w.x), torque.y),
-              nmuladd(gap.z, hn::Mul(s.w.x, s.w.y), torque.z)};
-    if (c.products) {
+    if (kGeneral) {
+      const V3 gap = load3(b.inertia_gap, at), w = s.w;
+      torque = {nmuladd(gap.x, hn::Mul(w.y, w.z), torque.x), nmuladd(gap.y, hn::Mul(w.z, w.x), torque.y),
+                nmuladd(gap.z, hn::Mul(w.x, w.y), torque.z)};
+    }
+    if (kGeneral && c.products) {
       const V xy = load(b.inertia[3], at), xz = load(b.inertia[4], at), yz = load(b.inertia[5], at);
       torque = sub(torque,
                    cross(s.w, {muladd(xz, s.w.z, hn::Mul(xy, s.w.y)), muladd(yz, s.w.z, hn::Mul(xy, s.w.x)),
                                muladd(yz, s.w.y, hn::Mul(xz, s.w.x))}));
     }
-    if (!b.coupled) {
+    if (!kGeneral || !b.coupled) {
       // the mass is the same in all directions; a cable's is lifted along the world's vertical only
       const V inverse_mass = load(b.inverse_mass, at);
-      out.a = scale(R.world_unscaled(force), hn::Mul(R.inverse, inverse_mass));
+      out.a = accelerate(R, force, inverse_mass);
       if (pushed) out.a = muladd3(f_W, inverse_mass, out.a);
       if (cabled) out.a.z = hn::Mul(out.a.z, hn::Div(weight_mass, hn::Add(weight_mass, carried(b, at, s))));
       out.a.z = hn::Sub(out.a.z, g);
-      out.dw = symmetric_times(b.inverse_inertia, at, torque, c.products);
+      if constexpr (kGeneral) out.dw = symmetric_times(b.inverse_inertia, at, torque, c.products);
       if (kAnswers) out.specific_force = R.body({out.a.x, out.a.y, hn::Add(out.a.z, g)});
     } else {
       const V3 com = load3(b.com, at), up = R.up(), g_B = scale(up, hn::Neg(g));
@@ -366,12 +467,6 @@ struct Kernel {
       out.dw = {nu[3], nu[4], nu[5]};
       if (kAnswers) out.specific_force = sub(a_B, g_B);
     }
-    // 2 dq = q (0, w)
-    const V3& w = s.w;
-    out.qx = nmuladd(s.qz, w.y, muladd(s.qy, w.z, hn::Mul(s.qw, w.x)));
-    out.qy = nmuladd(s.qx, w.z, muladd(s.qz, w.x, hn::Mul(s.qw, w.y)));
-    out.qz = nmuladd(s.qy, w.x, muladd(s.qx, w.y, hn::Mul(s.qw, w.z)));
-    out.qw = nmuladd(s.qz, w.z, nmuladd(s.qy, w.y, hn::Neg(hn::Mul(s.qx, w.x))));
     return out;
   }
 
@@ -404,31 +499,49 @@ struct Kernel {
   }
 
   static HWY_INLINE void advance_motors(const Common& c, Block& b, int at) {
+    const Lane* const command = b.relays ? b.command : b.target;
     for (int i = 0; i < c.rotors; ++i) {
       const V s = load(b.speed[i], at);
-      store(muladd(load(b.share_end[i], at), hn::Sub(load(b.command[i], at), s), s), b.speed[i], at);
+      store(muladd(load(b.share_end[b.lags_differ ? i : 0], at), hn::Sub(load(command[i], at), s), s),
+            b.speed[i], at);
     }
   }
 
-  template <bool kSpeeds, bool kPlace>
+  template <bool kGeneral, bool kSpeeds, bool kBlades, bool kPlace>
   static HWY_INLINE void step(const Common& c, Block& b, int at) {
     const double step = c.step;
     const V h = all(step), half = all(0.5 * step), quarter = all(0.25 * step), sixth = all(step / 6);
     const V twelfth = all(step / 12), square = all(step * step / 6);
     Rotors start, middle, end;
-    begin<kSpeeds>(c, b, at, start);
-    spin<kSpeeds>(c, b, at, middle, end);
+    begin<kSpeeds, kBlades>(c, b, at, start);
+    spin<kSpeeds, kBlades>(c, b, at, middle, end);
     const State s = read(b, at);
-    const Rate k1 = evaluate<false, kSpeeds, kPlace>(c, b, at, s, start);
-    const State s2 = moved<kPlace>(s, s.v, k1, half, quarter);
-    const Rate k2 = evaluate<false, kSpeeds, kPlace>(c, b, at, s2, middle);
-    const State s3 = moved<kPlace>(s, s2.v, k2, half, quarter);
-    const Rate k3 = evaluate<false, kSpeeds, kPlace>(c, b, at, s3, middle);
-    const State s4 = moved<kPlace>(s, s3.v, k3, h, half);
+    Rate k1, k2, k3, k4;
+    if constexpr (kGeneral || kSpeeds || kBlades || kPlace) {
+      k1 = evaluate<false, kGeneral, kSpeeds, kBlades, kPlace>(c, b, at, s, start);
+      const State s2 = moved<kPlace>(s, s.v, k1, half, quarter);
+      k2 = evaluate<false, kGeneral, kSpeeds, kBlades, kPlace>(c, b, at, s2, middle);
+      const State s3 = moved<kPlace>(s, s2.v, k2, half, quarter);
+      k3 = evaluate<false, kGeneral, kSpeeds, kBlades, kPlace>(c, b, at, s3, middle);
+      const State s4 = moved<kPlace>(s, s3.v, k3, h, half);
+      k4 = evaluate<false, kGeneral, kSpeeds, kBlades, kPlace>(c, b, at, s4, end);
+    } else {  // it turns wherever it goes, and goes where it has turned
+      turn(b, at, s, start.torque, k1);
+      const State s2 = moved<false>(s, s.v, k1, half, quarter);
+      turn(b, at, s2, middle.torque, k2);
+      const State s3 = moved<false>(s, s.v, k2, half, quarter);
+      turn(b, at, s3, middle.torque, k3);
+      const State s4 = moved<false>(s, s.v, k3, h, half);
+      turn(b, at, s4, end.torque, k4);
+      const V inverse_mass = load(b.inverse_mass, at), g = all(c.gravity);
+      k1.a = accelerate(rotation(s), start.force, inverse_mass), k1.a.z = hn::Sub(k1.a.z, g);
+      k2.a = accelerate(rotation(s2), middle.force, inverse_mass), k2.a.z = hn::Sub(k2.a.z, g);
+      k3.a = accelerate(rotation(s3), middle.force, inverse_mass), k3.a.z = hn::Sub(k3.a.z, g);
+      k4.a = accelerate(rotation(s4), end.force, inverse_mass), k4.a.z = hn::Sub(k4.a.z, g);
+    }
     const V3 a23 = add(k2.a, k3.a), dw23 = add(k2.dw, k3.dw);
     const V qx23 = hn::Add(k2.qx, k3.qx), qy23 = hn::Add(k2.qy, k3.qy), qz23 = hn::Add(k2.qz, k3.qz),
             qw23 = hn::Add(k2.qw, k3.qw);
-    const Rate k4 = evaluate<false, kSpeeds, kPlace>(c, b, at, s4, end);
     State sum;
     sum.p = muladd3(add(k1.a, a23), square, muladd3(s.v, h, s.p));
     sum.v = muladd3(weighted3(k1.a, a23, k4.a), sixth, s.v);
@@ -438,30 +551,58 @@ struct Kernel {
     sum.qz = muladd(weighted(k1.qz, qz23, k4.qz), twelfth, s.qz);
     sum.qw = muladd(weighted(k1.qw, qw23, k4.qw), twelfth, s.qw);
 
-    const V n =
-        muladd(sum.qw, sum.qw, muladd(sum.qz, sum.qz, muladd(sum.qy, sum.qy, hn::Mul(sum.qx, sum.qx))));
-    const V unit = hn::Div(all(1.0), hn::Sqrt(n));
-    // a vehicle that is out of range stays where it was (a comparison with what is no number is false)
-    const auto most = [](const V3& v) { return hn::Max(hn::Max(hn::Abs(v.x), hn::Abs(v.y)), hn::Abs(v.z)); };
+    const V n = hn::Add(muladd(sum.qx, sum.qx, hn::Mul(sum.qy, sum.qy)),
+                        muladd(sum.qz, sum.qz, hn::Mul(sum.qw, sum.qw)));
+    // one over the root of n, which RK4 leaves close to one: by its series, else exactly. A comparison with
+    // what is no number is false.
+    V unit = nmuladd(all(0.5), n, all(1.5));
+    const auto near = hn::Lt(hn::Abs(hn::Sub(n, all(1.0))), all(1e-8));
+    const auto most = [](const V3& v) { return hn::Add(hn::Add(hn::Abs(v.x), hn::Abs(v.y)), hn::Abs(v.z)); };
+    const V size = hn::Add(hn::Add(most(sum.p), most(sum.v)), most(sum.w));
     const V far = all(1e3);
-    const auto within = hn::And(hn::And(hn::Le(most(sum.p), far), hn::Eq(n, n)),
-                                hn::And(hn::Le(most(sum.v), far), hn::Le(most(sum.w), far)));
+    if (HWY_LIKELY(hn::AllTrue(d, hn::And(near, hn::Lt(size, far))) && !b.any_lost)) {
+      put(sum, unit, b, at);
+      return;
+    }
+    unit = hn::IfThenElse(near, unit, hn::Div(all(1.0), hn::Sqrt(n)));
+    put_within(s, sum, unit, n, b, at);
+  }
+
+  static HWY_INLINE void put(const State& s, V unit, Block& b, int at) {
+    store3(s.p, b.p, at), store3(s.v, b.v, at), store3(s.w, b.w, at);
+    store(hn::Mul(s.qx, unit), b.q[0], at), store(hn::Mul(s.qy, unit), b.q[1], at);
+    store(hn::Mul(s.qz, unit), b.q[2], at), store(hn::Mul(s.qw, unit), b.q[3], at);
+  }
+  /// The same, but a vehicle that is out of range stays where it was.
+  static HWY_NOINLINE void put_within(const State& before, const State& sum, const V& unit, const V& n,
+                                      Block& b, int at) {
+    const V far = all(1e3);
+    const auto inside = [&](const V3& v) {
+      return hn::And(hn::And(hn::Le(hn::Abs(v.x), far), hn::Le(hn::Abs(v.y), far)),
+                     hn::Le(hn::Abs(v.z), far));
+    };
+    const auto within = hn::And(hn::And(inside(sum.p), hn::Eq(n, n)), hn::And(inside(sum.v), inside(sum.w)));
     const auto fine = hn::And(within, hn::Eq(load(b.lost, at), hn::Zero(d)));
     store(hn::IfThenElse(fine, hn::Zero(d), all(1.0)), b.lost, at);
-    const auto keep = [&](V now, V before, Lane& lane) {
-      store(hn::IfThenElse(fine, now, before), lane, at);
+    b.any_lost = b.any_lost || !hn::AllTrue(d, fine);
+    const auto keep = [&](V now, V then) { return hn::IfThenElse(fine, now, then); };
+    const auto keep3 = [&](const V3& now, const V3& then) {
+      return V3{keep(now.x, then.x), keep(now.y, then.y), keep(now.z, then.z)};
     };
-    keep(sum.p.x, s.p.x, b.p[0]), keep(sum.p.y, s.p.y, b.p[1]), keep(sum.p.z, s.p.z, b.p[2]);
-    keep(sum.v.x, s.v.x, b.v[0]), keep(sum.v.y, s.v.y, b.v[1]), keep(sum.v.z, s.v.z, b.v[2]);
-    keep(sum.w.x, s.w.x, b.w[0]), keep(sum.w.y, s.w.y, b.w[1]), keep(sum.w.z, s.w.z, b.w[2]);
-    keep(hn::Mul(sum.qx, unit), s.qx, b.q[0]), keep(hn::Mul(sum.qy, unit), s.qy, b.q[1]);
-    keep(hn::Mul(sum.qz, unit), s.qz, b.q[2]), keep(hn::Mul(sum.qw, unit), s.qw, b.q[3]);
+    const State kept{keep3(sum.p, before.p),
+                     keep3(sum.v, before.v),
+                     keep3(sum.w, before.w),
+                     keep(hn::Mul(sum.qx, unit), before.qx),
+                     keep(hn::Mul(sum.qy, unit), before.qy),
+                     keep(hn::Mul(sum.qz, unit), before.qz),
+                     keep(hn::Mul(sum.qw, unit), before.qw)};
+    put(kept, all(1.0), b, at);
   }
 
   static void answers(const Common& c, Block& b, int at) {
     Rotors rotors;
-    begin<true>(c, b, at, rotors);
-    const Rate k = evaluate<true, true, true>(c, b, at, read(b, at), rotors);
+    begin<true, true>(c, b, at, rotors);
+    const Rate k = evaluate<true, true, true, true, true>(c, b, at, read(b, at), rotors);
     store3(k.specific_force, b.specific_force, at);
     store3(k.dw, b.angular_acceleration, at);
   }
@@ -492,7 +633,6 @@ struct Kernel {
         store3(add({map[0], map[1], map[2]}, force), b.map[i], at);
         store3(add({map[3], map[4], map[5]}, torque), b.map[i] + 3, at);
       }
-      if (c.blades) put_blades(c, b, at);
     }
     b.end_known = false;
     for (int k = 0; k < kLanes; ++k) b.mapped_alpha[k] = b.alpha[k];
@@ -503,8 +643,9 @@ struct Kernel {
     const int n = static_cast<int>(hn::Lanes(d));
     const double most = c.tilt_rate * c.step;
     bool moved_tilt = false;
+    b.relays = trains.any || c.rotor_momentum || c.ideal_motors;
     for (int at = 0; at < b.used; at += n) {
-      for (int i = 0; i < c.rotors; ++i) store(load(b.target[i], at), b.command[i], at);
+      for (int i = 0; b.relays && i < c.rotors; ++i) store(load(b.target[i], at), b.command[i], at);
       const V command = load(b.alpha_command, at), alpha = load(b.alpha, at);
       const V error = hn::Sub(command, alpha);
       const V next = most > 0 ? hn::Add(alpha, hn::Min(hn::Max(error, all(-most)), all(most))) : command;
@@ -538,22 +679,29 @@ struct Kernel {
 
   static void run(const Common& c, Block& b, const Trains& trains, int steps, bool held) {
     const int n = static_cast<int>(hn::Lanes(d));
-    const bool speeds = c.blades || c.flapping || c.ground || c.rotor_momentum;
-    const bool place = c.world_force || c.air || c.cable;
+    const bool speeds = c.flapping || c.ground || c.rotor_momentum;
+    const bool place = c.world_force || c.drag || c.wind || c.cable;
     b.answered = steps == 0;
     for (int k = 0; k < steps; ++k) {
       begin_step(c, b, trains);
       for (int at = 0; at < b.used; at += n) {
         if (held)
           advance_motors(c, b, at);
+        else if (b.coupled || c.products)
+          step<true, true, true, true>(c, b, at);
+        else if (speeds && c.blades)
+          step<false, true, true, true>(c, b, at);
         else if (speeds)
-          step<true, true>(c, b, at);
+          step<false, true, false, true>(c, b, at);
+        else if (c.blades)
+          step<false, false, true, true>(c, b, at);
         else if (place)
-          step<false, true>(c, b, at);
+          step<false, false, false, true>(c, b, at);
         else
-          step<false, false>(c, b, at);
+          step<false, false, false, false>(c, b, at);
       }
       b.end_known = !held;
+      b.damping_begins = 2 - b.damping_begins;
     }
     if (steps == 0) {
       bool stale = false;

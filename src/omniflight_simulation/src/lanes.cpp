@@ -54,7 +54,7 @@ const std::map<std::string, Put>& table() {
       {"parasitic_drag",
        [](const double* x, Common& c, Block& b, int k) {
          b.area[k] += x[0];
-         c.air = true;
+         c.drag = true;
        }},
       {"ground_effect",
        [](const double* x, Common& c, Block& b, int k) {
@@ -72,7 +72,7 @@ const std::map<std::string, Put>& table() {
          b.wind[0][k] = x[0];
          b.wind[1][k] = x[1];
          b.wind_area[k] = x[2];
-         c.air = true;
+         c.wind = true;
        }},
       {"lateral_stiffness",
        [](const double* x, Common& c, Block& b, int k) {
@@ -140,6 +140,11 @@ void put_nominal(const vehicle::Vehicle& vehicle, const PlantConfig& config, Com
     out.radius = r.radius;
     out.bidirectional = r.bidirectional;
   }
+  const auto reverses = [](const vehicle::Rotor& r) { return r.bidirectional; };
+  if (std::all_of(vehicle.rotors.begin(), vehicle.rotors.end(), reverses))
+    common.reverse = Reverse::all;
+  else if (std::any_of(vehicle.rotors.begin(), vehicle.rotors.end(), reverses))
+    common.reverse = Reverse::some;
   const RigidState& s = config.initial;
   const Quat q = s.q_WB.normalized();
   for (int i = 0; i < 3; ++i) {
@@ -168,6 +173,9 @@ void put_motors(const physics::Actuation& actuation, Common& common, Block& b, i
     b.inverse_tau[i][k] = tau > 0 ? 1.0 / tau : 0.0;
     b.share_middle[i][k] = tau > 0 ? -std::expm1(-0.5 * h / tau) : 1.0;
     b.share_end[i][k] = tau > 0 ? -std::expm1(-h / tau) : 1.0;
+    const double of_way = b.share_middle[i][k] / b.share_end[i][k];
+    if (i == 0) b.share_of_way[k] = of_way;
+    b.bend[i][k] = of_way - b.share_of_way[k];
     if (tau <= 0) b.ideal[i][k] = common.ideal_motors = true;
   }
 }
@@ -196,8 +204,7 @@ void put_mass_matrix(const vehicle::Vehicle& vehicle, Block& b, int k) {
       b.inverse_generalised[6 * row + column][k] = generalised(row, column);
 }
 
-}  // namespace
-
+/// Copies everything of one vehicle to another place.
 void copy_lane(Block& block, int from, int to) {
   static_assert(std::is_standard_layout_v<Block>);
   static_assert(offsetof(Block, ideal) % sizeof(Lane) == 0);
@@ -205,6 +212,15 @@ void copy_lane(Block& block, int from, int to) {
   for (Lane* lane = first; lane != first + offsetof(Block, ideal) / sizeof(Lane); ++lane)
     (*lane)[to] = (*lane)[from];
   for (auto& rotor : block.ideal) rotor[to] = rotor[from];
+}
+
+}  // namespace
+
+void close(const Common& common, Block& block) {
+  for (int lane = block.used; lane < kLanes; ++lane) copy_lane(block, 0, lane);
+  for (int i = 1; i < common.rotors; ++i)
+    for (int k = 0; k < kLanes; ++k)
+      block.lags_differ = block.lags_differ || block.share_end[i][k] != block.share_end[0][k];
 }
 
 bool knows(const physics::Effect& effect) {

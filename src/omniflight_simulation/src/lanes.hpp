@@ -15,6 +15,9 @@ inline constexpr int kLanes = 8;
 inline constexpr int kRotors = vehicle::kMaxRotors;
 using Lane = double[kLanes];
 
+/// How many rotors turn both ways.
+enum class Reverse { none, some, all };
+
 /// What is the same for all vehicles of a batch.
 struct Common {
   struct Rotor {
@@ -31,24 +34,30 @@ struct Common {
   // groups of effects that some vehicle of the batch has; where a vehicle has them not they are nothing
   // exactly, to the bit: they add zeros
   bool ideal_motors = false, products = false;
-  bool world_force = false, air = false, cable = false, blades = false, flapping = false, ground = false,
-       rotor_momentum = false;
+  Reverse reverse = Reverse::none;
+  bool world_force = false, drag = false, wind = false, cable = false, blades = false, flapping = false,
+       ground = false, rotor_momentum = false;
 };
 
 struct alignas(64) Block {
   // state
   Lane p[3], v[3], q[4], w[3];  ///< m, m/s (world), quaternion x y z w, rad/s (body)
-  Lane speed[kRotors];          ///< rad/s
-  Lane command[kRotors];        ///< rad/s, as it reaches the motor in this step
-  Lane target[kRotors];         ///< rad/s, as commanded
+  Lane lost;                    ///< 0 or 1
   Lane alpha, alpha_command, mapped_alpha;
+  Lane end_wrench[6];  ///< N, Nm, of the rotors at the end of the last step
   // motors: half a step and a step later the speed is speed + share * (command - speed), exactly
-  Lane share_middle[kRotors], share_end[kRotors], inverse_tau[kRotors];
-  Lane end_wrench[6];    ///< N, Nm, of the rotors at the end of the last step
-  Lane end_damping[21];  ///< by rotor drag and axial inflow, upper triangle of a 6x6 matrix
+  Lane share_middle[kRotors], share_end[kRotors];
+  Lane speed[kRotors];   ///< rad/s
+  Lane target[kRotors];  ///< rad/s, as commanded
   // wrench per squared speed, and unit thrust axis, at mapped_alpha
   Lane map[kRotors][6], axis[kRotors][3], moment[kRotors][3];  ///< moment: p x axis
-  Lane damping_of[kRotors][21];                                ///< by a rotor, per speed
+  /// By rotor drag and axial inflow, a symmetric 6x6 matrix: at one end of a step, in its middle, at its
+  /// other end. Ends take turns.
+  Lane damping[3][21];
+  Lane command[kRotors];  ///< rad/s, as it reaches the motor in this step; only when it `relays`
+  Lane inverse_tau[kRotors];
+  Lane share_of_way;   ///< share_middle / share_end of the first rotor
+  Lane bend[kRotors];  ///< the same of this rotor, less that of the first
   // the same map by tilt a, without efficiency: [0] + [1] cos(a) + [2] sin(a)
   Lane map_by_tilt[3][kRotors][6];
   // mass properties
@@ -64,18 +73,22 @@ struct alignas(64) Block {
   Lane drag_in_plane, drag_axial, flapping, ground_strength, rotor_inertia;
   // answers of the last evaluation
   Lane specific_force[3], angular_acceleration[3];
-  Lane lost;                    ///< 0 or 1
   bool ideal[kRotors][kLanes];  ///< a motor without lag
   /// The centre of mass is off the origin: translation and rotation are solved together. All vehicles of a
   /// block agree in this, because the other way rounds differently.
   bool coupled = false;
-  bool end_known = false;  ///< end_wrench is there, and nothing has changed since
-  bool answered = false;   ///< specific_force and angular_acceleration are of the present state
-  int used = 0;            ///< vehicles
+  bool lags_differ = false;  ///< between rotors: else those of the first stand for all
+  int damping_begins = 0;    ///< which of `damping` is of the beginning: 0 or 2
+  bool relays = false;       ///< `command` is looked at; else it is the target
+  bool any_lost = false;     ///< a vehicle is lost
+  bool end_known = false;    ///< end_wrench is there, and nothing has changed since
+  bool answered = false;     ///< specific_force and angular_acceleration are of the present state
+  int used = 0;              ///< vehicles
 };
 
-/// Copies everything of one vehicle to another place.
-void copy_lane(Block& block, int from, int to);
+/// Makes a block ready that has all its vehicles: places that nobody uses hold a copy of the first, so that
+/// no lane computes with what is no number.
+void close(const Common& common, Block& block);
 
 /// True when lanes know the effect (effects on sensors are none of the plant's business).
 bool knows(const physics::Effect& effect);
