@@ -163,6 +163,28 @@ TEST(RealFlights, TheWashOfANeighbourIsNamedAndHalvesTheForceError) {
     }
 }
 
+TEST(RealFlights, ANeighbourThatWasElsewhereIsNoFinding) {
+  if (!std::filesystem::exists(flights() / "crazyflie_pairs/swapSS_cf50_00.csv.gz"))
+    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
+  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+  auto v = vehicle::load_vehicle("crazyflie_brushed");
+  ASSERT_TRUE(v) << v.error().text();
+  Options o;
+  o.rollouts = false;
+  for (const auto& [upper, mass] : {std::pair{Swap{"swapSS_cf51_02", "swapSS_cf50_02"}, 0.033},
+                                    {{"swapLL_cf101_04", "swapLL_cf102_00"}, 0.065}}) {
+    v->mass = mass;
+    auto r = load_one_of_two(upper.own, upper.other);
+    r.signals["neighbour1_position"].values.col(2).array() += 0.65;  // it flew below, and is told to be above
+    const auto d = diagnose(std::span(&r, 1), {}, *v, o);
+    ASSERT_TRUE(d) << d.error().text();
+    EXPECT_FALSE(named(*d, "neighbour_downwash")) << upper.own << ": " << d->summary;
+    EXPECT_FALSE(d->candidates.empty());
+    EXPECT_TRUE(std::any_of(d->candidates.begin(), d->candidates.end(),
+                            [](const auto& c) { return c.effect == "neighbour_downwash"; }));
+  }
+}
+
 TEST(RealFlights, AWashOfNobodyIsAForceFromOutside) {
   if (!std::filesystem::exists(flights() / "crazyflie_pairs/swapSS_cf50_00.csv.gz"))
     GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
