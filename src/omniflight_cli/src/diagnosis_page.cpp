@@ -117,6 +117,29 @@ void findings(report::Page& page, const Diagnosis& d) {
   }
 }
 
+void unknown_physics(report::Page& page, const Diagnosis& d) {
+  if (d.unexplained.empty()) return;
+  page.section("What no effect of the library explains");
+  report::Table t;
+  t.caption = "What can still be predicted, and from what";
+  t.columns = {{.name = "channel"},    {.name = "frame"},  {.name = "share of what remains", .unit = "%"},
+               {.name = "depends on"}, {.name = "parity"}, {.name = "energy"},
+               {.name = "nearest"}};
+  report::Table terms;
+  terms.caption = "The smallest correction that predicts it: coefficient times (term less its mean)";
+  terms.columns = {{.name = "channel"},     {.name = "frame"}, {.name = "term"},
+                   {.name = "coefficient"}, {.name = "unit"},  {.name = "frequency", .unit = "Hz"}};
+  for (const auto& u : d.unexplained) {
+    t.rows.push_back(
+        {u.channel, u.frame, 100 * u.share_of_residual, list(u.depends_on), u.parity, u.energy, u.nearest});
+    for (const auto& c : u.correction)
+      terms.rows.push_back({u.channel, u.frame, c.words, c.coefficient, c.unit,
+                            c.frequency_hz > 0 ? report::Cell(c.frequency_hz) : report::Cell(std::string())});
+  }
+  page.table(t);
+  if (!terms.rows.empty()) page.table(terms);
+}
+
 void fits(report::Page& page, const Diagnosis& d) {
   page.section("Does the fit improve");
   const auto table = [&](const std::vector<ChannelFit>& rows, const std::string& caption) {
@@ -270,6 +293,7 @@ Status write_page(const Diagnosis& d, const Refit& refit, const recording::Recor
   page.facts(facts);
   mismatches(page, d);
   findings(page, d);
+  unknown_physics(page, d);
   fits(page, d);
   if (refit.flown) {
     page.section("The simulator with the model found");

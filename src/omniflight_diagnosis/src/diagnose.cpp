@@ -249,6 +249,12 @@ void add_faults(const std::vector<Flight>& flights, Diagnosis& d) {
     }
 }
 
+std::string in_words(const CorrectionTerm& t) {
+  std::string s = format("%.3g %s times ", t.coefficient, t.unit.c_str()) + t.words;
+  if (t.frequency_hz > 0) s += format(" at %.2f Hz", t.frequency_hz);
+  return s;
+}
+
 std::string summarise(const Diagnosis& d, const std::vector<Flight>& flights) {
   std::string s;
   if (d.findings.empty() && d.unexplained.empty() && d.mismatch.empty())
@@ -264,9 +270,14 @@ std::string summarise(const Diagnosis& d, const std::vector<Flight>& flights) {
                   m.frame.c_str(), m.rms, m.unit.c_str(), m.noise_rms, m.where.empty() ? "" : ": ",
                   m.where.c_str());
   for (const Finding& f : d.findings) s += "Found " + f.sentence + " ";
-  for (const Unexplained& u : d.unexplained)
-    s += format("Something in %s is not in the library: %.0f %% of what remains can still be predicted. ",
-                u.channel.c_str(), 100 * u.share_of_residual);
+  for (const Unexplained& u : d.unexplained) {
+    s += format(
+        "Something in %s (%s frame) is not in the library: %.0f %% of what remains can still be "
+        "predicted",
+        u.channel.c_str(), u.frame.c_str(), 100 * u.share_of_residual);
+    if (!u.correction.empty()) s += ", first by " + in_words(u.correction.front());
+    s += ". ";
+  }
   if (!d.left_out.empty()) {
     s += "Time was up; left out: ";
     for (std::size_t k = 0; k < d.left_out.size(); ++k) s += (k > 0 ? ", " : "") + d.left_out[k];

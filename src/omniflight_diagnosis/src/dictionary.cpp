@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "state_variables.hpp"
 #include "statistics.hpp"
@@ -13,40 +14,41 @@ constexpr int kMostTerms = 5;
 constexpr double kError = 0.002;  // chance of one false term, all candidates together
 
 struct Feature {
-  std::string words;
+  std::string words, unit;
   std::vector<std::string> variables;
   bool even = false, body = true, world = true;  ///< the axes in which it makes sense
   Eigen::VectorXd x;
 };
 
-/// Elementary quantities: a name, the variable it stands for, and whether it belongs to body or world axes.
+/// Elementary quantities: a name, its unit, the variable it stands for, and whether it belongs to body or
+/// world axes.
 struct Base {
-  const char *words, *variable;
+  const char *words, *unit, *variable;
   enum class Axes { body, world, both } axes;
   Eigen::VectorXd x;
 };
 
 std::vector<Base> elementary(const Problem& problem) {
   using A = Base::Axes;
-  std::vector<Base> b{{"forward speed", "speed", A::body, {}},
-                      {"sideward speed", "speed", A::body, {}},
-                      {"speed along the body's z", "speed", A::body, {}},
-                      {"speed along x", "speed", A::world, {}},
-                      {"speed along y", "speed", A::world, {}},
-                      {"climb speed", "climb speed", A::world, {}},
-                      {"roll rate", "rate", A::both, {}},
-                      {"pitch rate", "rate", A::both, {}},
-                      {"yaw rate", "rate", A::both, {}},
-                      {"position x", "position", A::world, {}},
-                      {"position y", "position", A::world, {}},
-                      {"height", "height", A::both, {}},
-                      {"distance from the middle", "position", A::both, {}},
-                      {"circulation about x", "rotor speed", A::body, {}},
-                      {"circulation about y", "rotor speed", A::body, {}},
-                      {"circulation about z", "rotor speed", A::body, {}},
-                      {"total thrust", "thrust", A::body, {}},
-                      {"rotor tilt", "rotor tilt", A::both, {}},
-                      {"speed", "speed", A::both, {}}};
+  std::vector<Base> b{{"forward speed", "m/s", "speed", A::body, {}},
+                      {"sideward speed", "m/s", "speed", A::body, {}},
+                      {"speed along the body's z", "m/s", "speed", A::body, {}},
+                      {"speed along x", "m/s", "speed", A::world, {}},
+                      {"speed along y", "m/s", "speed", A::world, {}},
+                      {"climb speed", "m/s", "climb speed", A::world, {}},
+                      {"roll rate", "rad/s", "rate", A::both, {}},
+                      {"pitch rate", "rad/s", "rate", A::both, {}},
+                      {"yaw rate", "rad/s", "rate", A::both, {}},
+                      {"position x", "m", "position", A::world, {}},
+                      {"position y", "m", "position", A::world, {}},
+                      {"height", "m", "height", A::both, {}},
+                      {"distance from the middle", "m", "position", A::both, {}},
+                      {"circulation about x", "rad/s", "rotor speed", A::body, {}},
+                      {"circulation about y", "rad/s", "rotor speed", A::body, {}},
+                      {"circulation about z", "rad/s", "rotor speed", A::body, {}},
+                      {"total thrust", "N", "thrust", A::body, {}},
+                      {"rotor tilt", "rad", "rotor tilt", A::both, {}},
+                      {"speed", "m/s", "speed", A::both, {}}};
   for (Base& k : b) k.x.resize(problem.samples());
   for (int i = 0; i < problem.samples(); ++i) {
     const physics::Situation& s = problem.situation(i);
@@ -81,6 +83,23 @@ std::vector<Base> elementary(const Problem& problem) {
   return b;
 }
 
+std::string squared(const std::string& unit) {
+  return unit.find('/') == std::string::npos ? unit + "2" : "(" + unit + ")2";
+}
+
+std::string place(double width, double x, double y, double z) {
+  char text[96];
+  std::snprintf(text, sizeof text, "nearness, within %.2f m, to (%.2f, %.2f, %.2f) m", width, x, y, z);
+  return text;
+}
+
+std::string wave(double length, double angle, double phase) {
+  char text[96];
+  std::snprintf(text, sizeof text, "%s of position, a wave of %.2f m along %.0f deg from x",
+                phase > 0 ? "sine" : "cosine", length, angle * 180 / kPi);
+  return text;
+}
+
 std::vector<Feature> features(const Problem& problem) {
   const int n = problem.samples();
   const std::vector<Base> base = elementary(problem);
@@ -89,7 +108,8 @@ std::vector<Feature> features(const Problem& problem) {
     if (f.x.maxCoeff() - f.x.minCoeff() > 1e-9 && f.x.allFinite()) out.push_back(std::move(f));
   };
   using A = Base::Axes;
-  for (const Base& b : base) add({b.words, {b.variable}, false, b.axes != A::world, b.axes != A::body, b.x});
+  for (const Base& b : base)
+    add({b.words, b.unit, {b.variable}, false, b.axes != A::world, b.axes != A::body, b.x});
   for (std::size_t j = 0; j < base.size(); ++j)
     for (std::size_t k = j; k < base.size(); ++k) {
       const Base &a = base[j], &b = base[k];
@@ -98,13 +118,15 @@ std::vector<Feature> features(const Problem& problem) {
       if (std::string(b.variable) != a.variable) variables.emplace_back(b.variable);
       const bool body = a.axes != A::world && b.axes != A::world;
       const bool world = a.axes != A::body && b.axes != A::body;
-      add({j == k ? std::string(a.words) + " squared" : std::string(a.words) + " times " + b.words, variables,
-           variables.size() == 1, body, world, a.x.cwiseProduct(b.x)});
+      add({j == k ? std::string(a.words) + " squared" : std::string(a.words) + " times " + b.words,
+           j == k ? squared(a.unit) : std::string(a.unit) + " " + b.unit, variables, variables.size() == 1,
+           body, world, a.x.cwiseProduct(b.x)});
     }
   static constexpr const char* kAxis[] = {"x", "y", "z"};
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) {
       Feature f{std::string("attitude, ") + kAxis[c] + " of the body along " + kAxis[r],
+                "1",
                 {"attitude"},
                 false,
                 true,
@@ -115,12 +137,14 @@ std::vector<Feature> features(const Problem& problem) {
     }
   for (int c = 0; c < 3; ++c) {
     Feature a{std::string("acceleration along ") + kAxis[c],
+              "m/s2",
               {"acceleration"},
               false,
               true,
               false,
               Eigen::VectorXd(n)};
     Feature d{std::string("angular acceleration about ") + kAxis[c],
+              "rad/s2",
               {"acceleration"},
               false,
               true,
@@ -144,7 +168,7 @@ std::vector<Feature> features(const Problem& problem) {
     for (double x = low.x(); x <= high.x(); x += step.x())
       for (double y = low.y(); y <= high.y(); y += step.y())
         for (double z = low.z(); z <= high.z(); z += step.z()) {
-          Feature f{"a place", {"position"}, true, false, true, Eigen::VectorXd(n)};
+          Feature f{place(width, x, y, z), "1", {"position"}, true, false, true, Eigen::VectorXd(n)};
           for (int i = 0; i < n; ++i)
             f.x[i] = std::exp(-0.5 * (problem.situation(i).body.p_WB - Vec3(x, y, z)).squaredNorm() /
                               (width * width));
@@ -170,7 +194,7 @@ std::vector<Feature> waves(const Problem& problem) {
     const double angle = kPi * d / kDirections;
     for (double length = std::max(0.1, width / 10); length < width; length *= 1.15)
       for (const double phase : {0.0, 0.5 * kPi}) {
-        Feature f{"position, in waves", {"position"}, false, false, true, Eigen::VectorXd(n)};
+        Feature f{wave(length, angle, phase), "1", {"position"}, false, false, true, Eigen::VectorXd(n)};
         for (int i = 0; i < n; ++i) {
           const Vec3& p = problem.situation(i).body.p_WB;
           f.x[i] = std::cos(2 * kPi / length * (std::cos(angle) * p.x() + std::sin(angle) * p.y()) - phase);
@@ -273,7 +297,8 @@ std::vector<Term> select_terms(const Problem& problem, const Eigen::VectorXd& re
           if (!(size > 1e-6 * x.squaredNorm())) continue;
           const double along = x.dot(rest), gain = 0.5 * along * along / size;
           if (gain <= best.gain) continue;
-          best = {c, world, f.words, f.variables, f.even, gain, along / size, 0, f.x.array() - f.x.mean()};
+          best = {c,    world,        f.words, f.variables, f.even,
+                  gain, along / size, f.unit,  0,           f.x.array() - f.x.mean()};
         }
         // a line against its neighbourhood in a flattened spectrum: a whitening of high order follows the
         // line
@@ -291,6 +316,7 @@ std::vector<Term> select_terms(const Problem& problem, const Eigen::VectorXd& re
                   false,
                   gain,
                   std::hypot(p, q),
+                  "1",
                   frequencies[static_cast<std::size_t>(k)],
                   (p * cosine.col(k) + q * sine.col(k)) / std::hypot(p, q)};
         }
@@ -318,6 +344,7 @@ std::vector<Unexplained> as_unexplained(const Problem& problem, const std::vecto
                       channel = kChannels[static_cast<std::size_t>(t.channel)];
     const Eigen::VectorXd all = t.world ? turned(problem, residual, true) : residual;
     const Eigen::VectorXd y = all.segment(t.channel * n, n);
+    const CorrectionTerm term{t.words, t.coefficient, unit_per(t.channel, t.unit), t.frequency};
     const double share = 1 - (y - t.value).squaredNorm() / std::max(1e-300, y.squaredNorm());
     const auto known = std::find_if(out.begin(), out.end(), [&](const Unexplained& u) {
       return u.frame == frame && u.channel == channel;
@@ -327,6 +354,7 @@ std::vector<Unexplained> as_unexplained(const Problem& problem, const std::vecto
         if (std::find(known->depends_on.begin(), known->depends_on.end(), v) == known->depends_on.end())
           known->depends_on.push_back(v);
       known->share_of_residual += std::max(0.0, share);
+      known->correction.push_back(term);
       continue;
     }
     Unexplained u;
@@ -335,6 +363,7 @@ std::vector<Unexplained> as_unexplained(const Problem& problem, const std::vecto
     u.frame = frame;
     u.parity = t.even ? "even" : "odd";
     u.depends_on = t.variables;
+    u.correction = {term};
     u.share_of_residual = std::max(0.0, share);
     double power = 0, turnover = 1e-300;
     for (int i = 0; i < n; ++i) {

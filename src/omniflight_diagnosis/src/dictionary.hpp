@@ -19,6 +19,7 @@ struct Term {
   bool even = false;       ///< the force stays when the first variable changes its sign
   double gain = 0;         ///< log-likelihood when it entered
   double coefficient = 0;  ///< N or Nm per unit of the feature
+  std::string unit;        ///< of the feature, "1" where it has none
   double frequency = 0;    ///< Hz, of what pulsates
   Eigen::VectorXd value;   ///< N or Nm, a sample
 };

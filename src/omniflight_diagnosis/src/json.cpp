@@ -69,7 +69,13 @@ Json findings(const Diagnosis& d) {
 
 Json unexplained(const Diagnosis& d) {
   Json out = Json::array();
-  for (const Unexplained& u : d.unexplained)
+  for (const Unexplained& u : d.unexplained) {
+    Json correction = Json::array();
+    for (const CorrectionTerm& t : u.correction)
+      correction.push_back({{"term", t.words},
+                            {"coefficient", number(t.coefficient)},
+                            {"unit", t.unit},
+                            {"frequency_hz", number(t.frequency_hz)}});
     out.push_back({{"stage", to_string(u.stage)},
                    {"channel", u.channel},
                    {"unit", u.unit},
@@ -78,7 +84,9 @@ Json unexplained(const Diagnosis& d) {
                    {"parity", u.parity},
                    {"energy", u.energy},
                    {"share_of_residual", number(u.share_of_residual)},
-                   {"nearest", u.nearest}});
+                   {"nearest", u.nearest},
+                   {"correction", correction}});
+  }
   return out;
 }
 

@@ -159,6 +159,7 @@ std::vector<Unexplained> locate_unexplained(const Problem& problem, const Fit& a
       if (s > 0.1) u.depends_on.push_back(x.name);
       if (s < best) continue;
       best = s;
+      u.correction = {{x.name, b[0], unit_per(c, x.unit), 0}};
       const Eigen::VectorXd centred = (x.x.array() - x.x.mean()).matrix();
       const double even = explained_share(centred.cwiseAbs2(), y);
       u.parity = even > s ? "even" : "odd";

@@ -66,6 +66,11 @@ TEST(Dictionary, AForceThatPulsatesDependsOnTime) {
   ASSERT_FALSE(d.unexplained.empty());
   EXPECT_EQ(d.unexplained[0].channel, "Fy");
   EXPECT_EQ(d.unexplained[0].depends_on.front(), "time");
+  ASSERT_FALSE(d.unexplained[0].correction.empty());
+  const CorrectionTerm& term = d.unexplained[0].correction.front();
+  EXPECT_NEAR(term.frequency_hz, 1.3, 0.05);
+  EXPECT_NEAR(term.coefficient, 0.2, 0.05);
+  EXPECT_EQ(term.unit, "N");
 }
 
 TEST(Dictionary, AForceThatGrowsWithHeightDependsOnIt) {
@@ -79,6 +84,14 @@ TEST(Dictionary, AForceThatGrowsWithHeightDependsOnIt) {
   EXPECT_EQ(d.unexplained[0].channel, "Fx");
   EXPECT_EQ(d.unexplained[0].depends_on.front(), "height");
   EXPECT_EQ(d.unexplained[0].frame, "world");
+  ASSERT_FALSE(d.unexplained[0].correction.empty());
+  const CorrectionTerm& term = d.unexplained[0].correction.front();
+  // within one metre its square does as well
+  const bool square = term.words == "height squared";
+  EXPECT_TRUE(square || term.words == "height") << term.words;
+  EXPECT_EQ(term.unit, square ? "N/m2" : "N/m");
+  EXPECT_NEAR(square ? 2 * 0.7 * term.coefficient : term.coefficient, 1.0, 0.2);
+  EXPECT_NE(d.summary.find(" " + term.unit + " times " + term.words), std::string::npos) << d.summary;
 }
 
 }  // namespace

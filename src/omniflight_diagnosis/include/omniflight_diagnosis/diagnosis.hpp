@@ -47,11 +47,20 @@ struct Finding {
   std::vector<ParameterValue> parameters;
 };
 
+/// A term of the smallest correction that predicts what no effect explains: coefficient * (words - its mean).
+struct CorrectionTerm {
+  std::string words;        ///< "climb speed times height"
+  double coefficient = 0;   ///< in `unit`; of what pulsates, its amplitude
+  std::string unit;         ///< N or Nm per unit of the words
+  double frequency_hz = 0;  ///< of what pulsates, else 0
+};
+
 struct Unexplained {
   physics::Stage stage = physics::Stage::wrench;
   std::string channel, unit, frame, parity, energy = "unknown", nearest;
   std::vector<std::string> depends_on;
   double share_of_residual = 0;
+  std::vector<CorrectionTerm> correction;  ///< the strongest first; never a named effect
 };
 
 struct ChannelFit {
