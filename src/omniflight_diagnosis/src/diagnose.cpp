@@ -23,6 +23,7 @@
 #include "sanity.hpp"
 #include "single_rotor.hpp"
 #include "statistics.hpp"
+#include "uncertainty.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -164,9 +165,9 @@ std::string values_in_words(const std::vector<ParameterValue>& parameters) {
   return out;
 }
 
-void add_wrench_findings(const Problem& problem, const Naming& naming, const Options& o, Diagnosis& d) {
+void add_wrench_findings(const Problem& problem, const Naming& naming, Diagnosis& d) {
   const Eigen::VectorXd se =
-      naming.model.se.size() > 0 ? naming.model.se : standard_errors(problem, naming.model, o);
+      naming.model.se.size() > 0 ? naming.model.se : uncertainty_of(problem, naming.model).se;
   Eigen::Index at = 0;
   const int n = problem.samples();
   for (std::size_t k = 0; k < naming.model.effects.size(); ++k) {
@@ -439,13 +440,13 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     for (Flight& f : seen) f.instrument = f.smooth;
     const Problem measured(pointers(seen), vehicle, o);
     if (auto better = by_instruments(problem, measured, naming.model, settled_offsets(problem, naming.model),
-                                     standard_errors(problem, naming.model, o)))
+                                     uncertainty_of(problem, naming.model).se))
       naming.model = std::move(*better);
   }
   d.candidates = naming.candidates;
   d.aliases = naming.aliases;
   if (!blind) d.mismatch = locate_wrench(problem, naming.null_model, naming.model, used, o);
-  add_wrench_findings(problem, naming, o, d);
+  add_wrench_findings(problem, naming, d);
   if (!blind) {
     if (freed.empty()) {
       d.unexplained = locate_unexplained(problem, naming.model, o);

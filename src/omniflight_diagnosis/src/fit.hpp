@@ -45,24 +45,6 @@ Fit quick_with(const Problem& problem, const Fit& base, const physics::Effect& e
 /// plausible.
 Fit profile_shapes(const Problem& problem, const Fit& fit, const Options& options);
 
-/// Standard errors of all effect parameters, in order: the larger of GLS and a block-robust estimate.
-Eigen::VectorXd standard_errors(const Problem& problem, const Fit& fit, const Options& options);
-
-/// For every effect, how far all its numbers together are from nothing, as a normal score (Wald test; bends
-/// of laws do not count). Where only a product is known, as of wind and drag, no number alone is away from
-/// nothing.
-std::vector<double> distances_from_nothing(const Problem& problem, const Fit& fit, const Options& options);
-
-/// Mean gain per block, in units of its standard error, that effect `index` brings on blocks its coefficients
-/// were not fitted to; and the share of whitened residual energy it removes in its best channel.
-struct Gate {
-  double gain = 0;  ///< log-likelihood it brings when the noise is fitted to what the full model leaves
-  double cross_validated_se = 0;
-  double energy_share = 0;  ///< whitened or raw, the larger: a slow effect is small after whitening
-  double magnitude = 0;     ///< RMS of its contribution over weight, or over weight times arm
-};
-Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, const Options& options);
-
 /// What effect `index` takes out of the residual.
 Eigen::VectorXd contribution_of(const Problem& problem, const Fit& fit, std::size_t index);
 

@@ -6,6 +6,7 @@
 #include "neighbours.hpp"
 #include "single_rotor.hpp"
 #include "statistics.hpp"
+#include "uncertainty.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -330,16 +331,17 @@ class Search {
       double worst = 0;
       std::size_t index = 0;
       const Fit settled = settle(problem_, current, o_);
-      const Eigen::VectorXd se = standard_errors(problem_, settled, o_);
-      const std::vector<double> distance = distances_from_nothing(problem_, settled, o_);
+      const Uncertainty known = uncertainty_of(problem_, settled);
       constexpr double kAway = 2.5;
       Eigen::Index at = 0;
       for (std::size_t k = 0; k < current.effects.size(); ++k) {
         const Gate gate = gate_effect(problem_, current, k, o_);
-        bool away = distance[k] > kAway;  // from nothing, by more than noise and tolerances together allow
+        bool away =
+            known.distance[k] > kAway;  // from nothing, by more than noise and tolerances together allow
         for (std::size_t c = 0; c < current.effects[k].theta.size(); ++c, ++at) {
           const physics::Parameter& p = current.effects[k].effect->info().parameters[c];
-          away = away || (!is_shape(p) && std::abs(settled.effects[k].theta[c] - p.neutral) > kAway * se[at]);
+          away = away ||
+                 (!is_shape(p) && std::abs(settled.effects[k].theta[c] - p.neutral) > kAway * known.se[at]);
         }
         away = away && makes_sense(problem_, current, k);
         if (away && gate_open(problem_, gate, o_, costs_.entry(*current.effects[k].effect))) continue;

@@ -1,7 +1,7 @@
 // Which effects of the library explain the residual, and which cannot be told from them on this flight.
 #pragma once
 
-#include "fit.hpp"
+#include "gate.hpp"
 #include "omniflight_diagnosis/diagnosis.hpp"
 
 namespace omniflight::diagnosis {

@@ -1,7 +1,7 @@
 // Effects that act in short bursts: a vehicle over which another one passes now and then.
 #include <cmath>
 
-#include "../src/fit.hpp"
+#include "../src/gate.hpp"
 #include "../src/naming.hpp"
 #include "omniflight_diagnosis/diagnosis.hpp"
 #include "omniflight_physics/neighbour_track.hpp"
