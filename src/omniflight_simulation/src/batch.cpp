@@ -45,6 +45,11 @@ struct Batch::Impl {
     for (Eigen::Index r = 0; r < kept.size(); ++r) target[r * lanes::kLanes] = kept[r];
     const double least = least_tilt, most = most_tilt;
     block.alpha_command[lane] = alpha < least ? least : alpha > most ? most : alpha;
+    // places that nobody uses fly along with the first: they must not be lost
+    for (int k = lane == 0 ? block.used : lanes::kLanes; k < lanes::kLanes; ++k) {
+      for (Eigen::Index r = 0; r < kept.size(); ++r) block.target[r][k] = kept[r];
+      block.alpha_command[k] = block.alpha_command[0];
+    }
     return true;
   }
 

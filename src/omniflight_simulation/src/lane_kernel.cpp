@@ -95,6 +95,8 @@ struct Kernel {
     }
     HWY_INLINE V3 up() const { return scale(row[2], inverse); }  ///< the world's vertical in body axes
   };
+  /// kUnit: it has unit length, as at the beginning of a step.
+  template <bool kUnit = false>
   static HWY_INLINE Rotation rotation(const State& s) {
     const V xx = hn::Mul(s.qx, s.qx), yy = hn::Mul(s.qy, s.qy), zz = hn::Mul(s.qz, s.qz),
             ww = hn::Mul(s.qw, s.qw);
@@ -105,7 +107,7 @@ struct Kernel {
     return {{{hn::Sub(wpx, ypz), hn::Sub(xy, wz), hn::Add(xz, wy)},
              {hn::Add(xy, wz), hn::Add(wmx, ymz), hn::Sub(yz, wx)},
              {hn::Sub(xz, wy), hn::Add(yz, wx), hn::Sub(wmx, ymz)}},
-            hn::Div(all(1.0), hn::Add(wpx, ypz))};
+            kUnit ? all(1.0) : hn::Div(all(1.0), hn::Add(wpx, ypz))};
   }
 
   /// Drag of the body, world axes.
@@ -387,13 +389,13 @@ struct Kernel {
   }
 
   /// The equations of motion at one stage. kGeneral: the centre of mass may be off the origin and the inertia
-  /// may have products.
-  template <bool kAnswers, bool kGeneral, bool kSpeeds, bool kBlades, bool kPlace>
+  /// may have products. kBegins: at the beginning of a step.
+  template <bool kAnswers, bool kBegins, bool kGeneral, bool kSpeeds, bool kBlades, bool kPlace>
   static HWY_INLINE Rate evaluate(const Common& c, const Block& b, int at, const State& s,
                                   const Rotors& rotors) {
     Rate out;
     V3 force = rotors.force, torque = rotors.torque;
-    const Rotation R = rotation(s);
+    const Rotation R = rotation<kBegins>(s);
     if (kBlades && c.blades) blades(rotors.damping, at, R.body(s.v), s.w, force, torque);
     if constexpr (kSpeeds) {
       const V *const speed = rotors.speed, *const square = rotors.square;
@@ -518,13 +520,13 @@ struct Kernel {
     const State s = read(b, at);
     Rate k1, k2, k3, k4;
     if constexpr (kGeneral || kSpeeds || kBlades || kPlace) {
-      k1 = evaluate<false, kGeneral, kSpeeds, kBlades, kPlace>(c, b, at, s, start);
+      k1 = evaluate<false, true, kGeneral, kSpeeds, kBlades, kPlace>(c, b, at, s, start);
       const State s2 = moved<kPlace>(s, s.v, k1, half, quarter);
-      k2 = evaluate<false, kGeneral, kSpeeds, kBlades, kPlace>(c, b, at, s2, middle);
+      k2 = evaluate<false, false, kGeneral, kSpeeds, kBlades, kPlace>(c, b, at, s2, middle);
       const State s3 = moved<kPlace>(s, s2.v, k2, half, quarter);
-      k3 = evaluate<false, kGeneral, kSpeeds, kBlades, kPlace>(c, b, at, s3, middle);
+      k3 = evaluate<false, false, kGeneral, kSpeeds, kBlades, kPlace>(c, b, at, s3, middle);
       const State s4 = moved<kPlace>(s, s3.v, k3, h, half);
-      k4 = evaluate<false, kGeneral, kSpeeds, kBlades, kPlace>(c, b, at, s4, end);
+      k4 = evaluate<false, false, kGeneral, kSpeeds, kBlades, kPlace>(c, b, at, s4, end);
     } else {  // it turns wherever it goes, and goes where it has turned
       turn(b, at, s, start.torque, k1);
       const State s2 = moved<false>(s, s.v, k1, half, quarter);
@@ -534,7 +536,7 @@ struct Kernel {
       const State s4 = moved<false>(s, s.v, k3, h, half);
       turn(b, at, s4, end.torque, k4);
       const V inverse_mass = load(b.inverse_mass, at), g = all(c.gravity);
-      k1.a = accelerate(rotation(s), start.force, inverse_mass), k1.a.z = hn::Sub(k1.a.z, g);
+      k1.a = accelerate(rotation<true>(s), start.force, inverse_mass), k1.a.z = hn::Sub(k1.a.z, g);
       k2.a = accelerate(rotation(s2), middle.force, inverse_mass), k2.a.z = hn::Sub(k2.a.z, g);
       k3.a = accelerate(rotation(s3), middle.force, inverse_mass), k3.a.z = hn::Sub(k3.a.z, g);
       k4.a = accelerate(rotation(s4), end.force, inverse_mass), k4.a.z = hn::Sub(k4.a.z, g);
@@ -602,7 +604,7 @@ struct Kernel {
   static void answers(const Common& c, Block& b, int at) {
     Rotors rotors;
     begin<true, true>(c, b, at, rotors);
-    const Rate k = evaluate<true, true, true, true, true>(c, b, at, read(b, at), rotors);
+    const Rate k = evaluate<true, true, true, true, true, true>(c, b, at, read(b, at), rotors);
     store3(k.specific_force, b.specific_force, at);
     store3(k.dw, b.angular_acceleration, at);
   }
@@ -713,8 +715,8 @@ struct Kernel {
 };
 
 void Run(const Common& c, Block& b, const Trains& trains, int steps, bool held) {
-  if (b.used == 1)
-    Kernel<hn::CappedTag<double, 1>>::run(c, b, trains, steps, held);
+  if (b.used == 1)  // in two lanes: what lies beside a single number is nothing to count with
+    Kernel<hn::CappedTag<double, 2>>::run(c, b, trains, steps, held);
   else
     Kernel<hn::CappedTag<double, kLanes>>::run(c, b, trains, steps, held);
 }
