@@ -182,8 +182,8 @@ class Search {
     out_.null_model = fit_effects(problem_, {}, o_);
     try_alone();
     Fit current = exchange(grow(out_.null_model, any_width()));
-    current = split(std::move(current));
-    current = break_ties(keep_what_passes(std::move(current)));
+    current = pass(split(std::move(current)));
+    current = break_ties(std::move(current));
     if (!stop("profiles of the laws' bends")) current = profile_shapes(problem_, current, o_);
     out_.model = current;
     for (std::size_t k = 0; k < current.effects.size(); ++k) out_.named.push_back(name(current, k));
@@ -193,6 +193,14 @@ class Search {
 
  private:
   static int any_width() { return 1 << 20; }
+  static constexpr std::size_t kMostRefused = 3;
+
+  /// May enter: neither named nor found wanting.
+  bool may_enter(const Fit& current, const Effect* effect) const {
+    return !contains(current, effect) &&
+           std::find(refused_.begin(), refused_.end(), effect) == refused_.end();
+  }
+
   std::size_t tried() const { return alone_.size(); }  // all candidates, unless time was up
 
   bool stop(const char* what) {
@@ -226,7 +234,7 @@ class Search {
       std::vector<const Effect*>
           partners;  // may trade places with a shape parameter, so that a preview is blind
       for (std::size_t k = 0; k < tried(); ++k) {
-        if (contains(current, candidates_[k]) || candidates_[k]->parameter_count() > width) continue;
+        if (!may_enter(current, candidates_[k]) || candidates_[k]->parameter_count() > width) continue;
         const Fit fit = current.effects.empty() ? alone_[k] : quick(current, candidates_[k]);
         const double gain = score(fit, costs_) - score(current, costs_);
         if (tested(fit, costs_) - tested(current, costs_) > -3.0) {
@@ -284,7 +292,7 @@ class Search {
       for (std::size_t k = 0; k < current.effects.size() && !better; ++k) {
         const Fit rest = fit_effects(problem_, without(current.effects, k), o_);
         for (const Effect* effect : candidates_) {
-          if (contains(current, effect) || effect->parameter_count() > width) continue;
+          if (!may_enter(current, effect) || effect->parameter_count() > width) continue;
           if (!declared_alias(*effect, *current.effects[k].effect) &&
               score(quick(rest, effect), costs_) < score(current, costs_) - 5.0)
             continue;
@@ -324,8 +332,22 @@ class Search {
     return score(simple, costs_) > score(current, costs_) - slack ? simple : current;
   }
 
-  /// Every member must pass in the company of the others.
-  Fit keep_what_passes(Fit current) const {
+  /// Those that pass, and what grows in the place of those that do not: a law that imitates another best need
+  /// not stand on its own, and the other was never asked then. Where feedback colours the state, enough
+  /// stands in line that would only seem to pass.
+  Fit pass(Fit current) {
+    for (;;) {
+      const std::size_t before = refused_.size();
+      current = keep_what_passes(std::move(current));
+      if (!problem_.instrumented() || refused_.size() == before || refused_.size() > kMostRefused ||
+          stop("laws in place of those that did not pass"))
+        return current;
+      current = exchange(grow(std::move(current), any_width()));
+    }
+  }
+
+  /// Every member must pass in the company of the others; the others are not tried again.
+  Fit keep_what_passes(Fit current) {
     for (bool again = true; again && !current.effects.empty();) {
       again = false;
       double worst = 0;
@@ -348,7 +370,9 @@ class Search {
         if (!again || gate.gain < worst) worst = gate.gain, index = k;
         again = true;
       }
-      if (again) current = polish(problem_, fit_effects(problem_, without(current.effects, index), o_), o_);
+      if (!again) break;
+      refused_.push_back(current.effects[index].effect);
+      current = polish(problem_, fit_effects(problem_, without(current.effects, index), o_), o_);
     }
     return current;
   }
@@ -368,7 +392,7 @@ class Search {
         const bool straight = more >= 0 && is_linear(*effect) && !is_linear(*current.effects[k].effect);
         const bool simpler = more >= 3 || straight;
         if (effect == current.effects[k].effect || (!earlier && !simpler)) continue;
-        if (contains(current, effect)) continue;
+        if (!may_enter(current, effect)) continue;
         const double slack = std::max(3.0, (more >= 3 ? 0.1 : 0.01) * gain);
         const Fit frozen = frozen_without(problem_, current, k);
         if (!declared_alias(*effect, *current.effects[k].effect) &&
@@ -481,6 +505,7 @@ class Search {
   const Costs costs_;
   Naming out_;
   std::vector<Fit> alone_;
+  std::vector<const Effect*> refused_;
 };
 
 }  // namespace

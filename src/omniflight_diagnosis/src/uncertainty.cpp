@@ -18,8 +18,8 @@ struct Covariance {
   Eigen::VectorXd scale;  ///< 0 where the data say nothing
 };
 
-Covariance covariance_of(const Problem& problem, const Fit& fit) {
-  const Eigen::MatrixXd X = problem.noise().apply(problem, jacobian_of(problem, fit));
+/// X: whitened columns of all unknowns; those of zeros are held as they are.
+Covariance covariance_of(const Problem& problem, const Fit& fit, const Eigen::MatrixXd& X) {
   const Eigen::VectorXd e = problem.noise().apply_vector(problem, fit.residual);
   Eigen::MatrixXd H = X.transpose() * X;
   const Eigen::Index offset_count = problem.offset_sigma().size(), m = H.rows() - offset_count;
@@ -86,8 +86,19 @@ std::vector<double> distances_from_nothing(const Covariance& c, const Fit& fit) 
 }  // namespace
 
 Uncertainty uncertainty_of(const Problem& problem, const Fit& fit) {
-  const Covariance c = covariance_of(problem, fit);
-  return {standard_errors(c), distances_from_nothing(c, fit)};
+  Eigen::MatrixXd X = problem.noise().apply(problem, jacobian_of(problem, fit));
+  const Covariance whole = covariance_of(problem, fit, X);
+  // how strong a law is may be all but unknown while its bend is, on a flight that is nowhere but in one
+  // place; that it is not nothing may be certain all the same
+  Eigen::Index at = 0;
+  bool bent = false;
+  for (const ActiveEffect& e : fit.effects)
+    for (const Parameter& p : e.effect->info().parameters) {
+      if (is_shape(p) && problem.instrumented()) X.col(at).setZero(), bent = true;
+      ++at;
+    }
+  const Covariance held = bent ? covariance_of(problem, fit, X) : whole;
+  return {standard_errors(whole), distances_from_nothing(held, fit)};
 }
 
 }  // namespace omniflight::diagnosis
