@@ -1,6 +1,6 @@
 #include "manoeuvres.hpp"
 
-#include <algorithm>
+#include <string>
 
 namespace omniflight::diagnosis {
 namespace {
@@ -69,7 +69,8 @@ Waypoints survey() {
 std::vector<ProposedFlight> manoeuvres(const vehicle::Vehicle& vehicle, double alpha) {
   const bool turns = vehicle.allocation_matrix(alpha).fullPivLu().rank() == 6;
   std::vector<ProposedFlight> out;
-  const auto add = [&](double tilt, const char* name, const char* words, Waypoints waypoints) -> auto& {
+  const auto add = [&](double tilt, const std::string& name, const std::string& words,
+                       Waypoints waypoints) -> auto& {
     ProposedFlight& f = out.emplace_back();
     f.alpha = tilt, f.name = name, f.words = words, f.waypoints = std::move(waypoints);
     return f;
@@ -84,26 +85,17 @@ std::vector<ProposedFlight> manoeuvres(const vehicle::Vehicle& vehicle, double a
   aside.speed = 0.6, aside.acceleration = 1.0;
   if (!turns) return out;
   add(alpha, "tilts_in_place", "roll and pitch by 20 deg both ways in one place, at two heights", tilts());
-  quick(add(alpha, "rocking_at_three_heights",
-            "rock quickly about every axis and lean by 20 deg, at three heights", survey()));
+  const std::string rocking = "rock quickly about every axis and lean by 20 deg, at three heights";
+  quick(add(alpha, "rocking_at_three_heights", rocking, survey()));
   if (vehicle.tilt.kind == vehicle::TiltKind::none) return out;
   for (const double other : {alpha + kOtherTilt, alpha - kOtherTilt}) {
     if (other > vehicle.tilt.max || other < vehicle.tilt.min ||
         vehicle.allocation_matrix(other).fullPivLu().rank() < 6)
       continue;
-    const bool more = other > alpha;
-    add(other, more ? "ascent_tilted_further" : "ascent_tilted_less",
-        more ? "the ascent with pauses with the rotors tilted 12 deg further"
-             : "the ascent with pauses with the rotors tilted 12 deg less",
-        ascent());
-    quick(add(other, more ? "rocking_tilted_further" : "rocking_tilted_less",
-              more ? "rock quickly about every axis and lean by 20 deg, at three heights, with the "
-                     "rotors tilted "
-                     "12 deg further"
-                   : "rock quickly about every axis and lean by 20 deg, at three heights, with the "
-                     "rotors tilted "
-                     "12 deg less",
-              survey()));
+    const std::string way = other > alpha ? "further" : "less";
+    const std::string tilted = "with the rotors tilted 12 deg " + way;
+    add(other, "ascent_tilted_" + way, "the ascent with pauses " + tilted, ascent());
+    quick(add(other, "rocking_tilted_" + way, rocking + ", " + tilted, survey()));
   }
   return out;
 }

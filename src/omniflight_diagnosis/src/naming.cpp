@@ -348,8 +348,8 @@ class Search {
 
   /// Every member must pass in the company of the others; the others are not tried again.
   Fit keep_what_passes(Fit current) {
-    for (bool again = true; again && !current.effects.empty();) {
-      again = false;
+    while (!current.effects.empty()) {
+      bool all_pass = true;
       double worst = 0;
       std::size_t index = 0;
       const Fit settled = settle(problem_, current, o_);
@@ -367,10 +367,10 @@ class Search {
         }
         away = away && makes_sense(problem_, current, k);
         if (away && gate_open(problem_, gate, o_, costs_.entry(*current.effects[k].effect))) continue;
-        if (!again || gate.gain < worst) worst = gate.gain, index = k;
-        again = true;
+        if (all_pass || gate.gain < worst) worst = gate.gain, index = k;
+        all_pass = false;
       }
-      if (!again) break;
+      if (all_pass) break;
       refused_.push_back(current.effects[index].effect);
       current = polish(problem_, fit_effects(problem_, without(current.effects, index), o_), o_);
     }

@@ -101,17 +101,24 @@ Flight nominal_flight(const ProposedFlight& proposal, const Vec3& start, double 
   return f;
 }
 
-/// Columns of offsets and of `other`, and the contribution of `named`, whitened.
-void columns(const Problem& problem, const Whitening& noise, const Rivals& pair, Eigen::MatrixXd& X,
-             Eigen::VectorXd& v) {
+/// What one flight says of a pair: normal equations of `other` and the offsets for the contribution of
+/// `named`, under this noise.
+struct Imitation {
+  Eigen::MatrixXd H;
+  Eigen::VectorXd g;
+  double energy = 0;
+};
+
+Imitation imitation(const Problem& problem, const Whitening& noise, const Rivals& pair) {
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(problem.offset_sigma().size());
   Eigen::VectorXd with, without;
   Eigen::MatrixXd jacobian;
   problem.predict({pair.named}, none, with, nullptr);
   problem.predict({}, none, without, nullptr);
-  v = noise.apply_vector(problem, without - with);
+  const Eigen::VectorXd v = noise.apply_vector(problem, without - with);
   problem.predict({pair.other}, none, with, &jacobian);
-  X = noise.apply(problem, jacobian);
+  const Eigen::MatrixXd X = noise.apply(problem, jacobian);
+  return {X.transpose() * X, X.transpose() * v, v.squaredNorm()};
 }
 
 /// Pairs told apart, the nearly told counted in part; among equals that of the larger least separation.
@@ -137,6 +144,8 @@ std::vector<ProposedFlight> propose_flights(const Problem& flown, const Flight& 
     low = std::min(low, s.body.p_WB.z());
   }
   const Vec3 start(middle.x(), middle.y(), std::max(low, 0.0));
+  std::vector<Imitation> before;
+  for (const Rivals& pair : pairs) before.push_back(imitation(flown, flown.noise(), pair));
   for (ProposedFlight& f : manoeuvres(vehicle, alpha)) {
     f.start = start;
     const Flight planned = nominal_flight(f, start, f.alpha, vehicle, flight, o);
@@ -144,20 +153,17 @@ std::vector<ProposedFlight> propose_flights(const Problem& flown, const Flight& 
     const Flight* one[] = {&planned};
     const Problem next(one, vehicle, o);
     if (next.offset_sigma().size() != flown.offset_sigma().size()) continue;
-    for (const Rivals& pair : pairs) {
-      Eigen::MatrixXd X1, X2;
-      Eigen::VectorXd v1, v2;
-      columns(flown, flown.noise(), pair, X1, v1);
-      columns(next, flown.noise(), pair, X2, v2);
-      Eigen::MatrixXd H = X1.transpose() * X1 + X2.transpose() * X2;
-      const Eigen::VectorXd g = X1.transpose() * v1 + X2.transpose() * v2;
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+      const Imitation after = imitation(next, flown.noise(), pairs[p]);
+      Eigen::MatrixXd H = before[p].H + after.H;
+      const Eigen::VectorXd g = before[p].g + after.g;
       H.diagonal().tail(flown.offset_sigma().size()) += flown.offset_sigma().cwiseAbs2().cwiseInverse();
       Eigen::VectorXd scale(H.rows());
       for (Eigen::Index k = 0; k < H.rows(); ++k) scale[k] = H(k, k) > 0 ? 1.0 / std::sqrt(H(k, k)) : 0.0;
       H = scale.asDiagonal() * H * scale.asDiagonal();
       H.diagonal().array() += 1e-9;
       const Eigen::VectorXd r = scale.asDiagonal() * g;
-      const double left = v1.squaredNorm() + v2.squaredNorm() - r.dot(H.ldlt().solve(r));
+      const double left = before[p].energy + after.energy - r.dot(H.ldlt().solve(r));
       f.separations_sigma.push_back(std::sqrt(std::max(0.0, left)));
     }
     f.separation_sigma = *std::min_element(f.separations_sigma.begin(), f.separations_sigma.end());

@@ -89,7 +89,8 @@ Uncertainty uncertainty_of(const Problem& problem, const Fit& fit) {
   Eigen::MatrixXd X = problem.noise().apply(problem, jacobian_of(problem, fit));
   const Covariance whole = covariance_of(problem, fit, X);
   // how strong a law is may be all but unknown while its bend is, on a flight that is nowhere but in one
-  // place; that it is not nothing may be certain all the same
+  // place; that it is not nothing may be certain all the same. Off instruments, where feedback colours the
+  // state, a bend that is not known stays reason for doubt.
   Eigen::Index at = 0;
   bool bent = false;
   for (const ActiveEffect& e : fit.effects)
