@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
 #include "omniflight_core/frames.hpp"
 #include "omniflight_physics/effect.hpp"
 #include "quantisation.hpp"
+#include "text.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -19,12 +19,6 @@ constexpr double kBlock = 3.0;         // s
 constexpr double kSurely = 5;          // standard errors
 constexpr double kLeastGain = 0.0012;  // of a rotor's speed: what timing of telemetry may do
 constexpr double kLeastServo = 0.016;  // s: as much as clocks of telemetry and command may differ
-
-std::string format(const char* pattern, auto... values) {
-  char text[300];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
 
 struct Estimate {
   double value = 0, se = 1e9, scatter = 1e9;

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "faults.hpp"
+#include "text.hpp"
 #include "thrust_source.hpp"
 
 namespace omniflight::diagnosis {
@@ -12,12 +12,6 @@ namespace {
 
 using recording::Recording;
 using recording::Signal;
-
-std::string format(const char* pattern, auto... values) {
-  char text[400];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
 
 /// Mean thrust of every rotor in steady flight [N, common unknown scale], and how long that was [s].
 struct Steady {

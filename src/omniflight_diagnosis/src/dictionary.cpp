@@ -13,75 +13,17 @@ namespace {
 constexpr int kMostTerms = 5;
 constexpr double kError = 0.002;  // chance of one false term, all candidates together
 
-struct Feature {
+using physics::Feature;
+using physics::Quantity;
+
+/// Something that the rest may follow.
+struct Candidate {
   std::string words, unit;
   std::vector<std::string> variables;
   bool even = false, body = true, world = true;  ///< the axes in which it makes sense
   Eigen::VectorXd x;
+  std::optional<Feature> feature;  ///< as a simulator evaluates it
 };
-
-/// Elementary quantities: a name, its unit, the variable it stands for, and whether it belongs to body or
-/// world axes.
-struct Base {
-  const char *words, *unit, *variable;
-  enum class Axes { body, world, both } axes;
-  Eigen::VectorXd x;
-};
-
-std::vector<Base> elementary(const Problem& problem) {
-  using A = Base::Axes;
-  std::vector<Base> b{{"forward speed", "m/s", "speed", A::body, {}},
-                      {"sideward speed", "m/s", "speed", A::body, {}},
-                      {"speed along the body's z", "m/s", "speed", A::body, {}},
-                      {"speed along x", "m/s", "speed", A::world, {}},
-                      {"speed along y", "m/s", "speed", A::world, {}},
-                      {"climb speed", "m/s", "climb speed", A::world, {}},
-                      {"roll rate", "rad/s", "rate", A::both, {}},
-                      {"pitch rate", "rad/s", "rate", A::both, {}},
-                      {"yaw rate", "rad/s", "rate", A::both, {}},
-                      {"position x", "m", "position", A::world, {}},
-                      {"position y", "m", "position", A::world, {}},
-                      {"height", "m", "height", A::both, {}},
-                      {"distance from the middle", "m", "position", A::both, {}},
-                      {"circulation about x", "rad/s", "rotor speed", A::body, {}},
-                      {"circulation about y", "rad/s", "rotor speed", A::body, {}},
-                      {"circulation about z", "rad/s", "rotor speed", A::body, {}},
-                      {"total thrust", "N", "thrust", A::body, {}},
-                      {"rotor tilt", "rad", "rotor tilt", A::both, {}},
-                      {"speed", "m/s", "speed", A::both, {}}};
-  for (Base& k : b) k.x.resize(problem.samples());
-  for (int i = 0; i < problem.samples(); ++i) {
-    const physics::Situation& s = problem.situation(i);
-    Vec3 circulation = Vec3::Zero();
-    double thrust = 0;
-    for (const physics::RotorSituation& r : s.all_rotors()) {
-      circulation += r.spin * r.speed * r.n_B;
-      thrust += r.thrust;
-    }
-    const Vec3 &v = s.v_WB_B, &u = s.body.v_WB_W, &w = s.body.w_WB_B, &p = s.body.p_WB;
-    const double values[] = {v.x(),
-                             v.y(),
-                             v.z(),
-                             u.x(),
-                             u.y(),
-                             u.z(),
-                             w.x(),
-                             w.y(),
-                             w.z(),
-                             p.x(),
-                             p.y(),
-                             p.z(),
-                             p.head<2>().norm(),
-                             circulation.x(),
-                             circulation.y(),
-                             circulation.z(),
-                             thrust,
-                             s.alpha,
-                             v.norm()};
-    for (std::size_t k = 0; k < b.size(); ++k) b[k].x[i] = values[k];
-  }
-  return b;
-}
 
 std::string squared(const std::string& unit) {
   return unit.find('/') == std::string::npos ? unit + "2" : "(" + unit + ")2";
@@ -100,64 +42,68 @@ std::string wave(double length, double angle, double phase) {
   return text;
 }
 
-std::vector<Feature> features(const Problem& problem) {
-  const int n = problem.samples();
-  const std::vector<Base> base = elementary(problem);
-  std::vector<Feature> out;
-  const auto add = [&](Feature f) {
-    if (f.x.maxCoeff() - f.x.minCoeff() > 1e-9 && f.x.allFinite()) out.push_back(std::move(f));
-  };
-  using A = Base::Axes;
-  for (const Base& b : base)
-    add({b.words, b.unit, {b.variable}, false, b.axes != A::world, b.axes != A::body, b.x});
-  for (std::size_t j = 0; j < base.size(); ++j)
-    for (std::size_t k = j; k < base.size(); ++k) {
-      const Base &a = base[j], &b = base[k];
-      if ((a.axes == A::body && b.axes == A::world) || (a.axes == A::world && b.axes == A::body)) continue;
-      std::vector<std::string> variables{a.variable};
-      if (std::string(b.variable) != a.variable) variables.emplace_back(b.variable);
-      const bool body = a.axes != A::world && b.axes != A::world;
-      const bool world = a.axes != A::body && b.axes != A::body;
-      add({j == k ? std::string(a.words) + " squared" : std::string(a.words) + " times " + b.words,
-           j == k ? squared(a.unit) : std::string(a.unit) + " " + b.unit, variables, variables.size() == 1,
-           body, world, a.x.cwiseProduct(b.x)});
-    }
-  static constexpr const char* kAxis[] = {"x", "y", "z"};
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) {
-      Feature f{std::string("attitude, ") + kAxis[c] + " of the body along " + kAxis[r],
-                "1",
-                {"attitude"},
+Eigen::VectorXd over(const Problem& problem, const auto& value_at) {
+  Eigen::VectorXd x(problem.samples());
+  for (int i = 0; i < problem.samples(); ++i) x[i] = value_at(problem.situation(i));
+  return x;
+}
+
+Candidate of_quantities(const Problem& problem, int j, int k) {
+  const Feature feature{.first = j, .second = k};
+  const Quantity& a = physics::quantities()[static_cast<std::size_t>(j)];
+  Candidate out{a.words,
+                a.unit,
+                {a.variable},
                 false,
-                true,
-                true,
-                Eigen::VectorXd(n)};
-      for (int i = 0; i < n; ++i) f.x[i] = problem.situation(i).R_WB(r, c);
-      add(std::move(f));
-    }
+                a.axes != Quantity::Axes::world,
+                a.axes != Quantity::Axes::body,
+                over(problem, [&](const physics::Situation& s) { return feature.at(s); }),
+                feature};
+  if (k < 0) return out;
+  const Quantity& b = physics::quantities()[static_cast<std::size_t>(k)];
+  out.words = j == k ? out.words + " squared" : out.words + " times " + b.words;
+  out.unit = j == k ? squared(out.unit) : out.unit + " " + b.unit;
+  if (std::string(b.variable) != a.variable) out.variables.emplace_back(b.variable);
+  out.even = out.variables.size() == 1;
+  out.body = out.body && b.axes != Quantity::Axes::world;
+  out.world = out.world && b.axes != Quantity::Axes::body;
+  return out;
+}
+
+std::vector<Candidate> candidates_of(const Problem& problem) {
+  std::vector<Candidate> out;
+  const auto add = [&](Candidate f) {
+    if ((f.body || f.world) && f.x.maxCoeff() - f.x.minCoeff() > 1e-9 && f.x.allFinite())
+      out.push_back(std::move(f));
+  };
+  const auto all = physics::quantities();
+  const auto count = static_cast<int>(all.size());
+  for (int j = 0; j < count; ++j) add(of_quantities(problem, j, -1));
+  for (int j = 0; j < count; ++j)
+    for (int k = j; k < count; ++k)
+      if (all[static_cast<std::size_t>(j)].pairs && all[static_cast<std::size_t>(k)].pairs)
+        add(of_quantities(problem, j, k));
+  static constexpr const char* kAxis[] = {"x", "y", "z"};
   for (int c = 0; c < 3; ++c) {
-    Feature a{std::string("acceleration along ") + kAxis[c],
-              "m/s2",
-              {"acceleration"},
-              false,
-              true,
-              false,
-              Eigen::VectorXd(n)};
-    Feature d{std::string("angular acceleration about ") + kAxis[c],
-              "rad/s2",
-              {"acceleration"},
-              false,
-              true,
-              false,
-              Eigen::VectorXd(n)};
-    for (int i = 0; i < n; ++i) {
-      a.x[i] = problem.situation(i).a_WB_B[c];
-      d.x[i] = problem.situation(i).dw_WB_B[c];
-    }
-    add(std::move(a));
-    add(std::move(d));
+    add({std::string("acceleration along ") + kAxis[c],
+         "m/s2",
+         {"acceleration"},
+         false,
+         true,
+         false,
+         over(problem, [&](const physics::Situation& s) { return s.a_WB_B[c]; }),
+         {}});
+    add({std::string("angular acceleration about ") + kAxis[c],
+         "rad/s2",
+         {"acceleration"},
+         false,
+         true,
+         false,
+         over(problem, [&](const physics::Situation& s) { return s.dw_WB_B[c]; }),
+         {}});
   }
   // bumps where the vehicle has been
+  const int n = problem.samples();
   Vec3 low = Vec3::Constant(1e9), high = Vec3::Constant(-1e9);
   for (int i = 0; i < n; ++i) {
     low = low.cwiseMin(problem.situation(i).body.p_WB);
@@ -168,10 +114,15 @@ std::vector<Feature> features(const Problem& problem) {
     for (double x = low.x(); x <= high.x(); x += step.x())
       for (double y = low.y(); y <= high.y(); y += step.y())
         for (double z = low.z(); z <= high.z(); z += step.z()) {
-          Feature f{place(width, x, y, z), "1", {"position"}, true, false, true, Eigen::VectorXd(n)};
-          for (int i = 0; i < n; ++i)
-            f.x[i] = std::exp(-0.5 * (problem.situation(i).body.p_WB - Vec3(x, y, z)).squaredNorm() /
-                              (width * width));
+          const Feature bump{.form = Feature::Form::bump, .center = {x, y, z}, .length = width};
+          Candidate f{place(width, x, y, z),
+                      "1",
+                      {"position"},
+                      true,
+                      false,
+                      true,
+                      over(problem, [&](const physics::Situation& s) { return bump.at(s); }),
+                      bump};
           if (f.x.sum() > 1.0 * n / 50) add(std::move(f));
         }
   }
@@ -179,8 +130,8 @@ std::vector<Feature> features(const Problem& problem) {
 }
 
 /// Waves over the floor, two columns a wave, of every direction and of lengths from a tenth of the way flown.
-std::vector<Feature> waves(const Problem& problem) {
-  std::vector<Feature> out;
+std::vector<Candidate> waves(const Problem& problem) {
+  std::vector<Candidate> out;
   const int n = problem.samples();
   Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = -low;
   for (int i = 0; i < n; ++i) {
@@ -194,12 +145,16 @@ std::vector<Feature> waves(const Problem& problem) {
     const double angle = kPi * d / kDirections;
     for (double length = std::max(0.1, width / 10); length < width; length *= 1.15)
       for (const double phase : {0.0, 0.5 * kPi}) {
-        Feature f{wave(length, angle, phase), "1", {"position"}, false, false, true, Eigen::VectorXd(n)};
-        for (int i = 0; i < n; ++i) {
-          const Vec3& p = problem.situation(i).body.p_WB;
-          f.x[i] = std::cos(2 * kPi / length * (std::cos(angle) * p.x() + std::sin(angle) * p.y()) - phase);
-        }
-        out.push_back(std::move(f));
+        const Feature ripple{
+            .form = Feature::Form::wave, .length = length, .direction = angle, .phase = phase};
+        out.push_back({wave(length, angle, phase),
+                       "1",
+                       {"position"},
+                       false,
+                       false,
+                       true,
+                       over(problem, [&](const physics::Situation& s) { return ripple.at(s); }),
+                       ripple});
       }
   }
   return out;
@@ -246,8 +201,8 @@ Eigen::VectorXd background(const Eigen::VectorXd& power) {
 std::vector<Term> select_terms(const Problem& problem, const Eigen::VectorXd& residual, const Options& o) {
   std::vector<Term> out;
   const int n = problem.samples();
-  std::vector<Feature> all = features(problem);
-  for (Feature& f : waves(problem)) all.push_back(std::move(f));
+  std::vector<Candidate> all = candidates_of(problem);
+  for (Candidate& f : waves(problem)) all.push_back(std::move(f));
   const auto count = static_cast<Eigen::Index>(all.size());
   // sines: half a line apart, up to a fifth of the sampling rate
   double duration = 0;
@@ -290,7 +245,7 @@ std::vector<Term> select_terms(const Problem& problem, const Eigen::VectorXd& re
         Eigen::VectorXd rest = e.segment(c * n, n);
         rest -= one * one.dot(rest);
         for (Eigen::Index k = 0; k < count; ++k) {
-          const Feature& f = all[static_cast<std::size_t>(k)];
+          const Candidate& f = all[static_cast<std::size_t>(k)];
           if (!(world ? f.world : f.body)) continue;
           auto x = X.col(k + 1).segment(c * n, n);
           const double off = one.dot(x), size = x.squaredNorm() - off * off;
@@ -298,7 +253,9 @@ std::vector<Term> select_terms(const Problem& problem, const Eigen::VectorXd& re
           const double along = x.dot(rest), gain = 0.5 * along * along / size;
           if (gain <= best.gain) continue;
           best = {c,    world,        f.words, f.variables, f.even,
-                  gain, along / size, f.unit,  0,           f.x.array() - f.x.mean()};
+                  gain, along / size, f.unit,  0,           f.x.array() - f.x.mean(),
+                  {}};
+          if (f.feature) best.model = {c, world, *f.feature, 0, f.x.mean(), f.x.minCoeff(), f.x.maxCoeff()};
         }
         // a line against its neighbourhood in a flattened spectrum: a whitening of high order follows the
         // line
@@ -318,12 +275,19 @@ std::vector<Term> select_terms(const Problem& problem, const Eigen::VectorXd& re
                   std::hypot(p, q),
                   "1",
                   frequencies[static_cast<std::size_t>(k)],
-                  (p * cosine.col(k) + q * sine.col(k)) / std::hypot(p, q)};
+                  (p * cosine.col(k) + q * sine.col(k)) / std::hypot(p, q),
+                  {}};
+          best.model = {
+              .channel = c,
+              .world = world,
+              .feature = {
+                  .form = Feature::Form::pulse, .frequency = best.frequency, .phase = std::atan2(q, p)}};
         }
       }
     }
     if (best.value.size() == 0) break;
     best.value *= best.coefficient;
+    if (best.model) best.model->coefficient = best.coefficient;
     Eigen::VectorXd y = best.world ? turned(problem, body, true) : body;
     const double before = likelihood(problem, y, best.channel, o);
     y.segment(best.channel * n, n) -= best.value;
@@ -344,7 +308,7 @@ std::vector<Unexplained> as_unexplained(const Problem& problem, const std::vecto
                       channel = kChannels[static_cast<std::size_t>(t.channel)];
     const Eigen::VectorXd all = t.world ? turned(problem, residual, true) : residual;
     const Eigen::VectorXd y = all.segment(t.channel * n, n);
-    const CorrectionTerm term{t.words, t.coefficient, unit_per(t.channel, t.unit), t.frequency};
+    const CorrectionTerm term{t.words, t.coefficient, unit_per(t.channel, t.unit), t.frequency, t.model};
     const double share = 1 - (y - t.value).squaredNorm() / std::max(1e-300, y.squaredNorm());
     const auto known = std::find_if(out.begin(), out.end(), [&](const Unexplained& u) {
       return u.frame == frame && u.channel == channel;
@@ -381,6 +345,8 @@ std::vector<Unexplained> as_unexplained(const Problem& problem, const std::vecto
                                                                          : "rigid body";
     out.push_back(std::move(u));
   }
+  constexpr double kLeastShare = 0.03;
+  std::erase_if(out, [](const Unexplained& u) { return u.share_of_residual < kLeastShare; });
   return out;
 }
 

@@ -2,11 +2,13 @@
 // rest.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "fit.hpp"
 #include "omniflight_diagnosis/diagnosis.hpp"
+#include "omniflight_physics/correction.hpp"
 
 namespace omniflight::diagnosis {
 
@@ -16,12 +18,13 @@ struct Term {
   bool world = false;  ///< force in world axes
   std::string words;   ///< "sideward speed squared"
   std::vector<std::string> variables;
-  bool even = false;       ///< the force stays when the first variable changes its sign
-  double gain = 0;         ///< log-likelihood when it entered
-  double coefficient = 0;  ///< N or Nm per unit of the feature
-  std::string unit;        ///< of the feature, "1" where it has none
-  double frequency = 0;    ///< Hz, of what pulsates
-  Eigen::VectorXd value;   ///< N or Nm, a sample
+  bool even = false;                         ///< the force stays when the first variable changes its sign
+  double gain = 0;                           ///< log-likelihood when it entered
+  double coefficient = 0;                    ///< N or Nm per unit of the feature
+  std::string unit;                          ///< of the feature, "1" where it has none
+  double frequency = 0;                      ///< Hz, of what pulsates
+  Eigen::VectorXd value;                     ///< N or Nm, a sample
+  std::optional<physics::Correction> model;  ///< as a simulator flies it; none of what follows accelerations
 };
 
 /// Forward selection over monomials of speed, rates, place, attitude, acceleration and rotors, bumps in space

@@ -2,19 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "state_variables.hpp"
 #include "statistics.hpp"
+#include "text.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
-
-std::string format(const char* pattern, auto... values) {
-  char text[200];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
 
 /// Force rows turned into the world; torque rows untouched.
 Eigen::VectorXd in_world(const Problem& problem, const Eigen::VectorXd& residual) {
@@ -159,7 +153,7 @@ std::vector<Unexplained> locate_unexplained(const Problem& problem, const Fit& a
       if (s > 0.1) u.depends_on.push_back(x.name);
       if (s < best) continue;
       best = s;
-      u.correction = {{x.name, b[0], unit_per(c, x.unit), 0}};
+      u.correction = {{x.name, b[0], unit_per(c, x.unit), 0, {}}};
       const Eigen::VectorXd centred = (x.x.array() - x.x.mean()).matrix();
       const double even = explained_share(centred.cwiseAbs2(), y);
       u.parity = even > s ? "even" : "odd";

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "omniflight_diagnosis/residual.hpp"
+#include "text.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -14,11 +14,6 @@ constexpr double kForgotten = 1.0;  // s after which a residual says nothing abo
 constexpr std::array<const char*, 6> kNames{"force_x",  "force_y",  "force_z",
                                             "torque_x", "torque_y", "torque_z"};
 
-std::string format(const char* pattern, auto... values) {
-  char text[200];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
 Level of(bool warn, bool error) { return error ? Level::error : warn ? Level::warn : Level::ok; }
 
 }  // namespace

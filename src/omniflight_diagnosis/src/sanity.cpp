@@ -2,22 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 
 #include "omniflight_diagnosis/filter.hpp"
+#include "text.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
 
 using recording::Recording;
 using recording::Signal;
-
-std::string format(const char* pattern, auto... values) {
-  char text[400];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
 
 double quantile(std::vector<double> v, double share) {
   if (v.empty()) return 0;

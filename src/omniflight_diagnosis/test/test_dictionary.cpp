@@ -92,6 +92,21 @@ TEST(Dictionary, AForceThatGrowsWithHeightDependsOnIt) {
   EXPECT_EQ(term.unit, square ? "N/m2" : "N/m");
   EXPECT_NEAR(square ? 2 * 0.7 * term.coefficient : term.coefficient, 1.0, 0.2);
   EXPECT_NE(d.summary.find(" " + term.unit + " times " + term.words), std::string::npos) << d.summary;
+
+  // as a model: what is left of Fx shrinks where it was fitted and where it was not, and the file has it
+  const auto of = [](const std::vector<ChannelFit>& all) {
+    double before = 0, after = 0;
+    for (const ChannelFit& c : all)
+      if (c.channel == "Fx") before += c.rms_before, after += c.rms_after;
+    return after / before;
+  };
+  EXPECT_LT(of(d.fit.in_sample), 0.7);
+  EXPECT_LT(of(d.fit.held_out), 0.8);
+  ASSERT_FALSE(d.model.empty());
+  EXPECT_TRUE(physics::is_correction(d.model.back()));
+  EXPECT_NE(model_yaml(d).find("corrections:\n  - channel: Fx\n    axes: world\n    follows: [height"),
+            std::string::npos)
+      << model_yaml(d);
 }
 
 }  // namespace

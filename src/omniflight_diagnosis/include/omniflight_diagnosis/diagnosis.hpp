@@ -3,10 +3,11 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <span>
 
 #include "omniflight_diagnosis/flight.hpp"
-#include "omniflight_physics/effect.hpp"
+#include "omniflight_physics/correction.hpp"
 
 namespace omniflight::diagnosis {
 
@@ -53,6 +54,7 @@ struct CorrectionTerm {
   double coefficient = 0;   ///< in `unit`; of what pulsates, its amplitude
   std::string unit;         ///< N or Nm per unit of the words
   double frequency_hz = 0;  ///< of what pulsates, else 0
+  std::optional<physics::Correction> model;  ///< as model.yaml lists it and the simulator flies it
 };
 
 struct Unexplained {

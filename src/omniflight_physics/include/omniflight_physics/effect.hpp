@@ -203,8 +203,9 @@ struct Model {
   std::string sha256;  ///< of the file it came from
 };
 
-/// Reads `effects: [{id, parameters: {name: value}}]`; a missing parameter takes its typical value. Unknown
-/// ids, unknown parameters and values outside the bounds are refused with file, field, value, unit and bound.
+/// Reads `effects: [{id, parameters: {name: value}}]`; a missing parameter takes its typical value. Then
+/// `corrections`, physics that is in no library (correction.hpp). Unknown ids, unknown parameters and values
+/// outside the bounds are refused with file, field, value, unit and bound.
 Result<Model> load_model(const std::string& path);
 /// The YAML text of a model, with units as comments; load_model reads it back to the same values.
 std::string model_yaml(const std::vector<ActiveEffect>& effects, const std::string& comment);

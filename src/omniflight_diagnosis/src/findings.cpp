@@ -1,0 +1,173 @@
+#include "findings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "single_rotor.hpp"
+#include "statistics.hpp"
+#include "text.hpp"
+#include "uncertainty.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+using physics::ActiveEffect;
+
+std::string values_in_words(const std::vector<ParameterValue>& parameters) {
+  std::string out;
+  for (const ParameterValue& p : parameters)
+    out += format("%s%s = %.4g %s (95 %%: %.4g to %.4g)", out.empty() ? "" : ", ", p.name.c_str(), p.value,
+                  p.unit == "1" ? "" : p.unit.c_str(), p.low, p.high);
+  return out;
+}
+
+std::string in_words(const CorrectionTerm& t) {
+  std::string s = format("%.3g %s times ", t.coefficient, t.unit.c_str()) + t.words;
+  if (t.frequency_hz > 0) s += format(" at %.2f Hz", t.frequency_hz);
+  return s;
+}
+
+}  // namespace
+
+void add_wrench_findings(const Problem& problem, const Naming& naming, Diagnosis& d) {
+  const Eigen::VectorXd se =
+      naming.model.se.size() > 0 ? naming.model.se : uncertainty_of(problem, naming.model).se;
+  Eigen::Index at = 0;
+  const int n = problem.samples();
+  for (std::size_t k = 0; k < naming.model.effects.size(); ++k) {
+    const ActiveEffect& e = naming.model.effects[k];
+    const physics::EffectInfo& info = e.effect->info();
+    Finding f;
+    f.effect = info.id;
+    f.stage = info.stage;
+    f.equation = info.equation;
+    f.latex = info.latex;
+    f.probability = naming.named[k].probability;
+    for (const Alternative& a : naming.named[k].set) f.cannot_be_told_apart_from.push_back(a.effect);
+    f.rivals = static_cast<int>(f.cannot_be_told_apart_from.size());
+    for (const Alternative& a : naming.named[k].alike) f.cannot_be_told_apart_from.push_back(a.effect);
+    const Eigen::VectorXd own = contribution_of(problem, naming.model, k);
+    for (int c = 0; c < 6; ++c)
+      if (rms(own.segment(c * n, n)) > 0.2 * rms(naming.model.residual.segment(c * n, n)))
+        f.channels.emplace_back(kChannels[static_cast<std::size_t>(c)]);
+    for (std::size_t p = 0; p < e.theta.size(); ++p, ++at) {
+      const physics::Parameter& info_p = info.parameters[p];
+      const double half = 1.96 * se[at];
+      double low = e.theta[p] - half, high = e.theta[p] + half;
+      if (const auto k_at = static_cast<std::size_t>(at); k_at < naming.model.plausible.size()) {
+        low = std::min(low, naming.model.plausible[k_at].first);
+        high = std::max(high, naming.model.plausible[k_at].second);
+      }
+      f.parameters.push_back({info_p.name, info_p.symbol, info_p.unit, e.theta[p],
+                              std::max(info_p.lower, low), std::min(info_p.upper, high)});
+    }
+    f.sentence = info.term + ": " + values_in_words(f.parameters) + ".";
+    if (f.rivals == 0 && !f.cannot_be_told_apart_from.empty()) {
+      f.sentence += " Nearly alike on this flight, but less likely:";
+      for (const std::string& id : f.cannot_be_told_apart_from) f.sentence += " " + id;
+      f.sentence += ".";
+    }
+    if (f.rivals > 0) {
+      f.sentence += " On this flight it cannot be told apart from";
+      for (const std::string& id : f.cannot_be_told_apart_from) f.sentence += " " + id;
+      f.sentence += "; " + info.separated_by + " would tell.";
+      for (const Alternative& a : naming.named[k].set) {
+        const std::string& id = a.effect;
+        d.next_flight.separates.emplace_back(info.id, id);
+      }
+      d.next_flight.manoeuvres.push_back(info.separated_by);
+    }
+    d.findings.push_back(std::move(f));
+    const ActiveEffect whole = in_full(e);
+    const auto same = std::find_if(d.model.begin(), d.model.end(),
+                                   [&](const ActiveEffect& m) { return m.effect == whole.effect; });
+    if (same == d.model.end()) {
+      d.model.push_back(whole);
+    } else {  // two rotors, each found by itself
+      for (std::size_t p = 0; p < whole.theta.size(); ++p)
+        same->theta[p] += whole.theta[p] - whole.effect->info().parameters[p].neutral;
+    }
+  }
+}
+
+void add_faults(const std::vector<Flight>& flights, Diagnosis& d) {
+  for (const Flight& f : flights)
+    for (const SensorFault& fault : f.faults) {
+      Finding finding;
+      finding.effect = fault.effect;
+      finding.probability = 0.99;
+      finding.stage = physics::Stage::sensing;
+      finding.channels = {fault.channel};
+      finding.sentence = fault.sentence;
+      finding.equation = "measured value does not follow the quantity";
+      d.findings.push_back(finding);
+      Mismatch m;
+      m.stage = physics::Stage::sensing;
+      m.channel = fault.channel;
+      m.frame = fault.effect == "rotor_speed_sensor_fault" ? "rotor" : "body";
+      m.unit = fault.effect == "rotor_speed_sensor_fault" ? "rad/s" : "V";
+      m.where = format("%.0f %% of the flight", 100 * fault.share);
+      m.p_value = 0;
+      for (const Window& w : f.excluded)
+        if (w.why.rfind(fault.channel, 0) == 0) m.windows_s.emplace_back(w.from_s, w.to_s);
+      d.mismatch.push_back(m);
+    }
+}
+
+void drop_what_a_sensor_explains(Diagnosis& d) {
+  for (const Finding& fault : d.findings) {
+    if (fault.effect != "rotor_speed_sensor_fault" || fault.parameters.size() != 2) continue;
+    const int rotor = static_cast<int>(fault.parameters[0].value);
+    const double e = fault.parameters[1].value, as_thrust = 1 / ((1 + e) * (1 + e)) - 1;
+    const auto seems = [&](const Finding& f) {
+      return f.effect == "rotor_thrust_scale" && f.parameters.size() == 1 &&
+             f.parameters[0].name == "scale_" + std::to_string(rotor) &&
+             std::abs(f.parameters[0].value - as_thrust) < 0.4 * std::abs(as_thrust);
+    };
+    const auto at = std::find_if(d.findings.begin(), d.findings.end(), seems);
+    if (at == d.findings.end()) continue;
+    std::erase_if(d.model, [](const ActiveEffect& m) { return m.effect->info().id == "rotor_thrust_scale"; });
+    d.findings.erase(at);
+    return;
+  }
+}
+
+std::string summarise(const Diagnosis& d, const std::vector<Flight>& flights) {
+  std::string s;
+  if (d.findings.empty() && d.unexplained.empty() && d.mismatch.empty())
+    s = "Nothing is missing: the rotors, the mass and the inertia of the vehicle file explain what was "
+        "measured, "
+        "within the noise and the tolerances of the sensors. ";
+  else if (d.findings.empty() && d.unexplained.empty())
+    s = "No left-out physics is named: what differs is too small, or what offsets within the tolerances may "
+        "do. ";
+  for (const Mismatch& m : d.mismatch)
+    if (m.stage == physics::Stage::wrench)
+      s += format("%s (%s frame) differs by %.3g %s where %.3g is noise%s%s. ", m.channel.c_str(),
+                  m.frame.c_str(), m.rms, m.unit.c_str(), m.noise_rms, m.where.empty() ? "" : ": ",
+                  m.where.c_str());
+  for (const Finding& f : d.findings) s += "Found " + f.sentence + " ";
+  for (const Unexplained& u : d.unexplained) {
+    s += format(
+        "Something in %s (%s frame) is not in the library: %.0f %% of what remains can still be "
+        "predicted",
+        u.channel.c_str(), u.frame.c_str(), 100 * u.share_of_residual);
+    if (!u.correction.empty()) s += ", first by " + in_words(u.correction.front());
+    s += ". ";
+  }
+  if (!d.left_out.empty()) {
+    s += "Time was up; left out: ";
+    for (std::size_t k = 0; k < d.left_out.size(); ++k) s += (k > 0 ? ", " : "") + d.left_out[k];
+    s += ". ";
+  }
+  for (const Flight& f : flights) {
+    for (const std::string& note : f.notes) s += note + " ";
+    if (!f.notes.empty()) break;
+  }
+  if (const auto x = d.tracking_rms.find("pz"); x != d.tracking_rms.end() && !d.findings.empty())
+    s += format("The tracking error shows little of it (vertical RMS %.1f mm).", 1e3 * x->second);
+  while (!s.empty() && s.back() == ' ') s.pop_back();
+  return s;
+}
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,22 @@
+// What was found, in the terms of the answer: findings with their numbers and intervals, and a summary in
+// words.
+#pragma once
+
+#include "naming.hpp"
+#include "omniflight_diagnosis/diagnosis.hpp"
+
+namespace omniflight::diagnosis {
+
+/// One finding an effect, the model, and what a next flight should separate.
+void add_wrench_findings(const Problem& problem, const Naming& naming, Diagnosis& d);
+
+/// Sensors that were found to lie, as findings.
+void add_faults(const std::vector<Flight>& flights, Diagnosis& d);
+
+/// A rotor whose telemetry reads low by a share e seems to lift 2 e more than its speed says: once its sensor
+/// is named, that is no effect of its own.
+void drop_what_a_sensor_explains(Diagnosis& d);
+
+std::string summarise(const Diagnosis& d, const std::vector<Flight>& flights);
+
+}  // namespace omniflight::diagnosis
