@@ -35,15 +35,18 @@ Eigen::Matrix<T, 6, 6> WrenchT<T>::moving_inertia(const Situation& s) const {
 }
 
 template struct WrenchT<double>;
-template struct WrenchT<Jet>;
+template struct WrenchT<Jet<kFewParameters>>;
+template struct WrenchT<Jet<kJetParameters>>;
 
-void make_jets(const double* theta, int count, Jet* x) {
-  for (int k = 0; k < count; ++k) x[k] = Jet(theta[k], k);
+template <int N>
+void make_jets(const double* theta, int count, Jet<N>* x) {
+  for (int k = 0; k < count; ++k) x[k] = Jet<N>(theta[k], k);
 }
 
-void split_jets(const WrenchT<Jet>& wrench, const Situation& s, int count, double* value, double* jacobian,
+template <int N>
+void split_jets(const WrenchT<Jet<N>>& wrench, const Situation& s, int count, double* value, double* jacobian,
                 std::size_t stride) {
-  const Eigen::Matrix<Jet, 6, 1> w = wrench.at(s);
+  const Eigen::Matrix<Jet<N>, 6, 1> w = wrench.at(s);
   for (int row = 0; row < 6; ++row) {
     value[row] = w[row].a;
     if (!jacobian) continue;
@@ -51,5 +54,12 @@ void split_jets(const WrenchT<Jet>& wrench, const Situation& s, int count, doubl
       jacobian[static_cast<std::size_t>(k) * stride + static_cast<std::size_t>(row)] = w[row].v[k];
   }
 }
+
+template void make_jets<kFewParameters>(const double*, int, Jet<kFewParameters>*);
+template void make_jets<kJetParameters>(const double*, int, Jet<kJetParameters>*);
+template void split_jets<kFewParameters>(const WrenchT<Jet<kFewParameters>>&, const Situation&, int, double*,
+                                         double*, std::size_t);
+template void split_jets<kJetParameters>(const WrenchT<Jet<kJetParameters>>&, const Situation&, int, double*,
+                                         double*, std::size_t);
 
 }  // namespace omniflight::physics

@@ -53,16 +53,21 @@ const std::vector<std::string>& known_channels();
 
 inline constexpr int kMaxParameters = 24;  ///< three numbers for each of eight rotors
 inline constexpr int kJetParameters = 8;   ///< of an effect whose derivative comes from dual numbers
-using Jet = ceres::Jet<double, kJetParameters>;
+inline constexpr int kFewParameters = 4;   ///< most effects have no more: half as wide, half the time
+template <int N>
+using Jet = ceres::Jet<double, N>;
 // compiled once, in jets.cpp, and not again by every effect
 extern template struct WrenchT<double>;
-extern template struct WrenchT<Jet>;
+extern template struct WrenchT<Jet<kFewParameters>>;
+extern template struct WrenchT<Jet<kJetParameters>>;
 
-/// Parameters as independent variables; x has kJetParameters places.
-void make_jets(const double* theta, int count, Jet* x);
+/// Parameters, at most N of them, as independent variables; N is kFewParameters or kJetParameters.
+template <int N>
+void make_jets(const double* theta, int count, Jet<N>* x);
 /// Value (6) and derivative (6 x parameters; column k begins at k * stride) of a wrench with known
 /// accelerations.
-void split_jets(const WrenchT<Jet>& wrench, const Situation& s, int count, double* value, double* jacobian,
+template <int N>
+void split_jets(const WrenchT<Jet<N>>& wrench, const Situation& s, int count, double* value, double* jacobian,
                 std::size_t stride = 6);
 
 /// How many numbers an effect remembers: first the continuous states, which the integrator advances with the
@@ -128,11 +133,20 @@ class WrenchEffect : public Effect {
   }
   void wrench_with_jacobian(const Situation& s, const double* theta, double* value,
                             double* jacobian) const final {
-    Jet x[kJetParameters];
-    make_jets(theta, parameter_count(), x);
-    WrenchT<Jet> out;
+    if (parameter_count() <= kFewParameters)
+      differentiate<kFewParameters>(s, theta, value, jacobian);
+    else
+      differentiate<kJetParameters>(s, theta, value, jacobian);
+  }
+
+ private:
+  template <int N>
+  void differentiate(const Situation& s, const double* theta, double* value, double* jacobian) const {
+    Jet<N> x[kJetParameters];  // as many as any equation names
+    make_jets<N>(theta, parameter_count(), x);
+    WrenchT<Jet<N>> out;
     static_cast<const Derived*>(this)->wrench(s, x, out);
-    split_jets(out, s, parameter_count(), value, jacobian);
+    split_jets<N>(out, s, parameter_count(), value, jacobian);
   }
 };
 
@@ -161,28 +175,38 @@ class MemoryEffect : public Effect {
   }
   void replay(std::span<const Situation> motion, double period, const double* theta, double* value,
               double* jacobian) const final {
+    if (parameter_count() <= kFewParameters)
+      differentiate<kFewParameters>(motion, period, theta, value, jacobian);
+    else
+      differentiate<kJetParameters>(motion, period, theta, value, jacobian);
+  }
+
+ private:
+  template <int N>
+  void differentiate(std::span<const Situation> motion, double period, const double* theta, double* value,
+                     double* jacobian) const {
+    using T = Jet<N>;
     const int n = parameter_count();
-    Jet parameters[kJetParameters];
-    make_jets(theta, n, parameters);
-    Jet x[States + Discrete], trial[States + Discrete], first[States], second[States];
+    T parameters[kJetParameters];
+    make_jets<N>(theta, n, parameters);
+    T x[States + Discrete], trial[States + Discrete], first[States], second[States];
     if (!motion.empty()) self().start(motion[0], parameters, x);
     for (std::size_t i = 0; i < motion.size(); ++i) {
       if (i > 0) {  // Heun: the trapezoid between two samples
-        const Jet h(period);
+        const T h(period);
         self().rate(motion[i - 1], parameters, x, first);
         for (int j = 0; j < States; ++j) trial[j] = x[j] + h * first[j];
         for (int j = States; j < States + Discrete; ++j) trial[j] = x[j];
         self().rate(motion[i], parameters, trial, second);
-        for (int j = 0; j < States; ++j) x[j] += Jet(0.5) * h * (first[j] + second[j]);
+        for (int j = 0; j < States; ++j) x[j] += T(0.5) * h * (first[j] + second[j]);
       }
       if constexpr (Discrete > 0) self().settle(motion[i], parameters, x);
-      WrenchT<Jet> out;
+      WrenchT<T> out;
       self().wrench(motion[i], parameters, x, out);
-      split_jets(out, motion[i], n, value + 6 * i, jacobian ? jacobian + 6 * i : nullptr, 6 * motion.size());
+      split_jets<N>(out, motion[i], n, value + 6 * i, jacobian ? jacobian + 6 * i : nullptr,
+                    6 * motion.size());
     }
   }
-
- private:
   const Derived& self() const { return static_cast<const Derived&>(*this); }
 };
 
