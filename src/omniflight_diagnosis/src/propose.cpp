@@ -10,7 +10,8 @@ namespace {
 
 using physics::ActiveEffect;
 
-constexpr double kTold = 4;  ///< sigma: what a flight separates by that much, it tells apart
+constexpr double kTold =
+    5;  ///< sigma: what a flight separates by that much, it tells apart: 12 nats, less chance
 
 /// Rest-to-rest motion through the waypoints, as a planner with these limits would time it.
 struct Motion {
