@@ -21,6 +21,7 @@
 #include "remainder.hpp"
 #include "rollout.hpp"
 #include "sanity.hpp"
+#include "shooting.hpp"
 #include "single_rotor.hpp"
 #include "text.hpp"
 #include "uncertainty.hpp"
@@ -190,10 +191,16 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   const auto estimate = [&] {
     if (naming.model.effects.empty()) return;
     naming.model = settle(problem, naming.model, o);
-    if (!measured) return;
-    if (auto better =
-            by_instruments(problem, *measured, naming.model, settled_offsets(problem, naming.model),
-                           uncertainty_of(problem, naming.model).se))
+    if (!measured) {
+      std::vector<const Flight*> flown = calm ? pointers(calm_flights) : used;
+      if (auto better = refine_by_shooting(flown, vehicle, problem, naming.model, o)) {
+        naming.model = std::move(better->fit);
+        d.fit.shooting = better->summary;
+      }
+      return;
+    }
+    if (auto better = by_instruments(problem, *measured, naming.model, settled_offsets(problem, naming.model),
+                                     uncertainty_of(problem, naming.model).se))
       naming.model = std::move(*better);
   };
   estimate();

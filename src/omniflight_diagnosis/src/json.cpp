@@ -118,14 +118,20 @@ Json fit_report(const FitReport& f) {
                       {"real", number(c.real)},
                       {"simulated_before", number(c.simulated_before)},
                       {"simulated_after", number(c.simulated_after)}});
-  return {{"in_sample", channels(f.in_sample, false)},
-          {"held_out", channels(f.held_out, true)},
-          {"rollout", rollout},
-          {"closed_loop", closed},
-          {"power",
-           {{"real_W", number(f.power.real_W)},
-            {"simulated_before_W", number(f.power.simulated_before_W)},
-            {"simulated_after_W", number(f.power.simulated_after_W)}}}};
+  Json out = {{"in_sample", channels(f.in_sample, false)},
+              {"held_out", channels(f.held_out, true)},
+              {"rollout", rollout},
+              {"closed_loop", closed},
+              {"power",
+               {{"real_W", number(f.power.real_W)},
+                {"simulated_before_W", number(f.power.simulated_before_W)},
+                {"simulated_after_W", number(f.power.simulated_after_W)}}}};
+  if (f.shooting)
+    out["multiple_shooting"] = {{"windows_fitted", f.shooting->fitted},
+                                {"windows_tested", f.shooting->tested},
+                                {"error_before", number(f.shooting->error_before)},
+                                {"error_after", number(f.shooting->error_after)}};
+  return out;
 }
 
 Json intake(const Diagnosis& d) {

@@ -50,10 +50,10 @@ struct Finding {
 
 /// A term of the smallest correction that predicts what no effect explains: coefficient * (words - its mean).
 struct CorrectionTerm {
-  std::string words;        ///< "climb speed times height"
-  double coefficient = 0;   ///< in `unit`; of what pulsates, its amplitude
-  std::string unit;         ///< N or Nm per unit of the words
-  double frequency_hz = 0;  ///< of what pulsates, else 0
+  std::string words;                         ///< "climb speed times height"
+  double coefficient = 0;                    ///< in `unit`; of what pulsates, its amplitude
+  std::string unit;                          ///< N or Nm per unit of the words
+  double frequency_hz = 0;                   ///< of what pulsates, else 0
   std::optional<physics::Correction> model;  ///< as model.yaml lists it and the simulator flies it
 };
 
@@ -85,11 +85,17 @@ struct ClosedLoop {
 struct Power {
   double real_W = 0, simulated_before_W = 0, simulated_after_W = 0;
 };
+/// Short open-loop flights from free initial states, by which values were refined.
+struct Shooting {
+  int fitted = 0, tested = 0;                ///< windows of half a second
+  double error_before = 0, error_after = 0;  ///< at the end of those not fitted, RMS in units of the ordinary
+};
 struct FitReport {
   std::vector<ChannelFit> in_sample, held_out;
   std::vector<RolloutFit> rollout;
   std::vector<ClosedLoop> closed_loop;  ///< filled by whoever re-flies the model
   Power power;                          ///< likewise
+  std::optional<Shooting> shooting;     ///< where it made the values better
 };
 
 /// For plots and tables of the report; not part of diagnosis.json.

@@ -62,8 +62,9 @@ struct Options {
   bool has_controller = false;
   ToldController controller;
   bool floor_told = false;  ///< environment.floor_z is known; otherwise a resting height is taken for it
-  /// For every fitted recording, or empty. With it the effects are evaluated on the flight as the reference alone makes it: feedback
-  /// makes body and rotors answer to turbulence, which then looks like an effect. See with_instruments().
+  /// For every fitted recording, or empty. With it the effects are evaluated on the flight as the reference
+  /// alone makes it: feedback makes body and rotors answer to turbulence, which then looks like an effect.
+  /// See with_instruments().
   std::vector<Reflight> refly;
   /// Asked between steps of long work; true ends it and keeps what is known. May be empty.
   std::function<bool()> stop;
