@@ -137,7 +137,12 @@ void unknown_physics(report::Page& page, const Diagnosis& d) {
                             c.frequency_hz > 0 ? report::Cell(c.frequency_hz) : report::Cell(std::string())});
   }
   page.table(t);
-  if (!terms.rows.empty()) page.table(terms);
+  if (terms.rows.empty()) return;
+  page.table(terms);
+  page.paragraph(
+      "model.yaml lists these terms under corrections, except those that follow an acceleration, and the "
+      "simulator "
+      "flies them; before and after below hold them as well.");
 }
 
 void fits(report::Page& page, const Diagnosis& d) {
@@ -175,6 +180,11 @@ void fits(report::Page& page, const Diagnosis& d) {
       t.rows.push_back({r.horizon_s, r.channel, r.unit, r.rmse_before, r.rmse_after});
     page.table(t);
   }
+  if (const auto& s = d.fit.shooting)
+    page.paragraph(
+        fmt::format("Values refined by multiple shooting: {} windows of 0.5 s fitted; at the end of {} "
+                    "others the model is off by {:.3g} of what it was.",
+                    s->fitted, s->tested, s->error_after / s->error_before));
 }
 
 /// Times at which a channel differs.
