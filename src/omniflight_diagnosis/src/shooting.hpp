@@ -18,7 +18,7 @@ struct Refined {
 /// Refines amplitudes and shapes within the bounds that make sense, on two windows of half a second in three;
 /// nothing unless the third ones, flown from the measured state, end closer to what was measured by two
 /// standard errors, and unless the forces and torques themselves are explained as well as before, within two
-/// nats: an attitude that is measured askew by a degree leans gravity into every window, and a drag would
+/// nats: an attitude that is measured askew leans gravity into every window, and a drag would
 /// bend to answer for it. Needs positions and measured rotor speeds, and no effect with memory. Ceres,
 /// single-threaded: the same result run to run.
 std::optional<Refined> refine_by_shooting(std::span<const Flight* const> flights,
