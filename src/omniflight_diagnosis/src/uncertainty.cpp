@@ -37,6 +37,8 @@ Covariance covariance_of(const Problem& problem, const Fit& fit, const Eigen::Ma
   for (int c = 0; c < 6; ++c)
     for (int i = 0; i < n; ++i)
       scores.col(block[static_cast<std::size_t>(i)]) += e[c * n + i] * X.row(c * n + i).transpose();
+  // what tolerances hold against the data is no scatter
+  scores.colwise() -= scores.rowwise().mean().eval();
   const double small_sample = count > 1 ? static_cast<double>(count) / (count - 1) : 1.0;
   const Eigen::MatrixXd robust = small_sample * inverse * (scores * scores.transpose()) * inverse;
   return {inverse.topLeftCorner(m, m), robust.topLeftCorner(m, m), scale.head(m)};
