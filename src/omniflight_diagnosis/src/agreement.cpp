@@ -18,7 +18,7 @@ using recording::Signal;
 constexpr double kBlock = 3.0;         // s
 constexpr double kSurely = 5;          // standard errors
 constexpr double kLeastGain = 0.0012;  // of a rotor's speed: what timing of telemetry may do
-constexpr double kLeastServo = 0.016;  // s: as much as clocks of telemetry and command may differ
+constexpr double kLeastServo = 0.02;   // s: as late as telemetry may be, with its clock, behind commands
 
 struct Estimate {
   double value = 0, se = 1e9, scatter = 1e9;

@@ -53,11 +53,11 @@ void rock(Waypoints& w, int axis, double deg, int times) {
   w.push_back({{0, 0, 0}, {0, 0, 0}, 1});
 }
 
-/// Stages of height with rocking about every axis, a minute each, leaning at the lowest and the highest.
+/// Stages of height with rocking about every axis, leaning at the lowest and the highest.
 Waypoints survey() {
   Waypoints w{{{0, 0, 0}, {0, 0, 0}, 3}};
   for (int level = 0; level < 3; ++level) {
-    for (int axis = 0; axis < 3; ++axis) rock(w, axis, 12, axis < 2 ? 24 : 12);
+    for (int axis = 0; axis < 3; ++axis) rock(w, axis, 12, axis < 2 ? 12 : 6);
     if (level != 1) lean(w, 20);
     if (level < 2) w.push_back({{0, 0, 0.5}, {0, 0, 0}, 3});
   }
