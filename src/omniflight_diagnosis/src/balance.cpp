@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "faults.hpp"
+#include "findings.hpp"
 #include "text.hpp"
 #include "thrust_source.hpp"
 
@@ -210,13 +211,7 @@ Result<Diagnosis> diagnose_balance(const Recording& r, const vehicle::Vehicle& v
       "judged; forces, drag, load and wind cannot be told. " +
       source->note;
   for (const SensorFault& fault : find_sensor_faults(r)) {
-    Finding s;
-    s.effect = fault.effect;
-    s.probability = 0.99;
-    s.stage = physics::Stage::sensing;
-    s.channels = {fault.channel};
-    s.sentence = fault.sentence;
-    d.findings.push_back(s);
+    d.findings.push_back(finding_of(fault));
     d.verdict = Verdict::explained;
     d.summary += " " + fault.sentence;
   }

@@ -48,8 +48,7 @@ Eigen::VectorXd over(const Problem& problem, const auto& value_at) {
   return x;
 }
 
-Candidate of_quantities(const Problem& problem, int j, int k) {
-  const Feature feature{.first = j, .second = k};
+Candidate of_quantities(const std::vector<Eigen::VectorXd>& values, int j, int k) {
   const Quantity& a = physics::quantities()[static_cast<std::size_t>(j)];
   Candidate out{a.words,
                 a.unit,
@@ -57,10 +56,11 @@ Candidate of_quantities(const Problem& problem, int j, int k) {
                 false,
                 a.axes != Quantity::Axes::world,
                 a.axes != Quantity::Axes::body,
-                over(problem, [&](const physics::Situation& s) { return feature.at(s); }),
-                feature};
+                values[static_cast<std::size_t>(j)],
+                Feature{.first = j, .second = k}};
   if (k < 0) return out;
   const Quantity& b = physics::quantities()[static_cast<std::size_t>(k)];
+  out.x = out.x.cwiseProduct(values[static_cast<std::size_t>(k)]);
   out.words = j == k ? out.words + " squared" : out.words + " times " + b.words;
   out.unit = j == k ? squared(out.unit) : out.unit + " " + b.unit;
   if (std::string(b.variable) != a.variable) out.variables.emplace_back(b.variable);
@@ -78,11 +78,13 @@ std::vector<Candidate> candidates_of(const Problem& problem) {
   };
   const auto all = physics::quantities();
   const auto count = static_cast<int>(all.size());
-  for (int j = 0; j < count; ++j) add(of_quantities(problem, j, -1));
+  std::vector<Eigen::VectorXd> values;  // once for all their products
+  for (const Quantity& q : all) values.push_back(over(problem, q.value));
+  for (int j = 0; j < count; ++j) add(of_quantities(values, j, -1));
   for (int j = 0; j < count; ++j)
     for (int k = j; k < count; ++k)
       if (all[static_cast<std::size_t>(j)].pairs && all[static_cast<std::size_t>(k)].pairs)
-        add(of_quantities(problem, j, k));
+        add(of_quantities(values, j, k));
   static constexpr const char* kAxis[] = {"x", "y", "z"};
   for (int c = 0; c < 3; ++c) {
     add({std::string("acceleration along ") + kAxis[c],

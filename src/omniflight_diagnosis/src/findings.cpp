@@ -90,15 +90,20 @@ void add_wrench_findings(const Problem& problem, const Naming& naming, Diagnosis
   }
 }
 
+Finding finding_of(const SensorFault& fault) {
+  Finding out;
+  out.effect = fault.effect;
+  out.probability = 0.99;
+  out.stage = physics::Stage::sensing;
+  out.channels = {fault.channel};
+  out.sentence = fault.sentence;
+  return out;
+}
+
 void add_faults(const std::vector<Flight>& flights, Diagnosis& d) {
   for (const Flight& f : flights)
     for (const SensorFault& fault : f.faults) {
-      Finding finding;
-      finding.effect = fault.effect;
-      finding.probability = 0.99;
-      finding.stage = physics::Stage::sensing;
-      finding.channels = {fault.channel};
-      finding.sentence = fault.sentence;
+      Finding finding = finding_of(fault);
       finding.equation = "measured value does not follow the quantity";
       d.findings.push_back(finding);
       Mismatch m;

@@ -10,6 +10,8 @@ namespace omniflight::diagnosis {
 /// One finding an effect, the model, and what a next flight should separate.
 void add_wrench_findings(const Problem& problem, const Naming& naming, Diagnosis& d);
 
+Finding finding_of(const SensorFault& fault);
+
 /// Sensors that were found to lie, as findings.
 void add_faults(const std::vector<Flight>& flights, Diagnosis& d);
 
