@@ -137,58 +137,103 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
 }
 
 void Problem::evaluate(const physics::ActiveEffect& active, Eigen::VectorXd& value,
-                       Eigen::MatrixXd& jacobian) const {
+                       Eigen::MatrixXd* jacobian) const {
   const physics::Effect& effect = *active.effect;
   const bool constant = has_constant_columns(effect);
-  const auto known = linear_.find(&effect);
-  if (constant && known != linear_.end()) {
-    jacobian = known->second;
+  if (constant) {
+    auto known = linear_.find(&effect);
+    if (known == linear_.end()) {
+      Eigen::MatrixXd columns;
+      differentiate(active, value, columns);
+      known = linear_.emplace(&effect, std::move(columns)).first;
+    }
+    value = known->second * Eigen::Map<const Eigen::VectorXd>(active.theta.data(),
+                                                              static_cast<Eigen::Index>(active.theta.size()));
+    if (jacobian) *jacobian = known->second;
+  } else if (jacobian) {
+    differentiate(active, value, *jacobian);
   } else {
-    const int parameters = effect.parameter_count();
-    value.resize(rows());
-    jacobian.resize(rows(), parameters);
-    if (effect.memory_size().total() > 0) {  // its state starts anew with every uninterrupted stretch
-      for (const Run& run : runs_) {
-        const auto length = static_cast<std::size_t>(run.end - run.begin);
-        std::vector<double> w(6 * length), j(6 * length * static_cast<std::size_t>(parameters));
-        effect.replay({situation_.data() + run.begin, length}, period_, active.theta.data(), w.data(),
-                      j.data());
-        for (std::size_t i = 0; i < length; ++i)
-          for (int c = 0; c < 6; ++c) {
-            const Eigen::Index row = c * n_ + run.begin + static_cast<Eigen::Index>(i);
-            value[row] = w[6 * i + static_cast<std::size_t>(c)];
-            for (int k = 0; k < parameters; ++k)
-              jacobian(row, k) =
-                  j[6 * length * static_cast<std::size_t>(k) + 6 * i + static_cast<std::size_t>(c)];
-          }
-      }
-      return;
-    }
-    std::array<double, 6> w{};
-    std::array<double, 6 * physics::kMaxParameters> j{};
-    for (int i = 0; i < n_; ++i) {
-      effect.wrench_with_jacobian(situation(i), active.theta.data(), w.data(), j.data());
-      for (int c = 0; c < 6; ++c) {
-        value[c * n_ + i] = w[static_cast<std::size_t>(c)];
-        for (int k = 0; k < parameters; ++k) jacobian(c * n_ + i, k) = j[static_cast<std::size_t>(6 * k + c)];
-      }
-    }
-    if (constant) linear_[&effect] = jacobian;
+    value_of(active, value);
   }
-  if (constant)
-    value = jacobian * Eigen::Map<const Eigen::VectorXd>(active.theta.data(),
-                                                         static_cast<Eigen::Index>(active.theta.size()));
+}
+
+void Problem::value_of(const physics::ActiveEffect& active, Eigen::VectorXd& value) const {
+  const physics::Effect& effect = *active.effect;
+  value.resize(rows());
+  if (effect.memory_size().total() == 0) {
+    for (int i = 0; i < n_; ++i) {
+      physics::Wrench w;
+      effect.add_wrench(situation(i), active.theta.data(), w);
+      const Vec6 now = w.at(situation(i));
+      for (int c = 0; c < 6; ++c) value[c * n_ + i] = now[c];
+    }
+    return;
+  }
+  std::vector<double> w;
+  for (const Run& run : runs_) {  // its state starts anew with every uninterrupted stretch
+    const auto length = static_cast<std::size_t>(run.end - run.begin);
+    w.resize(6 * length);
+    effect.replay({situation_.data() + run.begin, length}, period_, active.theta.data(), w.data(), nullptr);
+    for (std::size_t i = 0; i < length; ++i)
+      for (int c = 0; c < 6; ++c)
+        value[c * n_ + run.begin + static_cast<Eigen::Index>(i)] = w[6 * i + static_cast<std::size_t>(c)];
+  }
+}
+
+void Problem::differentiate(const physics::ActiveEffect& active, Eigen::VectorXd& value,
+                            Eigen::MatrixXd& jacobian) const {
+  const physics::Effect& effect = *active.effect;
+  const int parameters = effect.parameter_count();
+  value.resize(rows());
+  jacobian.resize(rows(), parameters);
+  if (effect.memory_size().total() > 0) {
+    for (const Run& run : runs_) {
+      const auto length = static_cast<std::size_t>(run.end - run.begin);
+      std::vector<double> w(6 * length), j(6 * length * static_cast<std::size_t>(parameters));
+      effect.replay({situation_.data() + run.begin, length}, period_, active.theta.data(), w.data(),
+                    j.data());
+      for (std::size_t i = 0; i < length; ++i)
+        for (int c = 0; c < 6; ++c) {
+          const Eigen::Index row = c * n_ + run.begin + static_cast<Eigen::Index>(i);
+          value[row] = w[6 * i + static_cast<std::size_t>(c)];
+          for (int k = 0; k < parameters; ++k)
+            jacobian(row, k) =
+                j[6 * length * static_cast<std::size_t>(k) + 6 * i + static_cast<std::size_t>(c)];
+        }
+    }
+    return;
+  }
+  std::array<double, 6> w{};
+  std::array<double, 6 * physics::kMaxParameters> j{};
+  for (int i = 0; i < n_; ++i) {
+    effect.wrench_with_jacobian(situation(i), active.theta.data(), w.data(), j.data());
+    for (int c = 0; c < 6; ++c) {
+      value[c * n_ + i] = w[static_cast<std::size_t>(c)];
+      for (int k = 0; k < parameters; ++k) jacobian(c * n_ + i, k) = j[static_cast<std::size_t>(6 * k + c)];
+    }
+  }
 }
 
 void Problem::amplitude_columns(const physics::Effect& effect, std::vector<double> theta,
                                 const std::vector<Eigen::Index>& free, Eigen::MatrixXd& columns) const {
   const auto own = static_cast<Eigen::Index>(free.size());
   columns.resize(rows(), own);
+  const auto step_of = [&](std::size_t at) {
+    const physics::Parameter& p = effect.info().parameters[at];
+    return p.linear ? std::max(std::abs(p.typical - p.neutral), 1e-9) : 1e-3 * p.typical;
+  };
   if (effect.memory_size().total() > 0) {
-    Eigen::VectorXd value;
-    Eigen::MatrixXd jacobian;
-    evaluate({&effect, theta}, value, jacobian);
-    for (Eigen::Index k = 0; k < own; ++k) columns.col(k) = jacobian.col(free[static_cast<std::size_t>(k)]);
+    Eigen::VectorXd at_rest, moved;
+    value_of({&effect, theta}, at_rest);
+    for (Eigen::Index k = 0; k < own; ++k) {
+      const auto at = static_cast<std::size_t>(free[static_cast<std::size_t>(k)]);
+      const double step = step_of(at), held = theta[at];
+      theta[at] += step;
+      value_of({&effect, theta}, moved);
+      theta[at] = held;
+      columns.col(k) = (moved - at_rest) / step;
+    }
+    if (forces_only_) columns.bottomRows(3 * n_).setZero();
     return;
   }
   for (int i = 0; i < n_; ++i) {
@@ -196,9 +241,7 @@ void Problem::amplitude_columns(const physics::Effect& effect, std::vector<doubl
     effect.add_wrench(situation(i), theta.data(), at_rest);
     for (Eigen::Index k = 0; k < own; ++k) {
       const auto at = static_cast<std::size_t>(free[static_cast<std::size_t>(k)]);
-      const physics::Parameter& p = effect.info().parameters[at];
-      const double step = p.linear ? std::max(std::abs(p.typical - p.neutral), 1e-9) : 1e-3 * p.typical;
-      const double held = theta[at];
+      const double step = step_of(at), held = theta[at];
       theta[at] += step;
       physics::Wrench moved;
       effect.add_wrench(situation(i), theta.data(), moved);
@@ -226,7 +269,7 @@ void Problem::predict(const std::vector<physics::ActiveEffect>& effects, const E
   Eigen::Index at = 0;
   for (const physics::ActiveEffect& e : effects) {
     if (!adds_inertia(*e.effect) || instrumented_) {
-      evaluate(e, value, columns);
+      evaluate(e, value, jacobian ? &columns : nullptr);
       rest -= value;
       if (jacobian) jacobian->middleCols(at, columns.cols()) = columns;
     }
@@ -258,7 +301,7 @@ void Problem::predict(const std::vector<physics::ActiveEffect>& effects, const E
       at = 0;
       for (const physics::ActiveEffect& e : effects) {
         if (adds_inertia(*e.effect)) {
-          evaluate(e, value, columns);
+          evaluate(e, value, &columns);
           jacobian->middleCols(at, columns.cols()) = columns;
         }
         at += e.effect->parameter_count();

@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "omniflight_core/random.hpp"
@@ -175,7 +176,9 @@ class MemoryEffect : public Effect {
   }
   void replay(std::span<const Situation> motion, double period, const double* theta, double* value,
               double* jacobian) const final {
-    if (parameter_count() <= kFewParameters)
+    if (!jacobian)
+      pass_through(motion, period, theta, value, jacobian);
+    else if (parameter_count() <= kFewParameters)
       differentiate<kFewParameters>(motion, period, theta, value, jacobian);
     else
       differentiate<kJetParameters>(motion, period, theta, value, jacobian);
@@ -185,10 +188,13 @@ class MemoryEffect : public Effect {
   template <int N>
   void differentiate(std::span<const Situation> motion, double period, const double* theta, double* value,
                      double* jacobian) const {
-    using T = Jet<N>;
-    const int n = parameter_count();
-    T parameters[kJetParameters];
-    make_jets<N>(theta, n, parameters);
+    Jet<N> parameters[kJetParameters];
+    make_jets<N>(theta, parameter_count(), parameters);
+    pass_through(motion, period, parameters, value, jacobian);
+  }
+  template <class T>
+  void pass_through(std::span<const Situation> motion, double period, const T* parameters, double* value,
+                    double* jacobian) const {
     T x[States + Discrete], trial[States + Discrete], first[States], second[States];
     if (!motion.empty()) self().start(motion[0], parameters, x);
     for (std::size_t i = 0; i < motion.size(); ++i) {
@@ -203,8 +209,10 @@ class MemoryEffect : public Effect {
       if constexpr (Discrete > 0) self().settle(motion[i], parameters, x);
       WrenchT<T> out;
       self().wrench(motion[i], parameters, x, out);
-      split_jets<N>(out, motion[i], n, value + 6 * i, jacobian ? jacobian + 6 * i : nullptr,
-                    6 * motion.size());
+      if constexpr (std::is_same_v<T, double>)
+        Eigen::Map<Vec6>(value + 6 * i) = out.at(motion[i]);
+      else
+        split_jets(out, motion[i], parameter_count(), value + 6 * i, jacobian + 6 * i, 6 * motion.size());
     }
   }
   const Derived& self() const { return static_cast<const Derived&>(*this); }
