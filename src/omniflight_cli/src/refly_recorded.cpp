@@ -132,7 +132,8 @@ class Loop {
   Loop(const vehicle::Vehicle& vehicle, const diagnosis::Told& told, const physics::Environment& environment)
       : vehicle_(vehicle), environment_(environment), told_(told) {}
 
-  Result<Tracked> fly(const Asked& asked, const physics::Model& model) const {
+  Result<Tracked> fly(const Asked& asked, const physics::Model& model,
+                      const diagnosis::ToldController& controlled) const {
     const Reference start = asked.at(0);
     simulation::PlantConfig config;
     config.step = kStep;
@@ -154,8 +155,8 @@ class Loop {
     Ambient ambient(told("ambient.turbulence_force_rms_N"), told("ambient.turbulence_torque_rms_Nm"),
                     told("ambient.correlation_time_s"), 1);
     control::ControllerConfig gains;
-    gains.kp = three("controller.kp"), gains.kv = three("controller.kv"), gains.ki = three("controller.ki");
-    gains.kR = three("controller.kR"), gains.kw = three("controller.kw"), gains.kI = three("controller.kI");
+    gains.kp = controlled.kp, gains.kv = controlled.kv, gains.ki = controlled.ki;
+    gains.kR = controlled.kR, gains.kw = controlled.kw, gains.kI = controlled.kI;
     control::Controller controller(gains);
     control::Estimator estimator({.position_bandwidth = 25});
     auto allocation = allocation::AllocatorConfig::case_a();
@@ -211,10 +212,6 @@ class Loop {
     const auto found = told_.numbers.find(key);
     return found == told_.numbers.end() ? 0.0 : found->second[0];
   }
-  Vec3 three(const char* key) const {
-    const auto& v = told_.numbers.at(key);
-    return v.size() == 3 ? Vec3(v[0], v[1], v[2]) : Vec3::Constant(v[0]);
-  }
   static void take(const simulation::SensorFrame& f, control::Estimator& e) {
     if (f.imu) e.add_imu(f.imu_sample.t, f.imu_sample.specific_force_B, f.imu_sample.gyro_B);
     if (f.mocap) e.add_mocap(f.mocap_sample.t, f.mocap_sample.p_WB, f.mocap_sample.q_WB);
@@ -260,7 +257,10 @@ Status refly_recorded(const recording::Recording& r, const vehicle::Vehicle& veh
   if (!asked) return Failure(asked.error());
   if (asked->thrust.size() > 0 && asked->thrust.cols() != vehicle.rotor_count()) asked->thrust.resize(0, 0);
   const Loop loop(vehicle, told, environment);
-  const auto before = loop.fly(*asked, {}), after = loop.fly(*asked, {d.model, {}});
+  diagnosis::Options options;
+  diagnosis::apply(told, options);
+  const auto before = loop.fly(*asked, {}, options.controller),
+             after = loop.fly(*asked, {d.model, {}}, d.controller.value_or(options.controller));
   if (!before) return Failure(before.error());
   if (!after) return Failure(after.error());
   const Tracked real = recorded(r, vehicle, *asked);

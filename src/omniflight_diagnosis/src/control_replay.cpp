@@ -2,85 +2,213 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "omniflight_diagnosis/filter.hpp"
+#include "text.hpp"
 
 namespace omniflight::diagnosis {
+namespace {
+
+constexpr double kRate = 50, kCutoff = 4;  // Hz: below what estimators and delays make of the state
+constexpr double kReach = 0.3;             // s: how far the low pass carries a gap
+constexpr double kBlock = 5;               // s: with a mean of its own, since integrals stop at limits
+constexpr int kLeastBlocks = 4;
+constexpr double kLeastShare = 0.8;  // of the command's variance: else it is another law
+constexpr double kLeastSigmas = 4;
+constexpr double kLeastChange[] = {0.15, 0.15, 0.5};  // of the told gain; limits and resets move integrals
+constexpr double kLate = 0.02;  // s: of the logged state against the one that was controlled
+
+/// A command and what its gains multiply, n x 3 each, one column an axis.
+struct Loop {
+  std::array<const char*, 3> gain, unit;
+  std::array<Vec3*, 3> value;  ///< told before, flown after
+  std::array<const char*, 3> axis;
+  Eigen::MatrixXd command, error, rate;
+  std::vector<char> valid;
+};
+
+struct Gains {
+  Vec3 value, se;
+  double share = 0;  ///< of the command's variance
+  double off = 0;    ///< RMS of the command less what the told gains ask for
+};
+
+/// Regression of one axis with a mean a block; the standard errors are those of blocks, which may be
+/// coloured.
+std::optional<Gains> gains_of(const Loop& loop, Eigen::Index axis, const Vec3& told) {
+  const Eigen::Index n = loop.command.rows();
+  Eigen::MatrixXd x(n, 5);  // proportional, derivative, integral, lag, command
+  x << loop.error.col(axis), loop.rate.col(axis), loop.error.col(axis), loop.rate.col(axis),
+      loop.command.col(axis);
+  for (Eigen::Index i = 1; i < n; ++i) x(i, 2) = x(i - 1, 2) + loop.error(i, axis) / kRate;
+  x = low_pass(x, kRate, kCutoff);
+  x.col(3) = differentiate(x.col(3), kRate);
+  const auto length = static_cast<Eigen::Index>(kBlock * kRate);
+  std::vector<Eigen::MatrixXd> blocks;
+  for (Eigen::Index from = 0; from + length <= n; from += length) {
+    Eigen::MatrixXd block(length, 5);
+    Eigen::Index kept = 0;
+    for (Eigen::Index i = from; i < from + length; ++i)
+      if (loop.valid[static_cast<std::size_t>(i)]) block.row(kept++) = x.row(i);
+    if (kept < length / 2) continue;
+    block.conservativeResize(kept, 5);
+    block.rowwise() -= block.colwise().mean().eval();
+    blocks.push_back(std::move(block));
+  }
+  if (static_cast<int>(blocks.size()) < kLeastBlocks) return std::nullopt;
+  Eigen::Matrix4d H = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d g = Eigen::Vector4d::Zero();
+  double energy = 0;
+  Eigen::Index samples = 0;
+  for (const auto& b : blocks) {
+    H += b.leftCols<4>().transpose() * b.leftCols<4>();
+    g += b.leftCols<4>().transpose() * b.col(4);
+    energy += b.col(4).squaredNorm();
+    samples += b.rows();
+  }
+  const Eigen::Vector4d scale = H.diagonal().cwiseSqrt().cwiseMax(1e-12).cwiseInverse();
+  const Eigen::Matrix4d scaled = scale.asDiagonal() * H * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(scaled);
+  if (energy <= 0 || eigen.eigenvalues()[0] < 1e-6) return std::nullopt;
+  const Eigen::Matrix4d inverse = scale.asDiagonal() * scaled.inverse() * scale.asDiagonal();
+  Gains out;
+  const Eigen::Vector4d found = inverse * g;
+  Eigen::Matrix4d scatter = Eigen::Matrix4d::Zero();
+  double rest = 0, off = 0;
+  for (const auto& b : blocks) {
+    const Eigen::VectorXd r = b.col(4) - b.leftCols<4>() * found;
+    const Eigen::Vector4d score = b.leftCols<4>().transpose() * r;
+    scatter += score * score.transpose();
+    rest += r.squaredNorm();
+    off += (b.col(4) - b.leftCols<3>() * told).squaredNorm();
+  }
+  const auto count = static_cast<double>(blocks.size());
+  out.value = found.head<3>();
+  out.se = (count / (count - 1) * inverse * scatter * inverse).diagonal().head<3>().cwiseSqrt();
+  out.share = 1 - rest / energy;
+  out.off = std::sqrt(off / static_cast<double>(samples));
+  return out;
+}
+
+/// Compares the gains of a loop with those told, and keeps what was flown.
+void judge(const Loop& loop, const std::string& frame, Finding& f, std::vector<Mismatch>& mismatch) {
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const Vec3 told((*loop.value[0])[axis], (*loop.value[1])[axis], (*loop.value[2])[axis]);
+    const auto gains = gains_of(loop, axis, told);
+    if (!gains || gains->share < kLeastShare) continue;
+    std::string words;
+    for (int k = 0; k < 3; ++k) {
+      const double difference = gains->value[k] - told[k];
+      const double late = k == 1 ? kLate * told[0] : 0;  // a late error adds its gain times its rate
+      if (told[k] <= 0 ||  // an action that is not told, or off, cannot be told wrong by this
+          std::abs(difference) < std::max(kLeastSigmas * gains->se[k], kLeastChange[k] * told[k] + late))
+        continue;
+      const auto which = static_cast<std::size_t>(k);
+      const std::string name =
+          std::string(loop.gain[which]) + "_" + loop.axis[static_cast<std::size_t>(axis)];
+      const double half = 1.96 * gains->se[k];
+      (*loop.value[which])[axis] = std::max(0.0, gains->value[k]);
+      f.parameters.push_back(
+          {name, name, loop.unit[which], gains->value[k], gains->value[k] - half, gains->value[k] + half});
+      words += format("%s%s is %.3g, told %.3g", words.empty() ? "" : ", ", name.c_str(), gains->value[k],
+                      told[k]);
+    }
+    if (words.empty()) continue;
+    Mismatch m;
+    m.stage = physics::Stage::control;
+    m.channel = std::string("qddr_") + loop.axis[static_cast<std::size_t>(axis)];
+    m.frame = frame;
+    m.unit = frame == "world" ? "m/s2" : "rad/s2";
+    m.p_value = 1e-6;
+    m.rms = gains->off;
+    m.where = words;
+    f.channels.push_back(m.channel);
+    f.sentence += (f.sentence.empty() ? "" : "; ") + words;
+    mismatch.push_back(std::move(m));
+  }
+}
+
+}  // namespace
 
 void add_control(const recording::Recording& r, const ToldController& told, Diagnosis& d) {
-  const recording::Signal *asked = r.find("qddr"), *ref_p = r.find("ref_position"),
-                          *ref_v = r.find("ref_velocity"), *ref_a = r.find("ref_acceleration");
-  const recording::Signal *p = r.find("position"), *v = r.find("velocity"), *integral = r.find("integral");
-  if (!asked || asked->width() != 6 || !ref_p || !p || asked->size() < 200) return;
-  const std::vector<double>& t = asked->t_s;
-  const auto at = [&](const recording::Signal* s, Eigen::Index width) -> Eigen::MatrixXd {
-    if (!s || s->width() < width) return Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(t.size()), width);
-    return recording::resample(*s, t, 0.2).leftCols(width);
+  const recording::Signal *asked = r.find("qddr"), *p = r.find("position"), *q = r.find("attitude"),
+                          *ref_p = r.find("ref_position"), *ref_q = r.find("ref_attitude");
+  if (!asked || asked->width() != 6 || asked->size() < 200) return;
+  std::vector<double> t;
+  for (double at = asked->t_s.front(); at < asked->t_s.back() && t.size() < 1000000; at += 1 / kRate)
+    t.push_back(at);
+  std::vector<char> valid(t.size(), 1);
+  // on the grid, with gaps bridged and marked as far as the low pass carries them
+  const auto read = [&](const recording::Signal& s) {
+    const Eigen::MatrixXd strict = recording::resample(s, t, std::max(0.1, 3 * s.median_period_s()));
+    const auto reach = static_cast<std::ptrdiff_t>(kReach * kRate), n = static_cast<std::ptrdiff_t>(t.size());
+    for (std::ptrdiff_t i = 0; i < n; ++i)
+      if (!strict.row(i).allFinite())
+        for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, i - reach); k <= std::min(n - 1, i + reach); ++k)
+          valid[static_cast<std::size_t>(k)] = 0;
+    Eigen::MatrixXd x = recording::resample(s, t);
+    for (Eigen::Index i = 0; i < x.rows(); ++i)
+      if (!x.row(i).allFinite()) x.row(i) = i > 0 ? x.row(i - 1).eval() : Eigen::RowVectorXd::Zero(x.cols());
+    return x;
   };
-  const Eigen::MatrixXd e = at(ref_p, 3) - at(p, 3);
-  const Eigen::MatrixXd ev = v && ref_v ? Eigen::MatrixXd(at(ref_v, 3) - at(v, 3)) : at(nullptr, 3);
-  const Eigen::MatrixXd ff = at(ref_a, 3), sum = at(integral, 3);
+  const auto optional = [&](const char* name) -> Eigen::MatrixXd {
+    const recording::Signal* s = r.find(name);
+    if (!s || s->width() != 3) return Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(t.size()), 3);
+    return read(*s);
+  };
+  const Eigen::MatrixXd command = read(*asked);
+  ToldController flown = told;
   Finding f;
-  static constexpr const char* kAxis[] = {"x", "y", "z"};
-  std::string words;
-  double off = 0;
-  for (Eigen::Index c = 0; c < 3; ++c) {
-    std::vector<Eigen::Index> good;
-    for (Eigen::Index i = 0; i < e.rows(); ++i)
-      if (std::isfinite(e(i, c) + ev(i, c) + ff(i, c) + sum(i, c))) good.push_back(i);
-    const auto n = static_cast<Eigen::Index>(good.size());
-    if (n < 200) continue;
-    Eigen::MatrixXd X(n, 4);
-    Eigen::VectorXd y(n), replayed(n);
-    for (Eigen::Index k = 0; k < n; ++k) {
-      const Eigen::Index i = good[static_cast<std::size_t>(k)];
-      X.row(k) << e(i, c), ev(i, c), sum(i, c), 1.0;
-      y[k] = asked->values(i, c) - ff(i, c);
-      replayed[k] = told.kp[c] * e(i, c) + told.kv[c] * ev(i, c) + told.ki[c] * sum(i, c);
+  std::vector<Mismatch> mismatch;
+  if (p && ref_p) {
+    const Eigen::MatrixXd error = read(*ref_p) - read(*p);
+    judge({{"kp", "kv", "ki"},
+           {"1/s2", "1/s", "1/s3"},
+           {&flown.kp, &flown.kv, &flown.ki},
+           {"x", "y", "z"},
+           command.leftCols(3) - optional("ref_acceleration"),
+           error,
+           differentiate(error, kRate),
+           valid},
+          "world", f, mismatch);
+  }
+  const recording::Signal* gyro = r.find("gyro");
+  if (q && ref_q && gyro && gyro->width() == 3) {
+    const Eigen::MatrixXd at = read(*q), wanted = read(*ref_q), w = read(*gyro),
+                          w_ref = optional("ref_angular_velocity"),
+                          dw_ref = optional("ref_angular_acceleration");
+    Eigen::MatrixXd error(w.rows(), 3), rate(w.rows(), 3), rest = command.rightCols(3);
+    for (Eigen::Index i = 0; i < w.rows(); ++i) {
+      const Quat body = Quat(at(i, 0), at(i, 1), at(i, 2), at(i, 3)).normalized(),
+                 goal = Quat(wanted(i, 0), wanted(i, 1), wanted(i, 2), wanted(i, 3)).normalized();
+      const Mat3 R_BD = (body.conjugate() * goal).toRotationMatrix();
+      error.row(i) = vee(R_BD).transpose();
+      rate.row(i) = (R_BD * w_ref.row(i).transpose() - w.row(i).transpose()).transpose();
+      rest.row(i) -= (R_BD * dw_ref.row(i).transpose()).transpose();
+      if (!error.row(i).allFinite() || !rest.row(i).allFinite()) {
+        valid[static_cast<std::size_t>(i)] = 0;
+        error.row(i).setZero(), rate.row(i).setZero(), rest.row(i).setZero();
+      }
     }
-    Eigen::MatrixXd H = X.transpose() * X;
-    for (Eigen::Index k = 0; k < 4; ++k)
-      if (H(k, k) < 1e-12) H(k, k) = 1;  // not logged
-    const Eigen::VectorXd gains = H.ldlt().solve(X.transpose() * y);
-    const Eigen::VectorXd rest = y - X * gains;
-    const double s2 = rest.squaredNorm() / static_cast<double>(n);
-    // neighbouring samples are alike: a standard error for independent ones would be too small
-    const Eigen::MatrixXd cov = 25 * s2 * H.ldlt().solve(Eigen::MatrixXd::Identity(4, 4));
-    const double told_gain[] = {told.kp[c], told.kv[c], told.ki[c]};
-    static constexpr const char* kName[] = {"kp_", "kv_", "ki_"};
-    static constexpr const char* kUnit[] = {"1/s2", "1/s", "1/s3"};
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      const double se = std::sqrt(std::max(0.0, cov(k, k))), difference = gains[k] - told_gain[k];
-      if (X.col(k).squaredNorm() < 1e-10 ||
-          std::abs(difference) < std::max(4 * se, 0.1 * std::abs(told_gain[k])) ||
-          std::abs(difference) < 1e-6)
-        continue;
-      const std::string name = std::string(kName[k]) + kAxis[c];
-      f.parameters.push_back({name, name, kUnit[k], gains[k], gains[k] - 1.96 * se, gains[k] + 1.96 * se});
-      char text[120];
-      std::snprintf(text, sizeof text, "%s%s is %.3g, told %.3g", words.empty() ? "" : "; ", name.c_str(),
-                    gains[k], told_gain[k]);
-      words += text;
-    }
-    off = std::max(off, std::sqrt((y - replayed).squaredNorm() / static_cast<double>(n)));
-    if (!f.parameters.empty() && (f.channels.empty() || f.channels.back() != std::string("qddr_") + kAxis[c]))
-      f.channels.push_back(std::string("qddr_") + kAxis[c]);
+    judge({{"kR", "kw", "kI"},
+           {"1/s2", "1/s", "1/s3"},
+           {&flown.kR, &flown.kw, &flown.kI},
+           {"roll", "pitch", "yaw"},
+           rest,
+           error,
+           rate,
+           valid},
+          "body", f, mismatch);
   }
   if (f.parameters.empty()) return;
   f.effect = "controller_mismatch";
   f.probability = 0.99;
   f.stage = physics::Stage::control;
-  f.sentence = "The controller asks for something else than its told gains do: " + words + ".";
-  f.equation = "qddr = ref_acceleration + kp e + kv de + ki integral(e)";
-  d.findings.push_back(f);
-  Mismatch m;
-  m.stage = physics::Stage::control;
-  m.channel = f.channels.front();
-  m.frame = "world";
-  m.unit = "m/s2";
-  m.p_value = 1e-6;
-  m.rms = off;
-  m.where = words;
-  d.mismatch.push_back(m);
+  f.sentence = "The controller asks for something else than its told gains do: " + f.sentence + ".";
+  f.equation = "qddr = feed-forward + k_p e + k_v de/dt + k_i integral(e)";
+  d.findings.push_back(std::move(f));
+  for (Mismatch& m : mismatch) d.mismatch.push_back(std::move(m));
+  d.controller = flown;
 }
 
 }  // namespace omniflight::diagnosis

@@ -5,10 +5,11 @@
 
 namespace omniflight::diagnosis {
 
-/// Fits the gains that the logged command `qddr` follows (reference acceleration plus gains on position
-/// error, velocity error and, where logged, its integral) and names controller_mismatch with the axes whose
-/// gains differ from the told ones by more than 10 % and four standard errors. Adds nothing when the
-/// reference, the command or the state is not logged.
+/// Fits, axis by axis below 4 Hz, the gains on error, its rate and its integral that the logged command `qddr`
+/// follows beyond the reference's own acceleration: position in the world, attitude in the body. Names
+/// controller_mismatch with the gains that differ from the told ones by more than 10 % and four standard
+/// errors, and sets Diagnosis::controller to what was flown. Adds nothing where the reference, the command or
+/// the state is not logged, or where the command follows another law (less than 80 % of it is explained).
 void add_control(const recording::Recording& recording, const ToldController& told, Diagnosis& diagnosis);
 
 }  // namespace omniflight::diagnosis

@@ -155,12 +155,14 @@ void apply(const Told& told, Options& o) {
   if (const auto* v = get("tolerance.thrust_scale")) o.tolerance.thrust_scale = (*v)[0];
   if (const auto* v = get("tolerance.world_force")) o.tolerance.world_force = (*v)[0];
   if (const auto* v = get("tolerance.torque_trim")) o.tolerance.torque_trim = (*v)[0];
-  if (const auto* v = get("controller.kp")) {
-    o.has_controller = true;
-    o.controller.kp = three(*v);
-    if (const auto* w = get("controller.kv")) o.controller.kv = three(*w);
-    if (const auto* w = get("controller.ki")) o.controller.ki = three(*w);
-  }
+  ToldController& c = o.controller;
+  for (const auto& [place, gain] : {std::pair{"controller.kp", &c.kp},
+                                    {"controller.kv", &c.kv},
+                                    {"controller.ki", &c.ki},
+                                    {"controller.kR", &c.kR},
+                                    {"controller.kw", &c.kw},
+                                    {"controller.kI", &c.kI}})
+    if (const auto* v = get(place)) *gain = three(*v), o.has_controller = true;
 }
 
 }  // namespace omniflight::diagnosis

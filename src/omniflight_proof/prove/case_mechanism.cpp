@@ -436,8 +436,11 @@ void sensing(std::vector<Mechanism>& out, const vehicle::Vehicle& v) {
                  .typical = 0.1,
                  .largest = 5,
                  .measure = Measure::formula,
-                 .apply = [](Setup& s, double a,
-                             const Shape& k) { s.world.sensors.accelerometer_bias = a * k.direction(0); },
+                 .apply =
+                     [](Setup& s, double a, const Shape& k) {
+                       s.sensors.accelerometer_bias.setZero();  // this is the whole of it
+                       s.world.sensors.accelerometer_bias = a * k.direction(0);
+                     },
                  .parameters =
                      [](double a, const Shape& k) {
                        return vector({"bias_x", "bias_y", "bias_z"}, a * k.direction(0));
@@ -446,23 +449,26 @@ void sensing(std::vector<Mechanism>& out, const vehicle::Vehicle& v) {
                      [mass](double a, const Shape& k, const Flown&) {
                        return mass * a * k.direction(0).cwiseAbs().maxCoeff() / kForceNoise;
                      }});
-  out.push_back(
-      {.id = "gyro_error",
-       .stage = "sensing",
-       .realisation = "bias beyond what is told",
-       .level = "L1",
-       .smallest = 0,
-       .typical = 0.01,
-       .largest = 1,
-       .measure = Measure::formula,
-       .apply = [](Setup& s, double a, const Shape& k) { s.world.sensors.gyro_bias = a * k.direction(0); },
-       .parameters =
-           [](double a, const Shape& k) {
-             return vector({"bias_x", "bias_y", "bias_z"}, a * k.direction(0));
-           },
-       .size = [](double a, const Shape& k, const Flown&) {  // over its own noise: it is no wrench
-         return a * k.direction(0).cwiseAbs().maxCoeff() / 0.004;
-       }});
+  out.push_back({.id = "gyro_error",
+                 .stage = "sensing",
+                 .realisation = "bias beyond what is told",
+                 .level = "L1",
+                 .smallest = 0,
+                 .typical = 0.01,
+                 .largest = 1,
+                 .measure = Measure::formula,
+                 .apply =
+                     [](Setup& s, double a, const Shape& k) {
+                       s.sensors.gyro_bias.setZero();  // this is the whole of it
+                       s.world.sensors.gyro_bias = a * k.direction(0);
+                     },
+                 .parameters =
+                     [](double a, const Shape& k) {
+                       return vector({"bias_x", "bias_y", "bias_z"}, a * k.direction(0));
+                     },
+                 .size = [](double a, const Shape& k, const Flown&) {  // over its own noise: it is no wrench
+                   return a * k.direction(0).cwiseAbs().maxCoeff() / 0.004;
+                 }});
   out.push_back({.id = "mocap_tilt",
                  .stage = "sensing",
                  .realisation = "world of the motion capture askew",

@@ -33,7 +33,7 @@ const std::vector<SignalSpec>& canonical_signals() {
       {"qddr", "m/s2, rad/s2", 6},
       {"qdd", "m/s2, rad/s2", 6},
       {"thrust_command", "N", 0},
-      {"integral", "m s, rad s", 6},
+      {"integral", "m/s2, rad/s2", 6},
       {"est_position", "m", 3},
       {"est_attitude", "1", 4},
       {"est_velocity", "m/s", 3},

@@ -180,6 +180,7 @@ struct Diagnosis {
   double runtime_s = 0;               ///< set by the caller
 
   std::vector<physics::ActiveEffect> model;    ///< effects with values: what model.yaml lists
+  std::optional<ToldController> controller;    ///< gains as flown, where they are not those told
   std::map<std::string, double> tracking_rms;  ///< "px" [m] ...: shows how blind the tracking error is
   std::vector<Series> series;
   std::vector<CandidateGain> candidates;

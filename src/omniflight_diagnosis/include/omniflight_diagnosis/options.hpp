@@ -29,7 +29,8 @@ struct Tolerance {
 
 /// Gains that a controller is said to have; its command is then replayed on the recorded state.
 struct ToldController {
-  Vec3 kp = Vec3::Zero(), kv = Vec3::Zero(), ki = Vec3::Zero();  ///< 1/s^2, 1/s, 1/s^3
+  Vec3 kp = Vec3::Zero(), kv = Vec3::Zero(), ki = Vec3::Zero();  ///< 1/s^2, 1/s, 1/s^3: position, world
+  Vec3 kR = Vec3::Zero(), kw = Vec3::Zero(), kI = Vec3::Zero();  ///< 1/s^2, 1/s, 1/s^3: attitude, body
 };
 
 /// Flies the recorded reference again in closed loop with nothing left out of the model but this body wrench

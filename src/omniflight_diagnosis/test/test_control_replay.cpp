@@ -1,0 +1,130 @@
+// Gains of a logged command against those told, for position and attitude.
+#include <gtest/gtest.h>
+
+#include "../src/control_replay.hpp"
+#include "omniflight_core/frames.hpp"
+#include "omniflight_core/random.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+constexpr double kStep = 0.008, kDuration = 60;  // s
+
+ToldController usual() {
+  return {Vec3::Constant(12),  Vec3::Constant(6),  Vec3::Constant(12),
+          Vec3::Constant(100), Vec3::Constant(20), Vec3::Constant(20)};
+}
+
+/// A free body in turbulence that is held still with these gains; `power` bends the feedback into another
+/// law.
+recording::Recording flown(const ToldController& gains, double power = 1) {
+  recording::Recording r;
+  const auto put = [&](const char* name, double t, const Eigen::VectorXd& x) {
+    recording::Signal& s = r.signals[name];
+    s.name = name;
+    s.t_s.push_back(t);
+    s.values.conservativeResize(static_cast<Eigen::Index>(s.t_s.size()), x.size());
+    s.values.bottomRows(1) = x.transpose();
+  };
+  Random random(7, "control");
+  const auto noise = [&](double rms) {
+    return Vec3(rms * random.normal(), rms * random.normal(), rms * random.normal());
+  };
+  Vec3 p = Vec3::Zero(), v = Vec3::Zero(), w = Vec3::Zero(), sum = Vec3::Zero(), turned = Vec3::Zero();
+  Vec3 wind = Vec3::Zero(), twist = Vec3::Zero();
+  Quat q = Quat::Identity();
+  const auto bend = [&](const Vec3& x) -> Vec3 {
+    return power == 1 ? x : Vec3(x.array().sign() * x.array().abs().pow(power));
+  };
+  for (double t = 0; t < kDuration; t += kStep) {
+    const Vec3 e_R = vee(q.conjugate().toRotationMatrix());
+    sum -= p * kStep;
+    turned += e_R * kStep;
+    Vec6 command;
+    command << bend(-gains.kp.cwiseProduct(p) - gains.kv.cwiseProduct(v) + gains.ki.cwiseProduct(sum)),
+        bend(gains.kR.cwiseProduct(e_R) - gains.kw.cwiseProduct(w) + gains.kI.cwiseProduct(turned));
+    const Quat seen = q * exp_rotation(noise(0.0008));
+    put("position", t, p + noise(0.0002));
+    put("attitude", t, Eigen::Vector4d(seen.w(), seen.x(), seen.y(), seen.z()));
+    put("gyro", t, w + noise(0.004));
+    put("qddr", t, command);
+    put("ref_position", t, Vec3::Zero());
+    put("ref_attitude", t, Eigen::Vector4d(1, 0, 0, 0));
+    wind = 0.97 * wind + noise(0.05);
+    twist = 0.97 * twist + noise(0.4);
+    v += (command.head<3>() + wind) * kStep;
+    p += v * kStep;
+    w += (command.tail<3>() + twist) * kStep;
+    q = (q * exp_rotation(w * kStep)).normalized();
+  }
+  return r;
+}
+
+Diagnosis judged(const recording::Recording& r) {
+  Diagnosis d;
+  add_control(r, usual(), d);
+  return d;
+}
+
+TEST(ControlReplay, ToldGainsThatAreFlownAreNoFinding) {
+  const Diagnosis d = judged(flown(usual()));
+  EXPECT_TRUE(d.findings.empty()) << d.findings[0].sentence;
+  EXPECT_FALSE(d.controller.has_value());
+}
+
+TEST(ControlReplay, NamesTheLoopAndTheGainsThatWereCut) {
+  for (const bool attitude : {false, true}) {
+    ToldController cut = usual();
+    (attitude ? cut.kR : cut.kp) *= 0.5;
+    (attitude ? cut.kw : cut.kv) *= 0.5;
+    const Diagnosis d = judged(flown(cut));
+    ASSERT_EQ(d.findings.size(), 1U);
+    const Finding& f = d.findings[0];
+    EXPECT_EQ(f.effect, "controller_mismatch");
+    EXPECT_EQ(f.stage, physics::Stage::control);
+    ASSERT_EQ(f.parameters.size(), 6U) << f.sentence;  // two gains of three axes, none of the other loop
+    for (const ParameterValue& p : f.parameters) {
+      const double truth = p.name[1] == 'p' ? 6 : p.name[1] == 'v' ? 3 : p.name[1] == 'R' ? 50 : 10;
+      EXPECT_NEAR(p.value, truth, 0.05 * truth) << p.name;
+    }
+    ASSERT_TRUE(d.controller);
+    EXPECT_EQ(d.controller->ki, usual().ki);
+    EXPECT_LT(((attitude ? d.controller->kR : d.controller->kp) - (attitude ? cut.kR : cut.kp)).norm(),
+              0.05 * (attitude ? cut.kR : cut.kp).norm());
+  }
+}
+
+TEST(ControlReplay, OneAxisIsEnough) {
+  ToldController cut = usual();
+  cut.kR.z() *= 0.4;
+  const Diagnosis d = judged(flown(cut));
+  ASSERT_EQ(d.findings.size(), 1U);
+  ASSERT_EQ(d.findings[0].parameters.size(), 1U) << d.findings[0].sentence;
+  EXPECT_EQ(d.findings[0].parameters[0].name, "kR_yaw");
+  EXPECT_NEAR(d.findings[0].parameters[0].value, 40, 3);
+}
+
+TEST(ControlReplay, SaysNothingOfAnotherLawNorWithoutTheState) {
+  EXPECT_TRUE(judged(flown(usual(), 0.1)).findings.empty());
+  recording::Recording blind =
+      flown({0.4 * usual().kp, usual().kv, usual().ki, usual().kR, usual().kw, usual().kI});
+  EXPECT_FALSE(judged(blind).findings.empty());
+  blind.signals.erase("position");
+  EXPECT_TRUE(judged(blind).findings.empty());
+}
+
+TEST(ControlReplay, ALostStretchOfMotionCaptureChangesNothing) {
+  recording::Recording r = flown(usual());
+  recording::Signal& p = r.signals["position"];
+  const Eigen::Index from = p.values.rows() / 2, lost = static_cast<Eigen::Index>(1.5 / kStep),
+                     n = p.values.rows();
+  const Eigen::MatrixXd tail = p.values.bottomRows(n - from - lost);
+  p.values.conservativeResize(n - lost, 3);
+  p.values.bottomRows(tail.rows()) = tail;
+  p.t_s.erase(p.t_s.begin() + from, p.t_s.begin() + from + lost);
+  const Diagnosis d = judged(r);
+  EXPECT_TRUE(d.findings.empty()) << d.findings[0].sentence;
+}
+
+}  // namespace
+}  // namespace omniflight::diagnosis
