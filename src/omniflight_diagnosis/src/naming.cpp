@@ -108,6 +108,11 @@ bool declared_alias(const Effect& a, const Effect& b) {
   return lists(a, b) || lists(b, a);
 }
 
+bool turns(const Effect& effect) {
+  const auto& channels = effect.info().channels;
+  return std::any_of(channels.begin(), channels.end(), [](const std::string& c) { return c.front() == 'M'; });
+}
+
 /// Removes effects that no longer earn their parameters.
 Fit prune(const Problem& problem, Fit fit, const Options& o, const Costs& costs) {
   for (bool again = true; again && !fit.effects.empty();) {
@@ -194,6 +199,7 @@ class Search {
  private:
   static int any_width() { return 1 << 20; }
   static constexpr std::size_t kMostRefused = 3;
+  static constexpr double kAlike = 0.8;  ///< cosine of contributions, whitened
 
   /// May enter: neither named nor found wanting.
   bool may_enter(const Fit& current, const Effect* effect) const {
@@ -333,17 +339,52 @@ class Search {
   }
 
   /// Those that pass, and what grows in the place of those that do not: a law that imitates another best need
-  /// not stand on its own, and the other was never asked then. Where feedback colours the state, enough
-  /// stands in line that would only seem to pass.
+  /// not stand on its own, and the other was never asked then.
   Fit pass(Fit current) {
     for (;;) {
       const std::size_t before = refused_.size();
+      const Fit with = current;
       current = keep_what_passes(std::move(current));
-      if (!problem_.instrumented() || refused_.size() == before || refused_.size() > kMostRefused ||
+      if (refused_.size() == before || refused_.size() > kMostRefused ||
           stop("laws in place of those that did not pass"))
         return current;
-      current = exchange(grow(std::move(current), any_width()));
+      current = problem_.instrumented() ? exchange(grow(std::move(current), any_width()))
+                                        : stand_in(std::move(current), with, before);
     }
+  }
+
+  /// Where feedback colours the state, enough stands in line that would only seem to pass: only what acts as
+  /// a refused member of `with` did is asked. A single weak rotor lowers the thrust as a load does, and bends
+  /// a little besides.
+  Fit stand_in(Fit current, const Fit& with, std::size_t before) {
+    std::vector<std::pair<double, const Effect*>> order;
+    for (std::size_t k = 0; k < with.effects.size(); ++k) {
+      if (std::find(refused_.begin() + static_cast<std::ptrdiff_t>(before), refused_.end(),
+                    with.effects[k].effect) == refused_.end())
+        continue;
+      const Eigen::VectorXd own = problem_.noise().apply_vector(problem_, contribution_of(problem_, with, k));
+      for (const Effect* effect : candidates_) {
+        if (!may_enter(current, effect)) continue;
+        const Fit fit = quick(current, effect);
+        if (tested(fit, costs_) > tested(current, costs_) && !at_limit(problem_, fit.effects.back()) &&
+            cosine(last_columns(problem_, problem_.noise(), fit), own) > kAlike)
+          order.emplace_back(score(fit, costs_), effect);
+      }
+    }
+    std::stable_sort(order.begin(), order.end(),
+                     [](const auto& a, const auto& b) {  // the simplest, then the best
+                       const int more = a.second->parameter_count() - b.second->parameter_count();
+                       return more != 0 ? more < 0 : a.first > b.first;
+                     });
+    for (const auto& [preview, effect] : order) {
+      if (stop("laws in place of those that did not pass")) break;
+      Fit fit = fit_with(problem_, current, *effect, o_);
+      const std::size_t last = fit.effects.size() - 1;
+      if (tested(fit, costs_) > tested(current, costs_) && makes_sense(problem_, fit, last) &&
+          gate_open(problem_, gate_effect(problem_, fit, last, o_), o_, costs_.entry(*effect)))
+        return polish(problem_, std::move(fit), o_);
+    }
+    return current;
   }
 
   /// Every member must pass in the company of the others; the others are not tried again.
@@ -365,7 +406,7 @@ class Search {
           away = away ||
                  (!is_shape(p) && std::abs(settled.effects[k].theta[c] - p.neutral) > kAway * known.se[at]);
         }
-        away = away && makes_sense(problem_, current, k);
+        away = away && makes_sense(problem_, current, k) && !at_limit(problem_, settled.effects[k]);
         if (away && gate_open(problem_, gate, o_, costs_.entry(*current.effects[k].effect))) continue;
         if (all_pass || gate.gain < worst) worst = gate.gain, index = k;
         all_pass = false;
@@ -433,7 +474,7 @@ class Search {
       if (declared_alias(*effect, *current.effects[k].effect) ||
           score(current, costs_) - score(swapped, costs_) < 20.0 + 6.0 * temper)
         swapped = fit_with(problem_, frozen, *effect, o_);
-      const double behind = score(current, costs_) - score(swapped, costs_);
+      const double behind = behind_by(current, k, swapped);
       named.swapped_best = std::max(named.swapped_best, -behind);
       // another effect that explains another part of the residual is no alias
       const double alike = cosine(last_columns(problem_, problem_.noise(), swapped), own);
@@ -455,6 +496,20 @@ class Search {
     }
     named.probability = 1.0 / total;
     return named;
+  }
+
+  /// How much worse the flight is explained with the last effect of `swapped` in the place of member k. Noisy
+  /// rotor speeds and an inertia known to a tenth make rotors seem to turn the body less than they do: where
+  /// feedback colours the state, torques do not decide between a weak thrust and a load, which has none.
+  double behind_by(const Fit& current, std::size_t k, const Fit& swapped) const {
+    const Effect &own = *current.effects[k].effect, &other = *swapped.effects.back().effect;
+    const double all = score(current, costs_) - score(swapped, costs_);
+    if (problem_.instrumented() || !declared_alias(own, other) || turns(own) == turns(other)) return all;
+    const auto of_torques = [&](const Fit& fit) {
+      return 0.5 *
+             problem_.noise().apply_vector(problem_, fit.residual).tail(3 * problem_.samples()).squaredNorm();
+    };
+    return all + of_torques(current) - of_torques(swapped);
   }
 
   /// Whether the last effect of `fit` does as well as it does only at a limit: a cable of 5 cm that hangs

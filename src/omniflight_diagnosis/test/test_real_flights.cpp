@@ -106,6 +106,58 @@ TEST(RealFlights, SpinUpExplainsTheYawOfQuickFlights) {
   EXPECT_GE(1 - after / all, 0.8);
 }
 
+/// A finding that is called `effect`, or that cannot be told apart from it.
+const Finding* said(const Diagnosis& d, const std::string& effect) {
+  for (const Finding& f : d.findings) {
+    const auto& rivals = f.cannot_be_told_apart_from;
+    if (f.effect == effect || std::find(rivals.begin(), rivals.end(), effect) != rivals.end()) return &f;
+  }
+  return nullptr;
+}
+
+TEST(RealFlights, AVehicleFileSetWrongIsSaid) {
+  if (!std::filesystem::exists(flights() / "crazyflie_brushless/eckart01"))
+    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
+  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+  const auto nominal = vehicle::load_vehicle("crazyflie_brushless");
+  ASSERT_TRUE(nominal) << nominal.error().text();
+  Options o;
+  o.rollouts = false;
+  for (const char* flight : {"01", "07", "13", "18", "23"}) {
+    SCOPED_TRACE(flight);
+    const auto recording = load_all({std::string("crazyflie_brushless/eckart") + flight});
+    const auto ask = [&](const vehicle::Vehicle& v) {
+      auto d = diagnose(recording, {}, v, o);
+      EXPECT_TRUE(d) << d.error().text();
+      return d ? *d : Diagnosis{};
+    };
+    const Diagnosis right = ask(*nominal);
+    for (const char* absent : {"payload_mass", "thrust_scale", "constant_pull", "rotor_thrust_scale"})
+      EXPECT_FALSE(named(right, absent)) << right.summary;
+
+    vehicle::Vehicle heavy = *nominal;
+    heavy.mass *= 1.1;
+    const Diagnosis of_heavy = ask(heavy);
+    const Finding* load = said(of_heavy, "payload_mass");
+    ASSERT_TRUE(load) << of_heavy.summary;
+    if (load->effect == "payload_mass") {
+      EXPECT_NEAR(load->parameters[0].value, -0.1 * nominal->mass, 0.01 * nominal->mass);
+    }
+
+    vehicle::Vehicle weak = *nominal;
+    for (vehicle::Rotor& r : weak.rotors) r.thrust_coefficient *= 0.9;
+    const Diagnosis of_weak = ask(weak);
+    EXPECT_TRUE(said(of_weak, "thrust_scale")) << of_weak.summary;
+
+    vehicle::Vehicle shifted = *nominal;
+    shifted.center_of_mass.x() += 0.004;
+    const Diagnosis of_shifted = ask(shifted);
+    const Finding* centre = said(of_shifted, "com_offset");
+    ASSERT_TRUE(centre) << of_shifted.summary;
+    EXPECT_NEAR(centre->parameters[0].value, -0.004, 0.0008);
+  }
+}
+
 /// One of a pair, beside the track of the other if `other` is named.
 recording::Recording load_one_of_two(const std::string& own, const std::string& other) {
   const auto folder = flights() / "crazyflie_pairs";
