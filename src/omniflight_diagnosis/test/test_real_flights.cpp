@@ -162,7 +162,7 @@ TEST(RealFlights, AVehicleFileSetWrongIsSaid) {
 recording::Recording load_one_of_two(const std::string& own, const std::string& other) {
   const auto folder = flights() / "crazyflie_pairs";
   recording::LoadOptions load;
-  load.map = OMNIFLIGHT_SOURCE_ROOT "/src/omniflight_recording/maps/crazyflie_pairs.yaml";
+  load.map = OMNIFLIGHT_SOURCE_ROOT "/configs/csv_maps/crazyflie_pairs.yaml";
   auto r = recording::load(folder / (own + ".csv.gz"), load);
   EXPECT_TRUE(r) << r.error().text();
   if (!r || other.empty()) return r ? *r : recording::Recording{};

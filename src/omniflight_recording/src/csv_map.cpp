@@ -28,8 +28,6 @@ int column_at(const std::vector<std::string>& header, const std::string& column,
   return index;
 }
 
-}  // namespace
-
 Result<CsvLayout> canonical_layout(const std::vector<std::string>& header, const std::string& file) {
   CsvLayout layout;
   std::map<std::string, std::map<int, int>> found;  // signal -> component -> column
@@ -46,8 +44,8 @@ Result<CsvLayout> canonical_layout(const std::vector<std::string>& header, const
     }
   }
   if (layout.time_column < 0)
-    return bad_input("there is no column t_s (time in seconds)", file + ":1",
-                     "Rename the time column, or describe the columns with --map FILE");
+    return bad_input("there is no column t_s (time in seconds), and no map under configs/csv_maps fits",
+                     file + ":1", "Rename the time column, or describe the columns with --map FILE");
   for (const auto& [name, components] : found) {
     const SignalSpec* spec = find_spec(name);
     const int width = spec->width > 0 ? spec->width : components.rbegin()->first + 1;
@@ -104,6 +102,38 @@ Result<CsvLayout> mapped_layout(const std::vector<std::string>& header, const st
     return Failure(error);
   }
   return layout;
+}
+
+/// Maps under configs/csv_maps by name; none without that folder.
+std::vector<std::filesystem::path> known_maps() {
+  std::vector<std::filesystem::path> out;
+  const auto configs = files::config_dir();
+  if (!configs) return out;
+  std::error_code ec;
+  for (const auto& entry : std::filesystem::directory_iterator(*configs / "csv_maps", ec))
+    if (entry.path().extension() == ".yaml") out.push_back(entry.path());
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+}  // namespace
+
+Result<CsvLayout> layout_of(const std::vector<std::string>& header, const std::string& file,
+                            const std::filesystem::path& map) {
+  if (!map.empty()) {
+    std::error_code ec;
+    if (!map.has_parent_path() && !std::filesystem::exists(map, ec))
+      for (const auto& known : known_maps())
+        if (known.stem() == map) return mapped_layout(header, file, known);
+    return mapped_layout(header, file, map);
+  }
+  if (std::find(header.begin(), header.end(), "t_s") == header.end())
+    for (const auto& known : known_maps())
+      if (auto layout = mapped_layout(header, file, known)) {
+        layout->found_map = known;
+        return layout;
+      }
+  return canonical_layout(header, file);
 }
 
 }  // namespace omniflight::recording

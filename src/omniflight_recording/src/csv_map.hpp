@@ -22,10 +22,13 @@ struct CsvLayout {
   double time_scale = 1.0;  // to seconds
   std::vector<CsvSignal> signals;
   std::vector<std::string> ignored;  // columns without a meaning
+  std::filesystem::path found_map;  // the map that was found to fit; empty where none was needed or one given
 };
 
-Result<CsvLayout> canonical_layout(const std::vector<std::string>& header, const std::string& file);
-Result<CsvLayout> mapped_layout(const std::vector<std::string>& header, const std::string& file,
-                                const std::filesystem::path& map);
+/// By `map` (a file, or a name under configs/csv_maps) when one is given; otherwise by canonical names, or by
+/// the first map under configs/csv_maps whose columns are all there. A canonical time column decides for
+/// canonical names.
+Result<CsvLayout> layout_of(const std::vector<std::string>& header, const std::string& file,
+                            const std::filesystem::path& map);
 
 }  // namespace omniflight::recording

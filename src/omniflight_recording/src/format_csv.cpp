@@ -76,12 +76,14 @@ Result<Recording> read(std::string_view bytes, const std::string& file, const Lo
   if (cells.size() > kMaxColumns)
     return bad_input("has more than 2000 columns", here(), "Export fewer columns");
   const std::vector<std::string> header(cells.begin(), cells.end());
-  auto layout =
-      options.map.empty() ? canonical_layout(header, file) : mapped_layout(header, file, options.map);
+  auto layout = layout_of(header, file, options.map);
   if (!layout) return Failure(layout.error());
 
   Recording recording;
   Collector collector;
+  if (!layout->found_map.empty())
+    recording.note(Note::Kind::information,
+                   "its columns were read as the map " + layout->found_map.stem().string() + " says");
   for (const auto& name : layout->ignored)
     recording.note(Note::Kind::ignored, "column " + files::shown(name) + " has no known meaning");
   for (const auto& s : layout->signals)

@@ -48,9 +48,10 @@ TEST_F(Csv, ColumnsInAnyOrderEmptyCellsAndGapsAreRead) {
 }
 
 TEST_F(Csv, HostileTablesAreRefusedWithLineAndColumn) {
-  EXPECT_EQ(refusal("time,px_m\n0,1\n"),
-            ":1: there is no column t_s (time in seconds). Rename the time column, or describe the columns "
-            "with --map FILE");
+  EXPECT_EQ(
+      refusal("time,px_m\n0,1\n"),
+      ":1: there is no column t_s (time in seconds), and no map under configs/csv_maps fits. Rename the "
+      "time column, or describe the columns with --map FILE");
   EXPECT_EQ(refusal("t_s,vbat_V\n0,1\n1,abc\n"),
             ":3: vbat_V: 'abc' is not a finite number. Correct the cell or leave it empty");
   EXPECT_EQ(refusal("t_s,vbat_V\n0,inf\n"),
@@ -99,6 +100,29 @@ TEST_F(Csv, AMapNamesForeignColumns) {
   EXPECT_NE(message(head + "  - {signal: vbat, columns: [volt], skale: 2}\n").find("Did you mean 'scale'?"),
             std::string::npos);
   fs::remove(map);
+}
+
+TEST_F(Csv, AForeignTableIsRecognisedByAllItsColumns) {
+  const fs::path configs = file.string() + "_configs";
+  fs::create_directories(configs / "csv_maps");
+  fs::create_directories(configs / "vehicles");
+  std::ofstream(configs / "csv_maps/board.yaml")
+      << "schema: omniflight.csv_map/1\ntime: {column: us, scale: 1.0e-6}\nsignals:\n"
+         "  - {signal: vbat, columns: [volt], scale: 0.001}\n";
+  setenv("OMNIFLIGHT_CONFIGS", configs.c_str(), 1);
+  const auto r = read("us,volt\n1000000,3700\n2000000,3600\n");
+  EXPECT_EQ(refusal("us,volts\n1000000,3700\n").substr(0, 39), ":1: there is no column t_s (time in sec");
+  LoadOptions by_name;
+  by_name.map = "board";
+  EXPECT_TRUE(read("us,volt,more\n1,3700,0\n", by_name));
+  EXPECT_EQ(read("t_s,us,volt,vbat_V\n0,1,3700,3.5\n")->find("vbat")->values(0, 0), 3.5);  // it is canonical
+  unsetenv("OMNIFLIGHT_CONFIGS");
+  fs::remove_all(configs);
+  ASSERT_TRUE(r) << r.error().text();
+  EXPECT_NEAR(r->find("vbat")->values(1, 0), 3.6, 1e-12);
+  ASSERT_EQ(r->notes.size(), 1u);
+  EXPECT_EQ(r->notes[0].text, "its columns were read as the map board says");
+  EXPECT_FALSE(r->lost_anything());
 }
 
 TEST_F(Csv, ARecordingExportedToCsvReadsBackExactly) {

@@ -14,8 +14,9 @@ using namespace omniflight::recording;
 namespace {
 
 Recording read(const std::string& relative, const std::string& map = {}) {
+  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
   LoadOptions options;
-  if (!map.empty()) options.map = fs::path(OMNIFLIGHT_SOURCE_ROOT) / "src/omniflight_recording/maps" / map;
+  options.map = map;
   auto r = load(real_data(relative), options);
   EXPECT_TRUE(r) << (r ? "" : r.error().text());
   return r ? *r : Recording{};
@@ -129,7 +130,7 @@ TEST(RealLogs, CutAndDamagedMicroSdLogsAreReadAsFarAsTheyAreSound) {
 
 TEST(RealLogs, NanobenchThroughItsMap) {
   NEEDS_REAL_DATA("flights/nanobench/B2_circle_fast_rep2.csv.gz");
-  const auto r = read("flights/nanobench/B2_circle_fast_rep2.csv.gz", "nanobench.yaml");
+  const auto r = read("flights/nanobench/B2_circle_fast_rep2.csv.gz", "nanobench");
   EXPECT_EQ(r.format, "csv");
   EXPECT_GT(r.start_s, 1.7e9);
   EXPECT_NEAR(r.find("position")->median_period_s(), 0.01, 0.001);
@@ -142,7 +143,8 @@ TEST(RealLogs, NanobenchThroughItsMap) {
 
 TEST(RealLogs, CrazyfliePairsThroughTheirMapInMicroseconds) {
   NEEDS_REAL_DATA("flights/crazyflie_pairs/swapLL_cf101_00.csv.gz");
-  const auto r = read("flights/crazyflie_pairs/swapLL_cf101_00.csv.gz", "crazyflie_pairs.yaml");
+  const auto r = read("flights/crazyflie_pairs/swapLL_cf101_00.csv.gz");  // found by its columns
+  EXPECT_EQ(r.notes.front().text, "its columns were read as the map crazyflie_pairs says");
   EXPECT_NEAR(r.find("acc")->median_period_s(), 0.01, 0.002);
   EXPECT_NEAR(r.find("acc")->values.col(2).mean(), 9.81, 0.4);
   EXPECT_NEAR(r.find("thrust_model")->values.rowwise().sum().mean(), 0.065 * 9.81, 0.1);  // about 65 g
