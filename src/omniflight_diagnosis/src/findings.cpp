@@ -124,14 +124,19 @@ void drop_what_a_sensor_explains(Diagnosis& d) {
     if (fault.effect != "rotor_speed_sensor_fault" || fault.parameters.size() != 2) continue;
     const int rotor = static_cast<int>(fault.parameters[0].value);
     const double e = fault.parameters[1].value, as_thrust = 1 / ((1 + e) * (1 + e)) - 1;
+    const std::string scale = "scale_" + std::to_string(rotor), place = "rotor" + std::to_string(rotor) + "_";
     const auto seems = [&](const Finding& f) {
-      return f.effect == "rotor_thrust_scale" && f.parameters.size() == 1 &&
-             f.parameters[0].name == "scale_" + std::to_string(rotor) &&
-             std::abs(f.parameters[0].value - as_thrust) < 0.4 * std::abs(as_thrust);
+      const auto& rivals = f.cannot_be_told_apart_from;
+      if (f.effect == "rotor_thrust_scale")
+        return f.parameters.size() == 1 && f.parameters[0].name == scale &&
+               std::abs(f.parameters[0].value - as_thrust) < 0.4 * std::abs(as_thrust);
+      return std::find(rivals.begin(), rivals.end(), "rotor_thrust_scale") != rivals.end() &&
+             std::all_of(f.parameters.begin(), f.parameters.end(),
+                         [&](const ParameterValue& p) { return p.name.starts_with(place); });
     };
     const auto at = std::find_if(d.findings.begin(), d.findings.end(), seems);
     if (at == d.findings.end()) continue;
-    std::erase_if(d.model, [](const ActiveEffect& m) { return m.effect->info().id == "rotor_thrust_scale"; });
+    std::erase_if(d.model, [&](const ActiveEffect& m) { return m.effect->info().id == at->effect; });
     d.findings.erase(at);
     return;
   }

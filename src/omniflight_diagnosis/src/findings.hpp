@@ -16,7 +16,7 @@ Finding finding_of(const SensorFault& fault);
 void add_faults(const std::vector<Flight>& flights, Diagnosis& d);
 
 /// A rotor whose telemetry reads low by a share e seems to lift 2 e more than its speed says: once its sensor
-/// is named, that is no effect of its own.
+/// is named, that is no effect of its own, nor is what cannot be told apart from it on the same rotor.
 void drop_what_a_sensor_explains(Diagnosis& d);
 
 std::string summarise(const Diagnosis& d, const std::vector<Flight>& flights);

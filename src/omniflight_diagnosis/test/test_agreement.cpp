@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "../src/agreement.hpp"
+#include "../src/findings.hpp"
 #include "synthetic.hpp"
 
 namespace omniflight::diagnosis {
@@ -138,6 +139,29 @@ TEST(Agreement, MissingAndBrokenSignalsArePassedOver) {
   r = with_commands(v);
   for (auto& [name, signal] : r.signals) signal.values.setConstant(std::nan(""));
   EXPECT_EQ(found(r, v), "");
+}
+
+TEST(Agreement, WhatALyingSensorMakesOfItsRotorIsNoEffect) {
+  const auto after = [](const std::string& effect, std::vector<ParameterValue> values,
+                        std::vector<std::string> rivals) {
+    Diagnosis d;
+    Finding fault, other;
+    fault.effect = "rotor_speed_sensor_fault";
+    fault.parameters = {{"rotor", "k", "1", 2}, {"scale", "eps", "1", -0.0063}};
+    other.effect = effect;
+    other.parameters = std::move(values);
+    other.cannot_be_told_apart_from = std::move(rivals);
+    d.findings = {other, fault};
+    drop_what_a_sensor_explains(d);
+    return d.findings.size();
+  };
+  EXPECT_EQ(after("rotor_thrust_scale", {{"scale_2", "", "1", 0.0127}}, {}), 1U);
+  EXPECT_EQ(after("rotor_thrust_scale", {{"scale_2", "", "1", 0.05}}, {}), 2U);  // far more than it explains
+  EXPECT_EQ(after("rotor_thrust_scale", {{"scale_3", "", "1", 0.0127}}, {}), 2U);
+  EXPECT_EQ(after("rotor_position_error", {{"rotor2_x", "", "m", 0.002}}, {"rotor_thrust_scale"}), 1U);
+  EXPECT_EQ(after("rotor_position_error", {{"rotor2_x", "", "m", 0.002}}, {}), 2U);
+  EXPECT_EQ(after("rotor_position_error", {{"rotor3_x", "", "m", 0.002}}, {"rotor_thrust_scale"}), 2U);
+  EXPECT_EQ(after("com_offset", {{"x", "", "m", 0.002}}, {"rotor_thrust_scale"}), 2U);
 }
 
 }  // namespace
