@@ -243,7 +243,7 @@ class Loop {
 }  // namespace
 
 Status refly_recorded(const recording::Recording& r, const vehicle::Vehicle& vehicle,
-                      const diagnosis::Told& told, const physics::Environment& environment,
+                      const diagnosis::Told& told, const diagnosis::Options& options,
                       diagnosis::Diagnosis& d) {
   for (const char* key : {"kp", "kv", "ki", "kR", "kw", "kI"})
     if (!told.numbers.count(std::string("controller.") + key))
@@ -256,9 +256,7 @@ Status refly_recorded(const recording::Recording& r, const vehicle::Vehicle& veh
   auto asked = asked_of(r);
   if (!asked) return Failure(asked.error());
   if (asked->thrust.size() > 0 && asked->thrust.cols() != vehicle.rotor_count()) asked->thrust.resize(0, 0);
-  const Loop loop(vehicle, told, environment);
-  diagnosis::Options options;
-  diagnosis::apply(told, options);
+  const Loop loop(vehicle, told, options.environment);
   const auto before = loop.fly(*asked, {}, options.controller),
              after = loop.fly(*asked, {d.model, {}}, d.controller.value_or(options.controller));
   if (!before) return Failure(before.error());

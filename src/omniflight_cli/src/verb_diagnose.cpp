@@ -270,7 +270,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
       const auto told =
           file.empty() ? Result<diagnosis::Told>(diagnosis::Told{}) : diagnosis::load_told(file);
       if (!told) return Failure(told.error());
-      if (auto ok = refly_recorded(fit->front(), *vehicle, *told, options.environment, *d); !ok)
+      if (auto ok = refly_recorded(fit->front(), *vehicle, *told, options, *d); !ok)
         say(common, "  not flown again: " + ok.error().text());
     }
     const std::string json = diagnosis::to_json(*d);

@@ -138,67 +138,39 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
 
 void Problem::evaluate(const physics::ActiveEffect& active, Eigen::VectorXd& value,
                        Eigen::MatrixXd* jacobian) const {
-  const physics::Effect& effect = *active.effect;
-  const bool constant = has_constant_columns(effect);
-  if (constant) {
-    auto known = linear_.find(&effect);
-    if (known == linear_.end()) {
-      Eigen::MatrixXd columns;
-      differentiate(active, value, columns);
-      known = linear_.emplace(&effect, std::move(columns)).first;
-    }
-    value = known->second * Eigen::Map<const Eigen::VectorXd>(active.theta.data(),
-                                                              static_cast<Eigen::Index>(active.theta.size()));
-    if (jacobian) *jacobian = known->second;
-  } else if (jacobian) {
-    differentiate(active, value, *jacobian);
-  } else {
-    value_of(active, value);
+  if (!has_constant_columns(*active.effect)) return wrench_of(active, value, jacobian);
+  auto known = linear_.find(active.effect);
+  if (known == linear_.end()) {
+    Eigen::MatrixXd columns;
+    wrench_of(active, value, &columns);
+    known = linear_.emplace(active.effect, std::move(columns)).first;
   }
+  value = known->second * Eigen::Map<const Eigen::VectorXd>(active.theta.data(),
+                                                            static_cast<Eigen::Index>(active.theta.size()));
+  if (jacobian) *jacobian = known->second;
 }
 
-void Problem::value_of(const physics::ActiveEffect& active, Eigen::VectorXd& value) const {
+void Problem::wrench_of(const physics::ActiveEffect& active, Eigen::VectorXd& value,
+                        Eigen::MatrixXd* jacobian) const {
   const physics::Effect& effect = *active.effect;
+  const int parameters = jacobian ? effect.parameter_count() : 0;
   value.resize(rows());
-  if (effect.memory_size().total() == 0) {
-    for (int i = 0; i < n_; ++i) {
-      physics::Wrench w;
-      effect.add_wrench(situation(i), active.theta.data(), w);
-      const Vec6 now = w.at(situation(i));
-      for (int c = 0; c < 6; ++c) value[c * n_ + i] = now[c];
-    }
-    return;
-  }
-  std::vector<double> w;
-  for (const Run& run : runs_) {  // its state starts anew with every uninterrupted stretch
-    const auto length = static_cast<std::size_t>(run.end - run.begin);
-    w.resize(6 * length);
-    effect.replay({situation_.data() + run.begin, length}, period_, active.theta.data(), w.data(), nullptr);
-    for (std::size_t i = 0; i < length; ++i)
-      for (int c = 0; c < 6; ++c)
-        value[c * n_ + run.begin + static_cast<Eigen::Index>(i)] = w[6 * i + static_cast<std::size_t>(c)];
-  }
-}
-
-void Problem::differentiate(const physics::ActiveEffect& active, Eigen::VectorXd& value,
-                            Eigen::MatrixXd& jacobian) const {
-  const physics::Effect& effect = *active.effect;
-  const int parameters = effect.parameter_count();
-  value.resize(rows());
-  jacobian.resize(rows(), parameters);
-  if (effect.memory_size().total() > 0) {
+  if (jacobian) jacobian->resize(rows(), parameters);
+  if (effect.memory_size().total() > 0) {  // its state starts anew with every uninterrupted stretch
+    std::vector<double> w, j;
     for (const Run& run : runs_) {
       const auto length = static_cast<std::size_t>(run.end - run.begin);
-      std::vector<double> w(6 * length), j(6 * length * static_cast<std::size_t>(parameters));
+      w.resize(6 * length);
+      j.resize(6 * length * static_cast<std::size_t>(parameters));
       effect.replay({situation_.data() + run.begin, length}, period_, active.theta.data(), w.data(),
-                    j.data());
+                    jacobian ? j.data() : nullptr);
       for (std::size_t i = 0; i < length; ++i)
-        for (int c = 0; c < 6; ++c) {
-          const Eigen::Index row = c * n_ + run.begin + static_cast<Eigen::Index>(i);
-          value[row] = w[6 * i + static_cast<std::size_t>(c)];
+        for (std::size_t c = 0; c < 6; ++c) {
+          const Eigen::Index row =
+              static_cast<Eigen::Index>(c) * n_ + run.begin + static_cast<Eigen::Index>(i);
+          value[row] = w[6 * i + c];
           for (int k = 0; k < parameters; ++k)
-            jacobian(row, k) =
-                j[6 * length * static_cast<std::size_t>(k) + 6 * i + static_cast<std::size_t>(c)];
+            (*jacobian)(row, k) = j[6 * length * static_cast<std::size_t>(k) + 6 * i + c];
         }
     }
     return;
@@ -206,10 +178,17 @@ void Problem::differentiate(const physics::ActiveEffect& active, Eigen::VectorXd
   std::array<double, 6> w{};
   std::array<double, 6 * physics::kMaxParameters> j{};
   for (int i = 0; i < n_; ++i) {
-    effect.wrench_with_jacobian(situation(i), active.theta.data(), w.data(), j.data());
+    if (jacobian) {
+      effect.wrench_with_jacobian(situation(i), active.theta.data(), w.data(), j.data());
+    } else {
+      physics::Wrench now;
+      effect.add_wrench(situation(i), active.theta.data(), now);
+      Eigen::Map<Vec6>(w.data()) = now.at(situation(i));
+    }
     for (int c = 0; c < 6; ++c) {
       value[c * n_ + i] = w[static_cast<std::size_t>(c)];
-      for (int k = 0; k < parameters; ++k) jacobian(c * n_ + i, k) = j[static_cast<std::size_t>(6 * k + c)];
+      for (int k = 0; k < parameters; ++k)
+        (*jacobian)(c * n_ + i, k) = j[static_cast<std::size_t>(6 * k + c)];
     }
   }
 }
@@ -224,12 +203,12 @@ void Problem::amplitude_columns(const physics::Effect& effect, std::vector<doubl
   };
   if (effect.memory_size().total() > 0) {
     Eigen::VectorXd at_rest, moved;
-    value_of({&effect, theta}, at_rest);
+    wrench_of({&effect, theta}, at_rest, nullptr);
     for (Eigen::Index k = 0; k < own; ++k) {
       const auto at = static_cast<std::size_t>(free[static_cast<std::size_t>(k)]);
       const double step = step_of(at), held = theta[at];
       theta[at] += step;
-      value_of({&effect, theta}, moved);
+      wrench_of({&effect, theta}, moved, nullptr);
       theta[at] = held;
       columns.col(k) = (moved - at_rest) / step;
     }

@@ -83,9 +83,9 @@ class Problem {
  private:
   /// Wrench of an effect over all samples and, unless null, its derivative by all parameters.
   void evaluate(const physics::ActiveEffect& effect, Eigen::VectorXd& value, Eigen::MatrixXd* jacobian) const;
-  void value_of(const physics::ActiveEffect& effect, Eigen::VectorXd& value) const;
-  void differentiate(const physics::ActiveEffect& effect, Eigen::VectorXd& value,
-                     Eigen::MatrixXd& jacobian) const;
+  /// The same, whether its columns are known or not.
+  void wrench_of(const physics::ActiveEffect& effect, Eigen::VectorXd& value,
+                 Eigen::MatrixXd* jacobian) const;
 
   std::shared_ptr<const Whitening> noise_;
   int n_ = 0, flight_count_ = 0;
