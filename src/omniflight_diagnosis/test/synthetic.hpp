@@ -3,9 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
-#include "omniflight_core/random.hpp"
 #include "omniflight_physics/effect.hpp"
 #include "omniflight_recording/recording.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
@@ -13,12 +10,7 @@
 namespace omniflight::diagnosis::test {
 
 /// The shipped vehicle.
-inline vehicle::Vehicle omnimorph() {
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  auto v = vehicle::load_vehicle("omnimorph");
-  EXPECT_TRUE(v) << v.error().text();
-  return *v;
-}
+vehicle::Vehicle omnimorph();
 
 struct Flown {
   double duration_s = 30, rate_hz = 100;
@@ -32,107 +24,12 @@ struct Flown {
   std::uint64_t seed = 1;
 };
 
-/// Smooth step from 0 to 1 over [a, b] with zero velocity and acceleration at both ends.
-inline double step(double t, double a, double b) {
-  const double s = std::clamp((t - a) / (b - a), 0.0, 1.0);
-  return s * s * s * (10 + s * (-15 + 6 * s));
-}
+/// Position [m] and attitude at time t [s] of a flight.
+Vec3 path(double t, const Flown& f);
+Quat attitude(double t, const Flown& f);
 
-inline Vec3 path(double t, const Flown& f) {
-  const double T = f.duration_s;
-  const double up =
-      0.5 * step(t, 0.15 * T, 0.25 * T) + 0.5 * step(t, 0.4 * T, 0.5 * T) - step(t, 0.8 * T, 0.92 * T);
-  const double side = step(t, 0.3 * T, 0.36 * T) - step(t, 0.6 * T, 0.66 * T);
-  return {f.side_m * side, 0.5 * f.side_m * (step(t, 0.55 * T, 0.6 * T) - step(t, 0.7 * T, 0.75 * T)),
-          0.4 + f.climb_m * up};
-}
-
-inline Quat attitude(double t, const Flown& f) {
-  return exp_rotation(
-      Vec3(f.sway * std::sin(2.6 * t), f.sway * std::sin(1.9 * t + 1.0), 0.5 * f.sway * std::sin(t)));
-}
-
-inline recording::Recording fly(const vehicle::Vehicle& vehicle,
-                                const std::vector<physics::ActiveEffect>& effects, const Flown& f) {
-  recording::Recording out;
-  out.file = "synthetic";
-  out.duration_s = f.duration_s;
-  const int n = static_cast<int>(f.duration_s * f.rate_hz), rotors = vehicle.rotor_count();
-  const auto add = [&](const char* name, const char* unit, int width) -> recording::Signal& {
-    recording::Signal& s = out.signals[name];
-    s.name = name;
-    s.unit = unit;
-    s.values.resize(n, width);
-    for (int i = 0; i < n; ++i) s.t_s.push_back(i / f.rate_hz);
-    return s;
-  };
-  recording::Signal &p = add("position", "m", 3), &q = add("attitude", "1", 4),
-                    &v = add("velocity", "m/s", 3), &gyro = add("gyro", "rad/s", 3),
-                    &acc = add("acc", "m/s2", 3), &speed = add("rotor_speed", "rad/s", rotors),
-                    &alpha = add("alpha", "rad", 1);
-  Random random(f.seed, "synthetic");
-  const auto A = vehicle.allocation_matrix(f.alpha);
-  const auto solver = A.completeOrthogonalDecomposition();
-  Vec6 disturbance = Vec6::Zero(), answered = Vec6::Zero();
-  Vec3 drift = Vec3::Zero();  // of the rate, from the disturbing torque
-  const double a = std::exp(-1.0 / (f.rate_hz * f.correlation_s)), b = std::sqrt(1 - a * a);
-  std::vector<double> omega(static_cast<std::size_t>(rotors), 300.0);
-  physics::Environment environment;
-  physics::Situation s;
-  for (int i = 0; i < n; ++i) {
-    const double t = i / f.rate_hz, h = 1e-3;
-    RigidState x;
-    x.p_WB = path(t, f);
-    x.v_WB_W = (path(t + h, f) - path(t - h, f)) / (2 * h);
-    const Vec3 a_W = (path(t + h, f) - 2 * path(t, f) + path(t - h, f)) / (h * h);
-    x.q_WB = attitude(t, f);
-    const auto rate = [&](double at) {
-      return Vec3(log_rotation(attitude(at - h, f).conjugate() * attitude(at + h, f)) / (2 * h));
-    };
-    x.w_WB_B = rate(t);
-    const Vec3 turn = (rate(t + h) - rate(t - h)) / (2 * h);
-    const Mat3 R_BW = x.q_WB.conjugate().toRotationMatrix();
-    const Vec3 force_B = R_BW * (a_W + Vec3(0, 0, environment.gravity));
-    // two passes: effects look at the rotor speeds they change
-    for (int pass = 0; pass < 3; ++pass) {
-      physics::prepare(vehicle, x, f.alpha, omega, {}, environment, s);
-      s.a_WB_B = R_BW * a_W;
-      s.dw_WB_B = turn;
-      Vec6 need = Vec6::Zero();
-      need.head<3>() = vehicle.mass * force_B;
-      need.tail<3>() = vehicle.inertia * turn + x.w_WB_B.cross(vehicle.inertia * x.w_WB_B);
-      for (const auto& e : effects) {
-        physics::Wrench w;
-        e.effect->add_wrench(s, e.theta.data(), w);
-        need -= w.at(s);
-      }
-      need -= answered;
-      const Eigen::VectorXd thrust = solver.solve(need);
-      for (int r = 0; r < rotors; ++r)
-        omega[static_cast<std::size_t>(r)] = vehicle.rotors[static_cast<std::size_t>(r)].speed(thrust[r]);
-    }
-    for (int c = 0; c < 6; ++c)
-      disturbance[c] =
-          a * disturbance[c] + b * (c < 3 ? f.force_noise_N : f.torque_noise_Nm) * random.normal();
-    const Vec6 left = disturbance - answered;  // moves the body
-    if (f.answer_s > 0) answered += (disturbance - answered) / (1 + f.answer_s * f.rate_hz);
-    // its angular part is what the gyro integrates
-    const Vec3 dw = vehicle.inertia.ldlt().solve(Vec3(left.tail<3>()));
-    for (int c = 0; c < 3; ++c) {
-      p.values(i, c) = x.p_WB[c] + 2e-4 * random.normal();
-      v.values(i, c) = x.v_WB_W[c] + 2e-3 * random.normal();
-      acc.values(i, c) = force_B[c] + left[c] / vehicle.mass + f.accelerometer_noise * random.normal();
-      drift[c] = 0.995 * drift[c] + dw[c] / f.rate_hz;
-      gyro.values(i, c) = x.w_WB_B[c] + drift[c];
-    }
-    q.values.row(i) << x.q_WB.w(), x.q_WB.x(), x.q_WB.y(), x.q_WB.z();
-    alpha.values(i, 0) = f.alpha;
-    for (int r = 0; r < rotors; ++r)
-      speed.values(i, r) = omega[static_cast<std::size_t>(r)] + f.speed_noise * random.normal();
-  }
-  for (int i = 0; i < n; ++i)
-    for (int c = 0; c < 3; ++c) gyro.values(i, c) += f.gyro_noise * random.normal();
-  return out;
-}
+/// The recording of a flight in a world with these effects.
+recording::Recording fly(const vehicle::Vehicle& vehicle, const std::vector<physics::ActiveEffect>& effects,
+                         const Flown& f);
 
 }  // namespace omniflight::diagnosis::test
