@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "causality.hpp"
 #include "neighbours.hpp"
 #include "single_rotor.hpp"
 #include "statistics.hpp"
@@ -363,11 +364,16 @@ class Search {
                     with.effects[k].effect) == refused_.end())
         continue;
       const Eigen::VectorXd own = problem_.noise().apply_vector(problem_, contribution_of(problem_, with, k));
+      const bool answered = answers_instead_of_causing(problem_, with, k, o_);
       for (const Effect* effect : candidates_) {
         if (!may_enter(current, effect)) continue;
         const Fit fit = quick(current, effect);
-        if (tested(fit, costs_) > tested(current, costs_) && !at_limit(problem_, fit.effects.back()) &&
-            cosine(last_columns(problem_, problem_.noise(), fit), own) > kAlike)
+        if (!(tested(fit, costs_) > tested(current, costs_)) || at_limit(problem_, fit.effects.back()))
+          continue;
+        const Eigen::MatrixXd columns = last_columns(problem_, problem_.noise(), fit);
+        // its torques were an answer to something else: what gives none may stand for its forces
+        const Eigen::Index rows = (answered && !turns(*effect) ? 3 : 6) * problem_.samples();
+        if (cosine(columns.topRows(rows), own.head(rows)) > kAlike)
           order.emplace_back(score(fit, costs_), effect);
       }
     }
@@ -389,6 +395,16 @@ class Search {
 
   /// Every member must pass in the company of the others; the others are not tried again.
   Fit keep_what_passes(Fit current) {
+    const auto take_out = [&](std::size_t index) {
+      refused_.push_back(current.effects[index].effect);
+      current = polish(problem_, fit_effects(problem_, without(current.effects, index), o_), o_);
+    };
+    for (std::size_t k = 0; k < current.effects.size();) {  // first: it bends what the others are judged by
+      if (answers_instead_of_causing(problem_, current, k, o_))
+        take_out(k), k = 0;
+      else
+        ++k;
+    }
     while (!current.effects.empty()) {
       bool all_pass = true;
       double worst = 0;
@@ -412,8 +428,7 @@ class Search {
         all_pass = false;
       }
       if (all_pass) break;
-      refused_.push_back(current.effects[index].effect);
-      current = polish(problem_, fit_effects(problem_, without(current.effects, index), o_), o_);
+      take_out(index);
     }
     return current;
   }
@@ -479,15 +494,16 @@ class Search {
       // another effect that explains another part of the residual is no alias
       const double alike = cosine(last_columns(problem_, problem_.noise(), swapped), own);
       if (alike < 0.6) continue;
-      total += std::exp(std::min(0.0, -behind / temper));
       const std::string& id = effect->info().id;
       const auto told = [&](const std::vector<Alternative>& list) {
         return std::any_of(list.begin(), list.end(), [&](const Alternative& a) { return a.effect == id; });
       };
+      const bool bent =
+          behind / temper < 10.0 && bent_into_it(swapped, frozen, current.log_likelihood - 3.0 * temper);
+      if (!bent) total += std::exp(std::min(0.0, -behind / temper));
       if (id == current.effects[k].effect->info().id || told(named.set)) continue;  // another rotor
       const Alternative other{id, in_full(swapped.effects.back()).theta, behind, alike};
-      if (behind / temper >= 10.0 || bent_into_it(swapped, frozen, current.log_likelihood - 3.0 * temper))
-        continue;
+      if (bent || behind / temper >= 10.0) continue;
       if (behind / temper < 3.0 && swapped.log_likelihood > rest.log_likelihood)
         named.set.push_back(other);
       else if (alike > 0.98 && current.log_likelihood - swapped.log_likelihood < 3.0 * temper &&

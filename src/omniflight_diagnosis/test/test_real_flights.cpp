@@ -132,7 +132,9 @@ TEST(RealFlights, AVehicleFileSetWrongIsSaid) {
       return d ? *d : Diagnosis{};
     };
     const Diagnosis right = ask(*nominal);
-    for (const char* absent : {"payload_mass", "thrust_scale", "constant_pull", "rotor_thrust_scale"})
+    // feedback lets the rotors of 07 seem to turn the body in yaw less than half as much as they do
+    for (const char* absent :
+         {"payload_mass", "thrust_scale", "constant_pull", "rotor_thrust_scale", "drag_torque_scale"})
       EXPECT_FALSE(named(right, absent)) << right.summary;
 
     vehicle::Vehicle heavy = *nominal;
@@ -142,6 +144,16 @@ TEST(RealFlights, AVehicleFileSetWrongIsSaid) {
     ASSERT_TRUE(load) << of_heavy.summary;
     if (load->effect == "payload_mass") {
       EXPECT_NEAR(load->parameters[0].value, -0.1 * nominal->mass, 0.01 * nominal->mass);
+    }
+
+    // ... and one of 13 weak, where a load is missing in the file
+    vehicle::Vehicle light = *nominal;
+    light.mass *= 0.92;
+    const Diagnosis of_light = ask(light);
+    EXPECT_FALSE(named(of_light, "rotor_thrust_scale")) << of_light.summary;
+    if (named(of_light, "payload_mass")) {
+      EXPECT_NEAR(said(of_light, "payload_mass")->parameters[0].value, 0.08 * nominal->mass,
+                  0.01 * nominal->mass);
     }
 
     vehicle::Vehicle weak = *nominal;
