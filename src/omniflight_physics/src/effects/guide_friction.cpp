@@ -16,7 +16,7 @@ class GuideFriction final : public WrenchEffect<GuideFriction> {
         .source = "Coulomb's law, smooth near rest; F = mu N of a vertical guide and of the floor",
         .parameters = {{"vertical", "F_v", "N", 0, 5, 0.2, 0, true},
                        {"horizontal", "F_h", "N", 0, 5, 0.1, 0, true},
-                       {"transition", "v_0", "m/s", 0.005, 0.5, 0.03, 0.03, false}},
+                       {"transition", "v_0", "m/s", 0.005, 0.1, 0.03, 0.03, false}},
         .signals = {"velocity", "attitude"},
         .channels = {"Fx", "Fy", "Fz"},
         .stage = Stage::wrench,
