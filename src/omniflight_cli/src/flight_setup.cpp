@@ -263,6 +263,9 @@ Result<Setup> prepare(const FlightOptions& o) {
   auto plan = o.plan.empty() ? planning::plan_mission(mission, {}) : planning::read_plan(o.plan);
   if (!plan) return Failure(plan.error());
   s.plan = std::move(*plan);
+  if (!o.lockstep() && s.plan.certificate.alpha_highest > s.plan.certificate.alpha_lowest)
+    return bad_input("moves the tilt of the rotors, which the boards of the " + o.plant + " plant cannot",
+                     mission.file + ": alpha_deg", "Give --plant simulator or mujoco, or one tilt");
   s.duration = kHold + kSettle + s.plan.trajectory.duration() + kAfter;
   s.epoch_ns = bus::wall_clock_ns();
   if (auto ok = make_folder((s.out / "log").string()); !ok) return Failure(ok.error());

@@ -164,11 +164,12 @@ std::string mission_yaml(const diagnosis::ProposedFlight& f, const std::string& 
       f.words, f.separation_sigma, f.name, vehicle, bed, to_degrees(f.alpha), f.speed, f.acceleration,
       to_degrees(f.rate), to_degrees(f.angular_acceleration), start.x(), start.y(), start.z());
   for (const auto& w : f.waypoints) {
-    if (w.by.norm() == 0 && w.rpy_deg.norm() == 0 && &w == &f.waypoints.front()) continue;
+    if (w.by.norm() == 0 && w.rpy_deg.norm() == 0 && !w.alpha && &w == &f.waypoints.front()) continue;
     y += fmt::format(
-        "  - {{by: [{:.3f}, {:.3f}, {:.3f}], attitude: {{rpy_deg: [{:.1f}, {:.1f}, {:.1f}]}}, hold_s: "
+        "  - {{by: [{:.3f}, {:.3f}, {:.3f}], attitude: {{rpy_deg: [{:.1f}, {:.1f}, {:.1f}]}}, {}hold_s: "
         "{:.1f}}}\n",
-        w.by.x(), w.by.y(), w.by.z(), w.rpy_deg.x(), w.rpy_deg.y(), w.rpy_deg.z(), w.hold_s);
+        w.by.x(), w.by.y(), w.by.z(), w.rpy_deg.x(), w.rpy_deg.y(), w.rpy_deg.z(),
+        w.alpha ? fmt::format("alpha_deg: {:.1f}, ", to_degrees(*w.alpha)) : "", w.hold_s);
   }
   return y;
 }

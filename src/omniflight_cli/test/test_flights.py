@@ -46,6 +46,26 @@ class NominalTracking(system.SystemTest):
         self.check("trajectory_2")
 
 
+class MovingTilt(system.SystemTest):
+    def test_the_tilt_follows_the_mission_and_the_vehicle_stays_on_its_way(self):
+        flown = self.fly("tilt_sweep", "--sensors", "ideal", out="sweep")
+        position, attitude = errors(flown["metrics"]["true"])
+        print(f"\ntilt_sweep: {position} m {attitude} deg")
+        self.assertLess(max(position), 0.003)
+        self.assertLess(max(attitude), 0.1)
+        self.run_command("export", "sweep/flight.mcap", "--to", "csv", "--out", "sweep.csv", "--quiet")
+        with open(self.dir / "sweep.csv", newline="") as file:
+            tilt = [math.degrees(float(row["alpha_rad"])) for row in csv.DictReader(file) if row["alpha_rad"]]
+        self.assertAlmostEqual(min(tilt), 18, delta=0.1)
+        self.assertAlmostEqual(max(tilt), 42, delta=0.1)
+        self.assertAlmostEqual(tilt[-1], 30, delta=0.1)
+
+    def test_boards_that_cannot_move_it_refuse(self):
+        done = self.run_command("fly", "tilt_sweep", "--plant", "emulator", "--out", "emulated", expect=4)
+        self.assertIn("alpha_deg", done.stderr)
+        self.assertIn("--plant simulator", done.stderr)
+
+
 class Lockstep(system.SystemTest):
     def digest(self, recording):
         text = subprocess.run([os.environ["OMNIFLIGHT_MCAP_DIGEST"], str(self.dir / recording)], check=True, text=True,

@@ -92,6 +92,7 @@ class AllocatorComponent final : public bus::Component {
     input.q_WB = get(m.est_attitude);
     input.w_WB_B = get(m.est_angular_velocity);
     input.position_error = (get(m.ref_position) - get(m.est_position)).norm();
+    if (const auto alpha = bus::view(m.ref_alpha); !alpha.empty()) input.alpha = alpha.front();
     const auto result = allocator_->allocate(input);
     if (!result) return finish(Failure(result.error()));
     auto& s = *state_message_;

@@ -73,6 +73,7 @@ class ControllerComponent final : public bus::Component {
     Status ok = listen<trajectory_msgs::MultiDOFJointTrajectory>(
         trajectory_subscription_, topics::trajectory, bus::Qos::latched_last(), [this](const auto& m) {
           auto received = from_message(m);
+          tilt_told_ = tells_tilt(m);
           if (received)
             trajectory_ = std::move(*received);
           else
@@ -208,6 +209,7 @@ class ControllerComponent final : public bus::Component {
     put(m.est_angular_velocity, s.w_WB_B);
     put(m.integral, controller_->integral_action());
     put(m.desired_acceleration, demand);
+    bus::assign(m.ref_alpha, std::span(&r.alpha, tilt_told_ ? 1 : 0));
   }
   void send() {
     if (auto ok = publisher_->publish(*message_, bus::nanoseconds(message_->header.stamp)); !ok) finish(ok);
@@ -219,7 +221,7 @@ class ControllerComponent final : public bus::Component {
   std::optional<control::Estimator> estimator_;
   Trajectory trajectory_;
   double settle_ = 1.0, free_since_ = 0.0, mocap_timeout_ = 0.5;
-  bool anti_windup_ = true;
+  bool anti_windup_ = true, tilt_told_ = false;
   std::optional<Tick> pending_;
   bool repeated_ = false;                                 ///< the plant asked the pending tick twice
   bool overtaken_ = false;                                ///< the plant did not wait for an answer: real time

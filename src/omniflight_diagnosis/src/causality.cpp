@@ -7,7 +7,7 @@ namespace omniflight::diagnosis {
 namespace {
 
 constexpr double kSoonest = 0.05, kLatest = 0.125;  // s, from a disturbance to the thrust against it
-constexpr double kNats = 2.0, kShare = 0.2;         // by which a gain must be larger, and as share of the other
+constexpr double kNats = 2.0, kShare = 0.2;  // by which a gain must be larger, and as share of the other
 
 /// What stands `ahead` samples later, brought to the present; at its ends a run is held.
 Eigen::VectorXd brought_forward(const Problem& problem, const Eigen::VectorXd& value, int ahead) {

@@ -53,12 +53,14 @@ void rock(Waypoints& w, int axis, double deg, int times) {
   w.push_back({{0, 0, 0}, {0, 0, 0}, 1});
 }
 
-/// Stages of height with rocking about every axis, leaning at the lowest and the highest.
-Waypoints survey() {
+/// Stages of height with rocking about every axis, leaning at the lowest and the highest; at each, the rotors
+/// move through `tilts` [rad].
+Waypoints survey(const std::vector<double>& tilts = {}) {
   Waypoints w{{{0, 0, 0}, {0, 0, 0}, 3}};
   for (int level = 0; level < 3; ++level) {
     for (int axis = 0; axis < 3; ++axis) rock(w, axis, 12, axis < 2 ? 12 : 6);
     if (level != 1) lean(w, 20);
+    for (const double alpha : tilts) w.push_back({{0, 0, 0}, {0, 0, 0}, 2, alpha});
     if (level < 2) w.push_back({{0, 0, 0.5}, {0, 0, 0}, 3});
   }
   return w;
@@ -88,15 +90,21 @@ std::vector<ProposedFlight> manoeuvres(const vehicle::Vehicle& vehicle, double a
   const std::string rocking = "rock quickly about every axis and lean by 20 deg, at three heights";
   quick(add(alpha, "rocking_at_three_heights", rocking, survey()));
   if (vehicle.tilt.kind == vehicle::TiltKind::none) return out;
+  std::vector<double> sweep;
   for (const double other : {alpha + kOtherTilt, alpha - kOtherTilt}) {
     if (other > vehicle.tilt.max || other < vehicle.tilt.min ||
         vehicle.allocation_matrix(other).fullPivLu().rank() < 6)
       continue;
+    sweep.push_back(other);
     const std::string way = other > alpha ? "further" : "less";
     const std::string tilted = "with the rotors tilted 12 deg " + way;
     add(other, "ascent_tilted_" + way, "the ascent with pauses " + tilted, ascent());
     quick(add(other, "rocking_tilted_" + way, rocking + ", " + tilted, survey()));
   }
+  if (sweep.empty()) return out;
+  sweep.push_back(alpha);
+  quick(add(alpha, "rocking_and_tilting", rocking + ", and move the tilt of the rotors by 12 deg at each",
+            survey(sweep)));
   return out;
 }
 

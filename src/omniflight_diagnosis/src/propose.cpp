@@ -17,6 +17,7 @@ constexpr double kTold =
 struct Motion {
   std::vector<Vec3> p;
   std::vector<Quat> q;
+  std::vector<double> alpha;  ///< rad
 };
 
 double smooth(double s) {
@@ -24,8 +25,10 @@ double smooth(double s) {
   return s * s * s * (10 + s * (-15 + 6 * s));
 }
 
-Motion sample(const ProposedFlight& f, const Vec3& start, double rate_hz) {
+/// tilt_rate: rad/s, of the servo.
+Motion sample(const ProposedFlight& f, const Vec3& start, double tilt_rate, double rate_hz) {
   Motion m;
+  double alpha = f.alpha;
   Vec3 p = start;
   Quat q = Quat::Identity();
   for (const ProposedWaypoint& w : f.waypoints) {
@@ -36,31 +39,35 @@ Motion sample(const ProposedFlight& f, const Vec3& start, double rate_hz) {
     const double way = w.by.norm(), turn = q.angularDistance(to_q);
     const double T = std::max({0.5, 1.875 * way / f.speed, std::sqrt(5.78 * way / f.acceleration),
                                1.875 * turn / f.rate, std::sqrt(5.78 * turn / f.angular_acceleration)});
-    const int moving = static_cast<int>(T * rate_hz), resting = static_cast<int>(w.hold_s * rate_hz);
-    for (int i = 0; i < moving + resting; ++i) {
+    const double turning = w.alpha ? std::max(0.5, 3.75 * std::abs(*w.alpha - alpha) / tilt_rate) : 0.0;
+    const int moving = static_cast<int>(T * rate_hz), tilting = static_cast<int>(turning * rate_hz),
+              resting = static_cast<int>(w.hold_s * rate_hz);
+    for (int i = 0; i < moving + tilting + resting; ++i) {
       const double s = smooth(static_cast<double>(i + 1) / moving);
       m.p.push_back(p + s * w.by);
       m.q.push_back(q.slerp(s, to_q));
+      const double turned = w.alpha ? smooth(static_cast<double>(i + 1 - moving) / tilting) : 0.0;
+      m.alpha.push_back(alpha + turned * (w.alpha.value_or(alpha) - alpha));
     }
     p += w.by;
     q = to_q;
+    alpha = w.alpha.value_or(alpha);
   }
   return m;
 }
 
 /// The nominal vehicle on that motion: situations with the rotor speeds that it needs.
-Flight nominal_flight(const ProposedFlight& proposal, const Vec3& start, double alpha,
-                      const vehicle::Vehicle& vehicle, const Flight& like, const Options& o) {
+Flight nominal_flight(const ProposedFlight& proposal, const Vec3& start, const vehicle::Vehicle& vehicle,
+                      const Flight& like, const Options& o) {
   Flight f;
   f.rate_hz = o.grid_hz;
   f.has_position = true;
   f.has_accelerometer = like.has_accelerometer;
-  const Motion m = sample(proposal, start, o.grid_hz);
+  const Motion m = sample(proposal, start, vehicle.tilt.rate, o.grid_hz);
   const int n = static_cast<int>(m.p.size());
   if (n < 20) return f;
-  const auto A = vehicle.allocation_matrix(alpha);
-  const bool free_attitude = A.fullPivLu().rank() == 6;
-  const auto solver = A.completeOrthogonalDecomposition();
+  const bool free_attitude = vehicle.allocation_matrix(proposal.alpha).fullPivLu().rank() == 6;
+  std::optional<Eigen::CompleteOrthogonalDecomposition<vehicle::AllocationMatrix>> solver;
   const double dt = 1.0 / o.grid_hz;
   std::vector<RigidState> x(static_cast<std::size_t>(n));
   std::vector<Vec3> a(x.size(), Vec3::Zero());
@@ -84,7 +91,9 @@ Flight nominal_flight(const ProposedFlight& proposal, const Vec3& start, double 
     Vec6 need;
     need << vehicle.mass * (R_BW * (a[at(i)] + Vec3(0, 0, o.environment.gravity))),
         vehicle.inertia * turn + s.w_WB_B.cross(vehicle.inertia * s.w_WB_B);
-    const Eigen::VectorXd thrust = solver.solve(need);
+    const double alpha = m.alpha[at(i)];
+    if (!solver || alpha != m.alpha[at(i - 1)]) solver.emplace(vehicle.allocation_matrix(alpha));
+    const Eigen::VectorXd thrust = solver->solve(need);
     for (std::size_t r = 0; r < speed.size(); ++r)
       speed[r] = vehicle.rotors[r].speed(thrust[static_cast<Eigen::Index>(r)]);
     physics::Situation y;
@@ -149,7 +158,7 @@ std::vector<ProposedFlight> propose_flights(const Problem& flown, const Flight& 
   for (const Rivals& pair : pairs) before.push_back(imitation(flown, flown.noise(), pair));
   for (ProposedFlight& f : manoeuvres(vehicle, alpha)) {
     f.start = start;
-    const Flight planned = nominal_flight(f, start, f.alpha, vehicle, flight, o);
+    const Flight planned = nominal_flight(f, start, vehicle, flight, o);
     if (planned.segments.empty()) continue;
     const Flight* one[] = {&planned};
     const Problem next(one, vehicle, o);

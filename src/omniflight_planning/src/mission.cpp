@@ -43,8 +43,8 @@ Waypoint read_waypoint(files::YamlReader item, const Waypoint* previous, std::si
     w.pose.p_WB = previous->pose.p_WB + item.vec3("by", place);
   } else if (previous && !item.has("position")) {
     w.pose.p_WB = previous->pose.p_WB;
-    if (!item.has("attitude") && !item.has("hold_s"))
-      item.error("the waypoint changes nothing", "Give it a position, by, attitude or hold_s");
+    if (!item.has("attitude") && !item.has("hold_s") && !item.has("alpha_deg"))
+      item.error("the waypoint changes nothing", "Give it a position, by, attitude, alpha_deg or hold_s");
   } else {
     w.pose.p_WB = item.vec3("position", place);
   }
@@ -54,6 +54,11 @@ Waypoint read_waypoint(files::YamlReader item, const Waypoint* previous, std::si
     w.stop = item.choice<bool>("mode", {{"must_stop", true}, {"via", false}}, true);
     if (!w.stop && w.hold_s > 0.0)
       item.error_at("hold_s", "a via point cannot be held", "Use mode: must_stop");
+    if (item.has("alpha_deg"))
+      w.alpha = to_radians(item.number("alpha_deg", files::between(-180.0, 180.0, "deg")));
+    if (!w.stop && w.alpha)
+      item.error_at("alpha_deg", "the tilt does not move in flight through a via point",
+                    "Use mode: must_stop");
   }
   return w;
 }

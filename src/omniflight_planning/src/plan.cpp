@@ -4,8 +4,10 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <map>
 
 #include "omniflight_planning/planner.hpp"
+#include "tilt.hpp"
 
 namespace omniflight::planning {
 namespace {
@@ -161,6 +163,106 @@ PathResult<Path> find_roomy_path(const StateCheck& check, const Pose& start, con
   return find_path(check, start, goal, part);
 }
 
+/// What a state is checked with while the rotors stand at one tilt.
+struct AtTilt {
+  std::shared_ptr<const allocation::RotorLoad> rotors;
+  StateCheck check;
+};
+
+class Tilts {
+ public:
+  Tilts(const Mission& mission, const vehicle::Vehicle& vehicle, const DistanceMap& map)
+      : mission_(mission), vehicle_(vehicle), map_(map) {}
+
+  /// Made when first asked for.
+  Result<const AtTilt*> at(double alpha) {
+    if (const auto known = known_.find(alpha); known != known_.end()) return &known->second;
+    auto load = allocation::RotorLoad::create(vehicle_, alpha);
+    if (!load) return Failure(load.error());
+    auto rotors = std::make_shared<const allocation::RotorLoad>(std::move(*load));
+    StateCheck check(map_, cover_with_spheres(vehicle_, alpha), rotors, mission_.limits.rotor_headroom,
+                     mission_.clearance);
+    return &known_.emplace(alpha, AtTilt{std::move(rotors), std::move(check)}).first->second;
+  }
+
+  Status in_range(double alpha, const std::string& where) const {
+    if (alpha >= vehicle_.tilt.min - 1e-9 && alpha <= vehicle_.tilt.max + 1e-9) return {};
+    return bad_input(
+        text("alpha_out_of_range: %.2f deg is outside the range of '%s', [%.1f, %.1f] deg", to_degrees(alpha),
+             vehicle_.name.c_str(), to_degrees(vehicle_.tilt.min), to_degrees(vehicle_.tilt.max)),
+        where + ": alpha_deg", "Choose an angle within the range");
+  }
+
+  /// The move to the tilt of a waypoint, the vehicle resting there: free and hoverable every degree, with
+  /// room for what the rims travel in between.
+  Result<Knots> move(double from, const Waypoint& to) {
+    const double change = *to.alpha - from;
+    const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(to_degrees(change)))));
+    for (int k = 0; k <= steps; ++k) {
+      const double alpha = from + change * k / steps;
+      const auto here = at(alpha);
+      if (!here) return Failure(here.error());
+      const StateCheck& check = (*here)->check;
+      if (check.with_margin(check.margin() + rim_travel(vehicle_, change / steps)).valid(to.pose)) continue;
+      const bool hovers = check.hoverable(to.pose.q_WB);
+      return fail(ErrorCode::bad_input,
+                  text("tilt_blocked: %s: at alpha %.1f deg, on the way from %.1f to %.1f deg, %s",
+                       to.name.c_str(), to_degrees(alpha), to_degrees(from), to_degrees(*to.alpha),
+                       hovers ? "the vehicle does not keep its clearance"
+                              : "the rotors cannot hold the attitude with the headroom asked for"),
+                  to.where, "Move the tilt at another waypoint, or less");
+    }
+    return move_tilt(to.pose, from, *to.alpha, vehicle_.tilt.rate);
+  }
+
+ private:
+  const Mission& mission_;
+  const vehicle::Vehicle& vehicle_;
+  const DistanceMap& map_;
+  std::map<double, AtTilt> known_;
+};
+
+/// Checks the finished curve, every piece at its own tilt, and fills in what the certificate says of it.
+Status certify(const Trajectory& trajectory, const vehicle::Vehicle& vehicle, Tilts& tilts, double headroom,
+               Certificate& c) {
+  c.min_clearance = c.clearance_horizon;
+  c.alpha_lowest = c.alpha_highest = c.alpha;
+  const Knots& all = trajectory.knots();
+  for (const TiltPiece& piece : tilt_pieces(all)) {
+    const double tilt = all[piece.first].reference.alpha, start = all[piece.first].t;
+    c.alpha_lowest = std::min(c.alpha_lowest, tilt), c.alpha_highest = std::max(c.alpha_highest, tilt);
+    if (piece.moves) {  // its room was checked when it was made
+      const auto most = load_while_tilting(vehicle, all, piece);
+      if (!most) return Failure(most.error());
+      if (most->load > 1.0 - headroom)
+        return fail(ErrorCode::incomplete,
+                    text("tilt_blocked: moving the tilt needs %.0f %% of the rotors' range at %.2f s",
+                         100.0 * most->load, most->at),
+                    c.mission_file, "Move the tilt less, or at another attitude");
+      if (most->load > c.peak.rotor_load) c.peak.rotor_load = most->load, c.peak.rotor_load_at = most->at;
+      continue;
+    }
+    Knots knots(all.begin() + static_cast<std::ptrdiff_t>(piece.first),
+                all.begin() + static_cast<std::ptrdiff_t>(piece.last) + 1);
+    for (TrajectoryKnot& knot : knots) knot.t -= start;
+    const auto part = Trajectory::create(std::move(knots));
+    if (!part) return Failure(part.error());
+    const auto here = tilts.at(tilt);
+    if (!here) return Failure(here.error());
+    const CurveCheck curve = (*here)->check.curve(*part);
+    if (!curve.free)
+      return fail(ErrorCode::incomplete,
+                  text("curve_blocked: the curve comes within %.3f m at %.2f s", curve.min_clearance,
+                       start + curve.at),
+                  c.mission_file, "Reduce clearance_m or add waypoints");
+    c.witnesses += curve.witnesses;
+    if (curve.min_clearance < c.min_clearance)
+      c.min_clearance = curve.min_clearance, c.min_clearance_at = start + curve.at;
+    c.peak = larger(c.peak, peaks(part->knots(), *(*here)->rotors), start);
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<double> search_alpha(const Mission& mission, const vehicle::Vehicle& vehicle) {
@@ -205,31 +307,31 @@ Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const
   Plan out;
   Certificate& c = out.certificate;
   c.alpha_searched = !mission.alpha.has_value();
+  Tilts tilts(mission, vehicle, map);
   if (mission.alpha) {
     c.alpha = *mission.alpha;
-    if (c.alpha < vehicle.tilt.min - 1e-9 || c.alpha > vehicle.tilt.max + 1e-9)
-      return bad_input(text("alpha_out_of_range: %.2f deg is outside the range of '%s', [%.1f, %.1f] deg",
-                            to_degrees(c.alpha), vehicle.name.c_str(), to_degrees(vehicle.tilt.min),
-                            to_degrees(vehicle.tilt.max)),
-                       mission.file + ": alpha_deg", "Choose an angle within the range, or search");
+    if (auto ok = tilts.in_range(c.alpha, mission.file); !ok) return Failure(ok.error());
   } else {
     const auto found = search_alpha(mission, vehicle);
     if (!found) return Failure(found.error());
     c.alpha = *found;
   }
-  auto load = allocation::RotorLoad::create(vehicle, c.alpha);
-  if (!load) return Failure(load.error());
-  const auto rotors = std::make_shared<const allocation::RotorLoad>(std::move(*load));
-  const StateCheck check(map, cover_with_spheres(vehicle, c.alpha), rotors, mission.limits.rotor_headroom,
-                         mission.clearance);
-
   PathOptions path_options;
   path_options.seed = options.seed.value_or(mission.seed);
   if (options.names)
     path_options.name_of = [bed = options.names](const Vec3& p) { return bed->nearest(p).name; };
-  for (std::size_t i = 0; i < mission.waypoints.size(); ++i)
-    if (auto ok = check_end(check, mission.waypoints[i].pose, i == 0, path_options); !ok)
-      return Failure(to_error(ok.error(), mission.waypoints[i], mission.file));
+  double alpha = c.alpha;
+  for (std::size_t i = 0; i < mission.waypoints.size(); ++i) {
+    const Waypoint& waypoint = mission.waypoints[i];
+    const auto here = tilts.at(alpha);
+    if (!here) return Failure(here.error());
+    if (auto ok = check_end((*here)->check, waypoint.pose, i == 0, path_options); !ok)
+      return Failure(to_error(ok.error(), waypoint, mission.file));
+    if (waypoint.alpha)
+      if (auto ok = tilts.in_range(*waypoint.alpha, waypoint.where); !ok) return Failure(ok.error());
+    alpha = waypoint.alpha.value_or(alpha);
+  }
+  alpha = c.alpha;
 
   const auto begin = std::chrono::steady_clock::now();
   const double budget = options.budget_s.value_or(mission.budget_s);
@@ -240,12 +342,14 @@ Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const
     const Waypoint& goal = mission.waypoints[i];
     path_options.budget_s = std::max(
         1e-3, budget - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-    const auto part = find_roomy_path(check, mission.waypoints[i - 1].pose, goal.pose, path_options);
+    const auto here = tilts.at(alpha);
+    if (!here) return Failure(here.error());
+    const auto part = find_roomy_path((*here)->check, mission.waypoints[i - 1].pose, goal.pose, path_options);
     if (!part) return Failure(to_error(part.error(), goal, mission.file));
     if (path_length(*part) > 1e-6) leg.push_back(*part);
     if (!goal.stop) continue;
     if (!leg.empty()) {
-      auto ridden = ride_leg(leg, check, *rotors, mission.limits);
+      auto ridden = ride_leg(leg, (*here)->check, *(*here)->rotors, mission.limits);
       if (!ridden) {
         Error error = ridden.error();
         error.message = goal.name + ": " + error.message;
@@ -255,19 +359,19 @@ Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const
       if (ridden->stops_on_the_way) c.reason += "stops at every corner on the way to " + goal.name + "; ";
       append(knots, ridden->knots);
     }
-    hold(knots, goal.pose, c.alpha, goal.hold_s);
+    if (goal.alpha && *goal.alpha != alpha) {
+      const auto move = tilts.move(alpha, goal);
+      if (!move) return Failure(move.error());
+      append(knots, *move);
+      alpha = *goal.alpha;
+    }
+    hold(knots, goal.pose, alpha, goal.hold_s);
     leg.clear();
   }
   if (knots.size() < 2) return bad_input("the mission neither moves nor holds", mission.file);
 
   auto trajectory = Trajectory::create(std::move(knots));
   if (!trajectory) return Failure(trajectory.error());
-  const CurveCheck curve = check.curve(*trajectory);
-  if (!curve.free)
-    return fail(ErrorCode::incomplete,
-                text("curve_blocked: the curve comes within %.3f m at %.2f s", curve.min_clearance, curve.at),
-                mission.file, "Reduce clearance_m or add waypoints");
-  c.peak = peaks(trajectory->knots(), *rotors);
   c.mission = mission.name;
   c.mission_file = mission.file;
   c.mission_sha256 = mission.sha256;
@@ -280,11 +384,10 @@ Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const
   c.seed = path_options.seed;
   c.duration = trajectory->duration();
   c.clearance_asked = mission.clearance;
-  c.min_clearance = curve.min_clearance;
-  c.min_clearance_at = curve.at;
   c.clearance_horizon = map.max_distance();
-  c.witnesses = curve.witnesses;
   c.limits = mission.limits;
+  if (auto ok = certify(*trajectory, vehicle, tilts, mission.limits.rotor_headroom, c); !ok)
+    return Failure(ok.error());
   out.trajectory = std::move(*trajectory);
   return out;
 }
@@ -312,6 +415,9 @@ std::string explain(const Result<Plan>& plan) {
       text("Mission '%s' with '%s' (%.3f kg), alpha %.1f deg%s, %.2f s, seed %llu: %s.\n", c.mission.c_str(),
            c.vehicle.c_str(), c.vehicle_mass, to_degrees(c.alpha), c.alpha_searched ? " (searched)" : "",
            c.duration, static_cast<unsigned long long>(c.seed), c.verdict.c_str());
+  if (c.alpha_highest > c.alpha_lowest)
+    out += text("The tilt moves between %.1f and %.1f deg, at rest.\n", to_degrees(c.alpha_lowest),
+                to_degrees(c.alpha_highest));
   out += text("It keeps at least %.3f m from every occupied voxel (least on the knots %.3f m at %.2f s).\n",
               c.clearance_asked, c.min_clearance, c.min_clearance_at);
   out += text("At most %.2f m/s, %.2f m/s2, %.1f deg/s; the rotors need %.0f %% of their range at %.2f s.\n",

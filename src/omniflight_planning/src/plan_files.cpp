@@ -50,6 +50,7 @@ Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
           {"trajectory", {{"sha256", trajectory_sha256}}},
           {"seed", c.seed},
           {"alpha_deg", to_degrees(c.alpha)},
+          {"alpha_range_deg", {to_degrees(c.alpha_lowest), to_degrees(c.alpha_highest)}},
           {"alpha_searched", c.alpha_searched},
           {"duration_s", c.duration},
           {"clearance",
@@ -204,6 +205,11 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
   o.map_sha256 = c.string(map, "sha256");
   o.seed = static_cast<std::uint64_t>(c.number(*certificate, "seed", 0.0, 9e15));
   o.alpha = to_radians(c.number(*certificate, "alpha_deg", -180.0, 180.0));
+  o.alpha_lowest = o.alpha_highest = o.alpha;
+  if (certificate->contains("alpha_range_deg")) {  // not in plans made before the tilt could move
+    const Eigen::Vector2d range = c.numbers<2>(*certificate, "alpha_range_deg", 180.0);
+    o.alpha_lowest = to_radians(range[0]), o.alpha_highest = to_radians(range[1]);
+  }
   if (const auto searched = certificate->find("alpha_searched");
       searched != certificate->end() && searched->is_boolean())
     o.alpha_searched = searched->get<bool>();

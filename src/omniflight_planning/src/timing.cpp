@@ -101,6 +101,16 @@ MotionPeaks peaks(const std::vector<TrajectoryKnot>& knots, const allocation::Ro
   return out;
 }
 
+MotionPeaks larger(const MotionPeaks& a, MotionPeaks b, double start) {
+  b.rotor_load_at += start;
+  if (a.rotor_load > b.rotor_load) b.rotor_load = a.rotor_load, b.rotor_load_at = a.rotor_load_at;
+  b.speed = std::max(a.speed, b.speed);
+  b.acceleration = std::max(a.acceleration, b.acceleration);
+  b.rate = std::max(a.rate, b.rate);
+  b.angular_acceleration = std::max(a.angular_acceleration, b.angular_acceleration);
+  return b;
+}
+
 Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const allocation::RotorLoad& rotors,
                                          const MotionLimits& limits) {
   const double allowed = 1.0 - limits.rotor_headroom;

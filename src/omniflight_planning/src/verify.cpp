@@ -8,6 +8,7 @@
 #include "omniflight_planning/octree_file.hpp"
 #include "omniflight_planning/plan.hpp"
 #include "omniflight_planning/state_check.hpp"
+#include "tilt.hpp"
 
 namespace omniflight::planning {
 namespace {
@@ -67,7 +68,9 @@ class Boxes {
 
 Status check_waypoints(const Mission& mission, const Trajectory& trajectory, const std::string& where) {
   std::size_t next = 0;  // knots pass the waypoints in their order
+  double alpha = trajectory.knots().front().reference.alpha;
   for (const Waypoint& waypoint : mission.waypoints) {
+    alpha = waypoint.alpha.value_or(alpha);
     const auto& knots = trajectory.knots();
     while (next < knots.size()) {
       const Reference& r = knots[next].reference;
@@ -78,13 +81,42 @@ Status check_waypoints(const Mission& mission, const Trajectory& trajectory, con
               : r.v_WB_W.norm() * (knots[std::min(next + 1, knots.size() - 1)].t - knots[next].t) + 1e-3;
       const double turn = waypoint.stop ? kTolerance : reach + r.w_WB_B.norm() * 0.02 + 1e-3;
       if ((r.p_WB - waypoint.pose.p_WB).norm() <= reach &&
-          r.q_WB.angularDistance(waypoint.pose.q_WB) <= turn + 1e-5)
+          r.q_WB.angularDistance(waypoint.pose.q_WB) <= turn + 1e-5 &&
+          std::abs(r.alpha - alpha) <= kTolerance)
         break;
       ++next;
     }
     if (next == knots.size())
       return fail(ErrorCode::incomplete, waypoint.name + " of the mission is not reached in its turn", where,
                   "Plan again");
+  }
+  return {};
+}
+
+/// The tilt may move only while the vehicle rests, within its range and no faster than its servo.
+Status check_move(const vehicle::Vehicle& vehicle, const std::vector<TrajectoryKnot>& knots,
+                  const TiltPiece& piece) {
+  char line[160];
+  const Reference& place = knots[piece.first].reference;
+  for (std::size_t k = piece.first; k <= piece.last; ++k) {
+    const Reference& r = knots[k].reference;
+    if ((r.p_WB - place.p_WB).norm() > kTolerance || r.q_WB.angularDistance(place.q_WB) > 1e-5 ||
+        r.v_WB_W.norm() + r.w_WB_B.norm() + r.a_WB_W.norm() + r.dw_WB_B.norm() > kTolerance) {
+      std::snprintf(line, sizeof line, "the tilt moves while the vehicle does, at %.2f s", knots[k].t);
+      return fail(ErrorCode::incomplete, line);
+    }
+    if (r.alpha < vehicle.tilt.min - 1e-9 || r.alpha > vehicle.tilt.max + 1e-9) {
+      std::snprintf(line, sizeof line, "the tilt leaves its range at %.2f s: %.2f deg", knots[k].t,
+                    to_degrees(r.alpha));
+      return fail(ErrorCode::incomplete, line);
+    }
+    if (k == piece.first) continue;
+    const double rate = std::abs(r.alpha - knots[k - 1].reference.alpha) / (knots[k].t - knots[k - 1].t);
+    if (rate > vehicle.tilt.rate * (1 + kTolerance)) {
+      std::snprintf(line, sizeof line, "the tilt moves at %.1f deg/s at %.2f s, the servo does %.1f",
+                    to_degrees(rate), knots[k].t, to_degrees(vehicle.tilt.rate));
+      return fail(ErrorCode::incomplete, line);
+    }
   }
   return {};
 }
@@ -121,12 +153,24 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
   VerifyReport out;
   const auto& knots = plan->trajectory.knots();
   out.duration = plan->trajectory.duration();
-  for (const auto& knot : knots)
-    if (std::abs(knot.reference.alpha - c.alpha) > 1e-9)
-      return reject("alpha is not constant along the trajectory");
-  const auto rotors = allocation::RotorLoad::create(*vehicle, c.alpha);
-  if (!rotors) return Failure(rotors.error());
-  out.peak = peaks(knots, *rotors);
+  if (std::abs(knots.front().reference.alpha - c.alpha) > 1e-9)
+    return reject("the trajectory does not begin at the certificate's alpha");
+  const std::vector<TiltPiece> pieces = tilt_pieces(knots);
+  for (const TiltPiece& piece : pieces) {
+    if (piece.moves) {
+      if (auto ok = check_move(*vehicle, knots, piece); !ok) return reject(ok.error().message);
+      const auto most = load_while_tilting(*vehicle, knots, piece);
+      if (!most) return Failure(most.error());
+      if (most->load > out.peak.rotor_load)
+        out.peak.rotor_load = most->load, out.peak.rotor_load_at = most->at;
+    } else {
+      const auto rotors = allocation::RotorLoad::create(*vehicle, knots[piece.first].reference.alpha);
+      if (!rotors) return Failure(rotors.error());
+      const auto from = knots.begin() + static_cast<std::ptrdiff_t>(piece.first);
+      const auto to = knots.begin() + static_cast<std::ptrdiff_t>(piece.last) + 1;
+      out.peak = larger(out.peak, peaks(std::vector<TrajectoryKnot>(from, to), *rotors), 0.0);
+    }
+  }
   const MotionLimits& limits = mission->limits;
   const struct {
     const char* what;
@@ -143,36 +187,43 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
       return reject(line);
     }
 
-  // Conservative advancement along the curve, with exact distances.
-  const VehicleSpheres spheres = cover_with_spheres(*vehicle, c.alpha);
   Boxes boxes(*map->tree);
   out.min_clearance = kHorizon;
-  double room = 0.0;
-  for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
-    const double speed = speed_bound(knots[k], knots[k + 1], spheres.bounding_radius);
-    double t = knots[k].t;
-    while (true) {
-      if (room <= 0.0 || speed * (knots[k + 1].t - t) >= room) {
+  const auto look = [&](double t, const VehicleSpheres& spheres, double least) -> Result<double> {
+    const Reference r = plan->trajectory.sample(t);
+    const double clearance = boxes.clearance({r.p_WB, r.q_WB}, spheres);
+    ++out.poses;
+    if (clearance < out.min_clearance) out.min_clearance = clearance, out.min_clearance_at = t;
+    if (clearance - mission->clearance > least) return clearance - mission->clearance;
+    char line[160];
+    std::snprintf(line, sizeof line,
+                  "the vehicle comes within %.4f m of the map's voxels at %.3f s, %.4f m are asked for",
+                  clearance, t, mission->clearance);
+    return reject(line);
+  };
+  for (const TiltPiece& piece : pieces) {
+    if (piece.moves) {  // at rest: every knot, with room for what the rims travel to the next
+      for (std::size_t k = piece.first; k < piece.last; ++k) {
+        const double change = knots[k + 1].reference.alpha - knots[k].reference.alpha;
+        const auto spheres = cover_with_spheres(*vehicle, knots[k].reference.alpha);
+        if (auto ok = look(knots[k].t, spheres, rim_travel(*vehicle, change)); !ok)
+          return Failure(ok.error());
+      }
+      continue;
+    }
+    // Conservative advancement along the curve, with exact distances.
+    const VehicleSpheres spheres = cover_with_spheres(*vehicle, knots[piece.first].reference.alpha);
+    double room = 0.0;
+    for (std::size_t k = piece.first; k < piece.last; ++k) {
+      const double speed = speed_bound(knots[k], knots[k + 1], spheres.bounding_radius);
+      double t = knots[k].t;
+      while (room <= 0.0 || speed * (knots[k + 1].t - t) >= room) {
         t += room > 0.0 && speed > 0.0 ? room / speed : 0.0;
-        const Reference r = plan->trajectory.sample(t);
-        const double clearance = boxes.clearance({r.p_WB, r.q_WB}, spheres);
-        ++out.poses;
-        if (clearance < out.min_clearance) {
-          out.min_clearance = clearance;
-          out.min_clearance_at = t;
-        }
-        room = clearance - mission->clearance;
-        if (room <= 1e-5) {
-          char line[160];
-          std::snprintf(line, sizeof line,
-                        "the vehicle comes within %.4f m of the map's voxels at %.3f s, %.4f m are asked for",
-                        clearance, t, mission->clearance);
-          return reject(line);
-        }
-        continue;
+        const auto left = look(t, spheres, 1e-5);
+        if (!left) return Failure(left.error());
+        room = *left;
       }
       room -= speed * (knots[k + 1].t - t);
-      break;
     }
   }
   return out;

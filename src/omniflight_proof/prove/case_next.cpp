@@ -10,6 +10,7 @@ namespace {
 using files::between;
 
 constexpr double kLongest = 240, kWidest = 3, kSettle = 2;  // s, m, s
+constexpr double kTiltRate = to_radians(15);  // rad/s, half of what the servo of the vehicle does
 
 Vec3 rotation_of(files::YamlReader& at, const Vec3& otherwise) {
   auto attitude = at.optional_child("attitude");
@@ -45,6 +46,7 @@ Result<Path> read_next_flight(std::string_view mission, const std::string& name)
   }
   double t = kSettle + start.number("hold_s", between(0, 60, "s"), 1);
   const Vec3 from = at;
+  double alpha = p.alpha.start;
   for (auto& w : yaml->children("waypoints", 1, 400)) {
     w.ignore("name");
     const Vec3 by = w.vec3("by", between(-kWidest, kWidest, "m"), Vec3::Zero()), to = rotation_of(w, turned);
@@ -54,6 +56,13 @@ Result<Path> read_next_flight(std::string_view mission, const std::string& name)
     for (int k = 0; k < 3; ++k) {
       if (by[k] != 0) p.position[k].steps.push_back({t, T, by[k]});
       if (to[k] != turned[k]) p.rotation[k].steps.push_back({t, T, to[k] - turned[k]});
+    }
+    if (w.has("alpha_deg")) {
+      const double angle = to_radians(w.number("alpha_deg", between(0, 60, "deg")));
+      const double moving = std::max(0.5, 1.875 * std::abs(angle - alpha) / kTiltRate);
+      if (angle != alpha) p.alpha.steps.push_back({t + T, moving, angle - alpha});
+      t += moving;
+      alpha = angle;
     }
     at += by;
     turned = to;

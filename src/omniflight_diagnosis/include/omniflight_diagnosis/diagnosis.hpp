@@ -120,13 +120,14 @@ struct ProposedWaypoint {
   Vec3 by = Vec3::Zero();       ///< m, from the waypoint before
   Vec3 rpy_deg = Vec3::Zero();  ///< deg, attitude there; ignored by a vehicle that must lean to move
   double hold_s = 1;
+  std::optional<double> alpha = {};  ///< rad, tilt of the rotors to move to there, before holding
 };
 
 /// A flight that would tell rivals apart.
 struct ProposedFlight {
   std::string name, words;
   Vec3 start = Vec3::Zero();                        ///< m, world: about where the flight was
-  double alpha = 0;                                 ///< rad, tilt of the rotors
+  double alpha = 0;                                 ///< rad, tilt of the rotors at the start
   double speed = 0.4, acceleration = 0.5;           ///< m/s, m/s^2: limits
   double rate = 0.52, angular_acceleration = 1.57;  ///< rad/s, rad/s^2: limits
   std::vector<ProposedWaypoint> waypoints;

@@ -14,9 +14,10 @@ namespace omniflight::planning {
 struct Waypoint {
   std::string name;  ///< for messages; "waypoint 3" when the file gives none
   Pose pose;
-  double hold_s = 0.0;  ///< s at rest there; only for stops
-  bool stop = true;     ///< false: flown through
-  std::string where;    ///< file:line
+  double hold_s = 0.0;          ///< s at rest there; only for stops
+  bool stop = true;             ///< false: flown through
+  std::optional<double> alpha = {};  ///< rad, tilt to move to on arrival, before holding; only for stops
+  std::string where;            ///< file:line
 };
 
 struct Mission {
@@ -24,7 +25,7 @@ struct Mission {
   std::string vehicle;                ///< name or path, as load_vehicle takes it
   std::filesystem::path test_bed;     ///< the .bt file, resolved
   std::filesystem::path description;  ///< the test bed's YAML beside it, empty when there is none
-  std::optional<double> alpha;        ///< rad; nothing = search
+  std::optional<double> alpha;        ///< rad, at the start; nothing = search
   std::vector<Waypoint> waypoints;    ///< the first one is the start
   MotionLimits limits;
   double clearance = 0.05;  ///< m that every point of the vehicle keeps from the map's voxels

@@ -21,7 +21,8 @@ struct Certificate {
   std::string mission_sha256, vehicle_sha256, map_sha256;
   double vehicle_mass = 0.0;  ///< kg
   std::uint64_t seed = 0;
-  double alpha = 0.0;  ///< rad
+  double alpha = 0.0;                          ///< rad, at the start
+  double alpha_lowest = 0, alpha_highest = 0;  ///< rad, on the way
   bool alpha_searched = false;
   double duration = 0.0;           ///< s
   double clearance_asked = 0.0;    ///< m; no point of the curve is nearer to an occupied voxel
@@ -34,7 +35,7 @@ struct Certificate {
 };
 
 struct Plan {
-  Trajectory trajectory;  ///< knots every 10 ms, alpha constant
+  Trajectory trajectory;  ///< knots every 10 ms; alpha moves only at rest
   Certificate certificate;
 };
 

@@ -52,5 +52,7 @@ struct MotionPeaks {
   double rotor_load_at = 0.0;                     ///< s
 };
 MotionPeaks peaks(const std::vector<TrajectoryKnot>& knots, const allocation::RotorLoad& rotors);
+/// Of two motions, the second of which begins at `start` [s] in its own time.
+MotionPeaks larger(const MotionPeaks& a, MotionPeaks b, double start);
 
 }  // namespace omniflight::planning

@@ -1,0 +1,63 @@
+#include "tilt.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "omniflight_planning/timing.hpp"
+
+namespace omniflight::planning {
+namespace {
+
+constexpr double kSameTilt = 1e-12;   // rad
+constexpr double kShareOfRate = 0.5;  // of the servo's, so that it can follow
+constexpr double kShortest = 0.5;     // s
+
+}  // namespace
+
+std::vector<TiltPiece> tilt_pieces(const std::vector<TrajectoryKnot>& knots) {
+  std::vector<TiltPiece> out;
+  for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
+    const bool moves = std::abs(knots[k + 1].reference.alpha - knots[k].reference.alpha) > kSameTilt;
+    if (out.empty() || out.back().moves != moves)
+      out.push_back({k, k + 1, moves});
+    else
+      out.back().last = k + 1;
+  }
+  return out;
+}
+
+std::vector<TrajectoryKnot> move_tilt(const Pose& pose, double from, double to, double rate) {
+  const double seconds = std::max(kShortest, 1.875 * std::abs(to - from) / (kShareOfRate * rate));
+  const int periods = static_cast<int>(std::ceil(seconds / kKnotPeriod));
+  std::vector<TrajectoryKnot> out(static_cast<std::size_t>(periods) + 1);
+  for (int i = 0; i <= periods; ++i) {
+    const double s = static_cast<double>(i) / periods;
+    auto& knot = out[static_cast<std::size_t>(i)];
+    knot.t = i * kKnotPeriod;
+    knot.reference.p_WB = pose.p_WB;
+    knot.reference.q_WB = pose.q_WB;
+    knot.reference.alpha = from + (to - from) * s * s * s * (10 + s * (-15 + 6 * s));
+  }
+  return out;
+}
+
+double rim_travel(const vehicle::Vehicle& vehicle, double angle) {
+  double radius = 0;
+  for (const vehicle::Rotor& r : vehicle.rotors)
+    if (r.tilts) radius = std::max(radius, r.radius);
+  return radius * std::abs(angle);
+}
+
+Result<TiltedLoad> load_while_tilting(const vehicle::Vehicle& vehicle,
+                                      const std::vector<TrajectoryKnot>& knots, const TiltPiece& piece) {
+  TiltedLoad out;
+  for (std::size_t k = piece.first; k <= piece.last; ++k) {
+    const auto rotors = allocation::RotorLoad::create(vehicle, knots[k].reference.alpha);
+    if (!rotors) return Failure(rotors.error());
+    if (const double load = rotors->motion_load(knots[k].reference); load > out.load)
+      out = {load, knots[k].t};
+  }
+  return out;
+}
+
+}  // namespace omniflight::planning

@@ -1,0 +1,30 @@
+// Moving the tilt of the rotors: at rest, in one place, as fast as half of what the servo can.
+#pragma once
+
+#include "omniflight_planning/state_check.hpp"
+
+namespace omniflight::planning {
+
+/// Knots [first, last] of a trajectory during which the tilt rests, or moves. Neighbours share a knot.
+struct TiltPiece {
+  std::size_t first = 0, last = 0;
+  bool moves = false;
+};
+std::vector<TiltPiece> tilt_pieces(const std::vector<TrajectoryKnot>& knots);
+
+/// Knots of a move from one tilt to another [rad] with smooth ends, the vehicle resting at `pose`; rate:
+/// rad/s, that the servo can do. The first knot is at t = 0.
+std::vector<TrajectoryKnot> move_tilt(const Pose& pose, double from, double to, double rate);
+
+/// How far [m] no point of a rotor disc moves beyond when every tilting rotor turns by `angle` [rad].
+double rim_travel(const vehicle::Vehicle& vehicle, double angle);
+
+/// Largest share of the rotors' range that a motion through these knots needs, each at its own tilt, and
+/// when.
+struct TiltedLoad {
+  double load = 0, at = 0;  ///< 1 is the limit; s
+};
+Result<TiltedLoad> load_while_tilting(const vehicle::Vehicle& vehicle,
+                                      const std::vector<TrajectoryKnot>& knots, const TiltPiece& piece);
+
+}  // namespace omniflight::planning
