@@ -5,6 +5,7 @@
 
 #include "causality.hpp"
 #include "neighbours.hpp"
+#include "nested.hpp"
 #include "single_rotor.hpp"
 #include "statistics.hpp"
 #include "uncertainty.hpp"
@@ -498,12 +499,13 @@ class Search {
       const auto told = [&](const std::vector<Alternative>& list) {
         return std::any_of(list.begin(), list.end(), [&](const Alternative& a) { return a.effect == id; });
       };
-      const bool bent =
-          behind / temper < 10.0 && bent_into_it(swapped, frozen, current.log_likelihood - 3.0 * temper);
-      if (!bent) total += std::exp(std::min(0.0, -behind / temper));
+      const bool no_rival =
+          behind / temper < 10.0 && (bent_into_it(swapped, frozen, current.log_likelihood - 3.0 * temper) ||
+                                     only_adds_freedom(problem_, current, k, swapped));
+      if (!no_rival) total += std::exp(std::min(0.0, -behind / temper));
       if (id == current.effects[k].effect->info().id || told(named.set)) continue;  // another rotor
       const Alternative other{id, in_full(swapped.effects.back()).theta, behind, alike};
-      if (bent || behind / temper >= 10.0) continue;
+      if (no_rival || behind / temper >= 10.0) continue;
       if (behind / temper < 3.0 && swapped.log_likelihood > rest.log_likelihood)
         named.set.push_back(other);
       else if (alike > 0.98 && current.log_likelihood - swapped.log_likelihood < 3.0 * temper &&
