@@ -4,7 +4,7 @@ namespace omniflight::diagnosis {
 namespace {
 
 constexpr double kExactly = 1e-6;  // share of a contribution that may be left
-constexpr double kWouldShow = 5;   // sigma
+constexpr double kWouldShow = 3;   // sigma: 4.5 nats, and a rival is within 3
 
 }  // namespace
 

@@ -111,24 +111,76 @@ Flight nominal_flight(const ProposedFlight& proposal, const Vec3& start, const v
   return f;
 }
 
-/// What one flight says of a pair: normal equations of `other` and the offsets for the contribution of
-/// `named`, under this noise.
+/// One flight's normal equations of what may imitate a contribution, and of that contribution, under this
+/// noise.
 struct Imitation {
   Eigen::MatrixXd H;
   Eigen::VectorXd g;
   double energy = 0;
 };
 
-Imitation imitation(const Problem& problem, const Whitening& noise, const Rivals& pair) {
+Imitation imitation(const Eigen::MatrixXd& by, const Eigen::VectorXd& v) {
+  return {by.transpose() * by, by.transpose() * v, v.squaredNorm()};
+}
+
+/// A pair on one flight, whitened.
+struct Seen {
+  Eigen::VectorXd named;  ///< contribution
+  Eigen::MatrixXd unit;   ///< of the other: a column per unit of a parameter
+  Eigen::MatrixXd offsets;
+};
+
+Seen see(const Problem& problem, const Whitening& noise, const Rivals& pair) {
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(problem.offset_sigma().size());
   Eigen::VectorXd with, without;
   Eigen::MatrixXd jacobian;
   problem.predict({pair.named}, none, with, nullptr);
   problem.predict({}, none, without, nullptr);
-  const Eigen::VectorXd v = noise.apply_vector(problem, without - with);
+  const Eigen::VectorXd named = noise.apply_vector(problem, without - with);
   problem.predict({pair.other}, none, with, &jacobian);
   const Eigen::MatrixXd X = noise.apply(problem, jacobian);
-  return {X.transpose() * X, X.transpose() * v, v.squaredNorm()};
+  return {named, X.leftCols(X.cols() - none.size()), X.rightCols(none.size())};
+}
+
+/// The other law can be exactly the named one, which then is imitated on every flight.
+bool contains_named(const Rivals& pair, const Seen& seen) {
+  if (!is_linear(*pair.other.effect) || !is_linear(*pair.named.effect) ||
+      pair.other.effect->parameter_count() <= pair.named.effect->parameter_count())
+    return false;
+  const Eigen::VectorXd left = seen.named - seen.unit * seen.unit.colPivHouseholderQr().solve(seen.named);
+  return left.squaredNorm() < 1e-6 * seen.named.squaredNorm();
+}
+
+/// How well, in sigma, both flights together tell a pair apart: what is left of the named law's contribution
+/// when the other imitates it. Where the other contains it, the other way round: what is left of a number
+/// that it has beyond, doing as much on the flight that was flown, when the named law imitates that.
+double separation(const Rivals& pair, const Seen& before, const Seen& after, const Eigen::VectorXd& sigma) {
+  const auto left = [&](const Imitation& one, const Imitation& two) {
+    Eigen::MatrixXd H = one.H + two.H;
+    H.diagonal().tail(sigma.size()) += sigma.cwiseAbs2().cwiseInverse();
+    Eigen::VectorXd scale(H.rows());
+    for (Eigen::Index k = 0; k < H.rows(); ++k) scale[k] = H(k, k) > 0 ? 1.0 / std::sqrt(H(k, k)) : 0.0;
+    H = scale.asDiagonal() * H * scale.asDiagonal();
+    H.diagonal().array() += 1e-9;
+    const Eigen::VectorXd r = scale.asDiagonal() * (one.g + two.g);
+    return std::sqrt(std::max(0.0, one.energy + two.energy - r.dot(H.ldlt().solve(r))));
+  };
+  const auto beside = [](const Eigen::MatrixXd& law, const Eigen::MatrixXd& offsets) {
+    Eigen::MatrixXd out(law.rows(), law.cols() + offsets.cols());
+    out << law, offsets;
+    return out;
+  };
+  if (!contains_named(pair, before))
+    return left(imitation(beside(before.unit, before.offsets), before.named),
+                imitation(beside(after.unit, after.offsets), after.named));
+  double most = 0;
+  for (Eigen::Index k = 0; k < before.unit.cols(); ++k) {
+    if (!(before.unit.col(k).norm() > 0)) continue;
+    const double as_much = before.named.norm() / before.unit.col(k).norm();
+    most = std::max(most, left(imitation(beside(before.named, before.offsets), as_much * before.unit.col(k)),
+                               imitation(beside(after.named, after.offsets), as_much * after.unit.col(k))));
+  }
+  return most;
 }
 
 /// Pairs told apart, the nearly told counted in part; among equals that of the larger least separation.
@@ -154,8 +206,8 @@ std::vector<ProposedFlight> propose_flights(const Problem& flown, const Flight& 
     low = std::min(low, s.body.p_WB.z());
   }
   const Vec3 start(middle.x(), middle.y(), std::max(low, 0.0));
-  std::vector<Imitation> before;
-  for (const Rivals& pair : pairs) before.push_back(imitation(flown, flown.noise(), pair));
+  std::vector<Seen> before;
+  for (const Rivals& pair : pairs) before.push_back(see(flown, flown.noise(), pair));
   for (ProposedFlight& f : manoeuvres(vehicle, alpha)) {
     f.start = start;
     const Flight planned = nominal_flight(f, start, vehicle, flight, o);
@@ -163,19 +215,9 @@ std::vector<ProposedFlight> propose_flights(const Problem& flown, const Flight& 
     const Flight* one[] = {&planned};
     const Problem next(one, vehicle, o);
     if (next.offset_sigma().size() != flown.offset_sigma().size()) continue;
-    for (std::size_t p = 0; p < pairs.size(); ++p) {
-      const Imitation after = imitation(next, flown.noise(), pairs[p]);
-      Eigen::MatrixXd H = before[p].H + after.H;
-      const Eigen::VectorXd g = before[p].g + after.g;
-      H.diagonal().tail(flown.offset_sigma().size()) += flown.offset_sigma().cwiseAbs2().cwiseInverse();
-      Eigen::VectorXd scale(H.rows());
-      for (Eigen::Index k = 0; k < H.rows(); ++k) scale[k] = H(k, k) > 0 ? 1.0 / std::sqrt(H(k, k)) : 0.0;
-      H = scale.asDiagonal() * H * scale.asDiagonal();
-      H.diagonal().array() += 1e-9;
-      const Eigen::VectorXd r = scale.asDiagonal() * g;
-      const double left = before[p].energy + after.energy - r.dot(H.ldlt().solve(r));
-      f.separations_sigma.push_back(std::sqrt(std::max(0.0, left)));
-    }
+    for (std::size_t p = 0; p < pairs.size(); ++p)
+      f.separations_sigma.push_back(
+          separation(pairs[p], before[p], see(next, flown.noise(), pairs[p]), flown.offset_sigma()));
     f.separation_sigma = *std::min_element(f.separations_sigma.begin(), f.separations_sigma.end());
     out.push_back(f);
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "../src/manoeuvres.hpp"
+#include "../src/propose.hpp"
 #include "omniflight_diagnosis/diagnosis.hpp"
 #include "synthetic.hpp"
 
@@ -38,6 +39,27 @@ TEST(Propose, RockingTellsALoadFromWeakThrustAndClimbingDoesNot) {
   EXPECT_LT(climb->separations_sigma[k], 3);
   EXPECT_GT(rock->separations_sigma[k], 4);
   EXPECT_EQ(flights.front().name.rfind("rocking", 0), 0u) << flights.front().name;
+}
+
+/// A thrust that changes with the tilt can be a weak thrust, on every flight: what counts is whether its
+/// further number would show.
+TEST(Propose, MovingTheTiltTellsAWeakThrustFromOneThatChangesWithIt) {
+  const vehicle::Vehicle v = test::omnimorph();
+  const Options o;
+  const physics::ActiveEffect weak{physics::find_effect("thrust_scale"), {-0.05}},
+      by_tilt{physics::find_effect("tilt_efficiency"), {0.05, 0.0}};
+  const auto flight = prepare_flight(test::fly(v, {weak}, {}), v, o);
+  ASSERT_TRUE(flight) << flight.error().text();
+  const Flight* one[] = {&*flight};
+  const Problem problem(one, v, o);
+  const auto flights = propose_flights(problem, *flight, v, {{weak, by_tilt}}, o);
+  const ProposedFlight *still = find(flights, "rocking_at_three_heights"),
+                       *moving = find(flights, "rocking_and_tilting");
+  ASSERT_TRUE(still && moving);
+  printf("weak thrust against one that changes with the tilt: one tilt %.2f sigma, three %.2f sigma\n",
+         still->separation_sigma, moving->separation_sigma);
+  EXPECT_LT(still->separation_sigma, 1);
+  EXPECT_GT(moving->separation_sigma, 5);
 }
 
 TEST(Propose, ManoeuvresEndAtRestNeverSinkBelowTheirStartAndKeepToTheTiltRange) {
