@@ -5,6 +5,11 @@
 
 namespace omniflight::diagnosis {
 
+/// Whether `rich` can be exactly `named` on a flight: `contribution` of the named one lies in the span of the
+/// `columns` of the other. Linear laws only.
+bool contains_law(const physics::Effect& rich, const physics::Effect& named, const Eigen::MatrixXd& columns,
+                  const Eigen::VectorXd& contribution);
+
 /// True when the last effect of `swapped`, which stands in the place of member `index` of `fit`, can be
 /// exactly that member, and the numbers it has beyond that would show on these flights if they did as much: a
 /// thrust that changes with the tilt contains a thrust that is too weak, and once the tilt has moved it adds

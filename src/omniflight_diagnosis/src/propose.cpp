@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "manoeuvres.hpp"
+#include "nested.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -142,15 +143,6 @@ Seen see(const Problem& problem, const Whitening& noise, const Rivals& pair) {
   return {named, X.leftCols(X.cols() - none.size()), X.rightCols(none.size())};
 }
 
-/// The other law can be exactly the named one, which then is imitated on every flight.
-bool contains_named(const Rivals& pair, const Seen& seen) {
-  if (!is_linear(*pair.other.effect) || !is_linear(*pair.named.effect) ||
-      pair.other.effect->parameter_count() <= pair.named.effect->parameter_count())
-    return false;
-  const Eigen::VectorXd left = seen.named - seen.unit * seen.unit.colPivHouseholderQr().solve(seen.named);
-  return left.squaredNorm() < 1e-6 * seen.named.squaredNorm();
-}
-
 /// How well, in sigma, both flights together tell a pair apart: what is left of the named law's contribution
 /// when the other imitates it. Where the other contains it, the other way round: what is left of a number
 /// that it has beyond, doing as much on the flight that was flown, when the named law imitates that.
@@ -170,7 +162,7 @@ double separation(const Rivals& pair, const Seen& before, const Seen& after, con
     out << law, offsets;
     return out;
   };
-  if (!contains_named(pair, before))
+  if (!contains_law(*pair.other.effect, *pair.named.effect, before.unit, before.named))
     return left(imitation(beside(before.unit, before.offsets), before.named),
                 imitation(beside(after.unit, after.offsets), after.named));
   double most = 0;

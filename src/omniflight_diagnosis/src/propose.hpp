@@ -12,7 +12,8 @@ struct Rivals {
 
 /// Manoeuvres of the catalogue, the one that tells most pairs apart first. The
 /// separation [sigma] is the length of what `other` (and the offsets) cannot imitate of `named` on the old
-/// and the new flight together, under the noise of the old one.
+/// and the new flight together, under the noise of the old one. An `other` that contains `named` is told
+/// apart by its further numbers instead.
 std::vector<ProposedFlight> propose_flights(const Problem& flown, const Flight& flight,
                                             const vehicle::Vehicle& vehicle, const std::vector<Rivals>& pairs,
                                             const Options& options);
