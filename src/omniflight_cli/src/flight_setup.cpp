@@ -104,6 +104,7 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
   for (const auto& [key, value] : o.parameters) {
     const auto dot = key.find('.');
     if (dot != std::string::npos) p[key.substr(0, dot)][key.substr(dot + 1)] = value;
+    if (key == "allocator.alpha_deg") p["allocator"].try_emplace("follow_plan", "false");
   }
   std::string yaml = "# Parameters of this flight, on top of configs/components/default.yaml.\n";
   for (const auto& [component, values] : p) {

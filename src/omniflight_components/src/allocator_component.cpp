@@ -27,6 +27,7 @@ class AllocatorComponent final : public bus::Component {
     const std::string weights = p.text("weights", "case_a");
     const std::string mode = p.text("tilt_mode", "fixed");
     const double alpha_deg = p.number("alpha_deg", 30.0, -180, 180);
+    follow_plan_ = p.flag("follow_plan", true);  // false: stays at alpha_deg whatever the plan says
     auto config =
         weights == "case_a" ? allocation::AllocatorConfig::case_a() : allocation::AllocatorConfig::case_b();
     if (weights != "case_a" && weights != "case_b" && weights != "dynamic")
@@ -92,7 +93,8 @@ class AllocatorComponent final : public bus::Component {
     input.q_WB = get(m.est_attitude);
     input.w_WB_B = get(m.est_angular_velocity);
     input.position_error = (get(m.ref_position) - get(m.est_position)).norm();
-    if (const auto alpha = bus::view(m.ref_alpha); !alpha.empty()) input.alpha = alpha.front();
+    if (const auto alpha = bus::view(m.ref_alpha); follow_plan_ && !alpha.empty())
+      input.alpha = alpha.front();
     const auto result = allocator_->allocate(input);
     if (!result) return finish(Failure(result.error()));
     auto& s = *state_message_;
@@ -122,6 +124,7 @@ class AllocatorComponent final : public bus::Component {
   }
 
   std::optional<allocation::Allocator> allocator_;
+  bool follow_plan_ = true;
   bus::Message<AllocatorState> state_message_;
   bus::Message<Actuators> command_message_;
   std::optional<bus::Publisher<AllocatorState>> state_;
