@@ -28,8 +28,10 @@ struct Tilt : testing::Test {
     const auto mission = load_mission(file.string());
     return mission ? plan_mission(*mission) : Result<Plan>(Failure(mission.error()));
   }
+  /// Of this test alone: tests run beside each other.
   static fs::path folder() {
-    const fs::path out = fs::path(testing::TempDir()) / "tilt";
+    const std::string test = testing::UnitTest::GetInstance()->current_test_info()->name();
+    const fs::path out = fs::path(testing::TempDir()) / ("tilt_" + test);
     fs::create_directories(out);
     return out;
   }
