@@ -232,14 +232,14 @@ Status certify(const Trajectory& trajectory, const vehicle::Vehicle& vehicle, Ti
     const double tilt = all[piece.first].reference.alpha, start = all[piece.first].t;
     c.alpha_lowest = std::min(c.alpha_lowest, tilt), c.alpha_highest = std::max(c.alpha_highest, tilt);
     if (piece.moves) {  // its room was checked when it was made
-      const auto most = load_while_tilting(vehicle, all, piece);
+      const auto most = peaks_while_tilting(vehicle, all, piece);
       if (!most) return Failure(most.error());
-      if (most->load > 1.0 - headroom)
+      if (most->rotor_load > 1.0 - headroom)
         return fail(ErrorCode::incomplete,
                     text("tilt_blocked: moving the tilt needs %.0f %% of the rotors' range at %.2f s",
-                         100.0 * most->load, most->at),
+                         100.0 * most->rotor_load, most->rotor_load_at),
                     c.mission_file, "Move the tilt less, or at another attitude");
-      if (most->load > c.peak.rotor_load) c.peak.rotor_load = most->load, c.peak.rotor_load_at = most->at;
+      c.peak = larger(c.peak, *most, 0.0);
       continue;
     }
     Knots knots(all.begin() + static_cast<std::ptrdiff_t>(piece.first),

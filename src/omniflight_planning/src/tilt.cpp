@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "omniflight_planning/timing.hpp"
-
 namespace omniflight::planning {
 namespace {
 
@@ -48,14 +46,13 @@ double rim_travel(const vehicle::Vehicle& vehicle, double angle) {
   return radius * std::abs(angle);
 }
 
-Result<TiltedLoad> load_while_tilting(const vehicle::Vehicle& vehicle,
-                                      const std::vector<TrajectoryKnot>& knots, const TiltPiece& piece) {
-  TiltedLoad out;
+Result<MotionPeaks> peaks_while_tilting(const vehicle::Vehicle& vehicle,
+                                        const std::vector<TrajectoryKnot>& knots, const TiltPiece& piece) {
+  MotionPeaks out;
   for (std::size_t k = piece.first; k <= piece.last; ++k) {
     const auto rotors = allocation::RotorLoad::create(vehicle, knots[k].reference.alpha);
     if (!rotors) return Failure(rotors.error());
-    if (const double load = rotors->motion_load(knots[k].reference); load > out.load)
-      out = {load, knots[k].t};
+    out = larger(out, peaks({knots[k]}, *rotors), 0.0);
   }
   return out;
 }

@@ -1,7 +1,7 @@
 // Moving the tilt of the rotors: at rest, in one place, as fast as half of what the servo can.
 #pragma once
 
-#include "omniflight_planning/state_check.hpp"
+#include "omniflight_planning/timing.hpp"
 
 namespace omniflight::planning {
 
@@ -19,12 +19,8 @@ std::vector<TrajectoryKnot> move_tilt(const Pose& pose, double from, double to, 
 /// How far [m] no point of a rotor disc moves beyond when every tilting rotor turns by `angle` [rad].
 double rim_travel(const vehicle::Vehicle& vehicle, double angle);
 
-/// Largest share of the rotors' range that a motion through these knots needs, each at its own tilt, and
-/// when.
-struct TiltedLoad {
-  double load = 0, at = 0;  ///< 1 is the limit; s
-};
-Result<TiltedLoad> load_while_tilting(const vehicle::Vehicle& vehicle,
-                                      const std::vector<TrajectoryKnot>& knots, const TiltPiece& piece);
+/// What a move of the tilt asks of the rotors, every knot at its own tilt.
+Result<MotionPeaks> peaks_while_tilting(const vehicle::Vehicle& vehicle,
+                                        const std::vector<TrajectoryKnot>& knots, const TiltPiece& piece);
 
 }  // namespace omniflight::planning

@@ -159,10 +159,9 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
   for (const TiltPiece& piece : pieces) {
     if (piece.moves) {
       if (auto ok = check_move(*vehicle, knots, piece); !ok) return reject(ok.error().message);
-      const auto most = load_while_tilting(*vehicle, knots, piece);
+      const auto most = peaks_while_tilting(*vehicle, knots, piece);
       if (!most) return Failure(most.error());
-      if (most->load > out.peak.rotor_load)
-        out.peak.rotor_load = most->load, out.peak.rotor_load_at = most->at;
+      out.peak = larger(out.peak, *most, 0.0);
     } else {
       const auto rotors = allocation::RotorLoad::create(*vehicle, knots[piece.first].reference.alpha);
       if (!rotors) return Failure(rotors.error());
