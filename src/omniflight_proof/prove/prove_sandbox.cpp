@@ -18,6 +18,8 @@
 #include <fstream>
 #include <thread>
 
+#include "omniflight_files/files.hpp"
+
 namespace omniflight::proof {
 
 namespace fs = std::filesystem;
@@ -111,7 +113,10 @@ Result<ConfinedChild> ConfinedChild::start(const Confined& what) {
   for (auto& a : arguments) argv.push_back(a.data());
   argv.push_back(nullptr);
   std::string path = "PATH=/usr/bin:/bin", home = "HOME=/nonexistent", lang = "LC_ALL=C";
-  char* environment[] = {path.data(), home.data(), lang.data(), nullptr};
+  // with /proc hidden a program does not know where it lies, and so finds its configs by this alone
+  const auto found = files::config_dir();
+  std::string configs = found ? "OMNIFLIGHT_CONFIGS=" + fs::absolute(*found).string() : "";
+  char* environment[] = {path.data(), home.data(), lang.data(), found ? configs.data() : nullptr, nullptr};
   ConfinedChild child;
   child.begin_ = now();
   child.limit_ = what.limit_s;

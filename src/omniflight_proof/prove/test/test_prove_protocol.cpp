@@ -279,6 +279,21 @@ TEST(Sandbox, TheProbeSeesAnOpenSeal) {
   EXPECT_FALSE(said["leaks"].empty()) << "a probe that never finds anything proves nothing: " << said.dump(1);
 }
 
+TEST(Sandbox, WhatRunsInsideFindsTheConfigs) {
+  Folder f;
+  const fs::path configs = f.path / "configs", log = f.path / "log.txt";
+  fs::create_directories(configs);
+  ::setenv("OMNIFLIGHT_CONFIGS", configs.c_str(), 1);
+  auto child = ConfinedChild::start({Confinement::none, "/nonexistent", {"/usr/bin/env"}, log.string(), 10});
+  ::unsetenv("OMNIFLIGHT_CONFIGS");
+  ASSERT_TRUE(child);
+  while (!child->poll()) usleep(1000);
+  EXPECT_EQ(child->exit_code(), 0);
+  const auto said = files::read_file(log, 1 << 16);
+  ASSERT_TRUE(said);
+  EXPECT_NE(said->find("OMNIFLIGHT_CONFIGS=" + configs.string()), std::string::npos) << *said;
+}
+
 TEST(Sandbox, EndsWhatTakesTooLong) {
   auto child = ConfinedChild::start({Confinement::none, "/nonexistent", {"/bin/sleep", "30"}, "", 0.1});
   ASSERT_TRUE(child);
