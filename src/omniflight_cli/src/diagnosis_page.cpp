@@ -325,7 +325,7 @@ Status write_page(const Diagnosis& d, const Refit& refit, const recording::Recor
                      " holds the best of them that fits the test bed.");
   }
   intake_section(page, d.intake);
-  if (!d.left_out.empty()) page.paragraph("Left out because time was up: " + list(d.left_out) + ".");
+  if (!d.left_out.empty()) page.paragraph("Left out: " + list(d.left_out) + ".");
   page.section("Inputs");
   for (const auto& in : d.inputs) {
     std::string cut;

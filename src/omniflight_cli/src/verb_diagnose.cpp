@@ -34,7 +34,7 @@ void ablate(const std::string& what, diagnosis::Options& options) {
   } else if (what == "no-tolerance") {
     auto& t = options.tolerance;
     for (double* sigma : {&t.thrust_scale, &t.accelerometer_lateral, &t.accelerometer_vertical,
-                          &t.world_force, &t.torque_trim})
+                          &t.world_force, &t.torque_trim, &t.rotor_clock})
       *sigma *= 1e-3;
   } else if (what == "no-instruments") {
     options.refly.clear();
@@ -185,7 +185,10 @@ Status write_next_flight(const Options& o, const std::string& out, diagnosis::Di
       if (auto ok = files::write_file_atomic(path, mission_yaml(f, o.vehicle, o.test_bed, start)); !ok)
         return ok;
       const auto mission = planning::load_mission(path);
-      if (!mission) return Failure(mission.error());
+      if (!mission) {  // no such test bed, say: what was found stays found
+        why = mission.error().text();
+        break;
+      }
       const auto plan = planning::plan_mission(*mission, {});
       if (plan) {
         d.next_flight.mission = "next_flight.yaml";
@@ -198,7 +201,10 @@ Status write_next_flight(const Options& o, const std::string& out, diagnosis::Di
   }
   std::error_code ec;
   std::filesystem::remove(out + "/next_flight.yaml", ec);
-  if (!why.empty()) say(common, "  no proposed flight fits the test bed: " + why);
+  if (!why.empty()) {
+    say(common, "  no proposed flight fits the test bed: " + why);
+    d.left_out.push_back("a proposed flight that fits the test bed (" + why + ")");
+  }
   return {};
 }
 

@@ -56,6 +56,20 @@ class MainJob(system.SystemTest):
         self.assertLess(abs(power["simulated_after_W"] / power["real_W"] - 1), 0.02)
         self.assertGreater(abs(power["simulated_before_W"] / power["real_W"] - 1), 0.2)
 
+    def test_a_proposal_that_fits_nowhere_loses_nothing_of_the_diagnosis(self):
+        (self.dir / "weak.yaml").write_text(
+            "schema: omniflight.model/1\neffects:\n  - {id: thrust_scale, parameters: {scale: -0.1}}\n")
+        self.run_command("plan", "trajectory_1", "--out", "plan", "--quiet")
+        self.fly("trajectory_1", "--plan", "plan", "--sensors", "laboratory", "--in-process", "--effects", "weak.yaml",
+                 out="weak")
+        self.run_command("diagnose", "weak/flight.mcap", "--vehicle", "omnimorph", "--out", "diagnosis", "--quiet",
+                         "--test-bed", "nowhere", timeout=80)
+        found = self.json("diagnosis/diagnosis.json")
+        self.assertEqual(found["verdict"], "ambiguous", "then no flight is proposed, and this test tells nothing")
+        self.assertIn("no test bed map 'nowhere'", " ".join(found["left_out"]))
+        self.assertEqual(found["next_flight"]["mission"], "")
+        self.assertFalse((self.dir / "diagnosis/next_flight.yaml").exists())
+
     def test_a_nominal_flight_raises_no_alarm(self):
         self.fly("trajectory_2", "--sensors", "laboratory", "--in-process", out="nominal")
         found = self.diagnose("nominal/flight.mcap")
