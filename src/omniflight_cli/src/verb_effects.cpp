@@ -35,6 +35,7 @@ nlohmann::json describe(const physics::Effect& effect) {
           {"channels", info.channels},
           {"aliases", info.aliases},
           {"separated_by", info.separated_by},
+          {"comes_with", info.comes_with},
           {"memory", effect.memory_size().total()}};
 }
 
@@ -62,6 +63,7 @@ void print_one(const Common& common, const physics::Effect& effect) {
                   "\n  source: " + info.source + "\n  acts at: " + stages + "; moves " + list(info.channels) +
                   "\n  needs: " + list(info.signals) + "\n  may look like: " + list(info.aliases) +
                   "\n  separated by: " + info.separated_by);
+  if (!info.comes_with.empty()) say(common, "  comes with: " + list(info.comes_with));
   if (effect.memory_size().total() > 0)
     say(common, fmt::format("  remembers: {} numbers", effect.memory_size().total()));
   for (const auto& p : info.parameters) {

@@ -9,6 +9,7 @@
 #include "neighbours.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 #include "omniflight_diagnosis/residual.hpp"
+#include "segments.hpp"
 #include "thrust_source.hpp"
 #include "torque_alignment.hpp"
 
@@ -143,25 +144,6 @@ std::vector<char> negated(const std::vector<char>& v) {
   std::vector<char> out(v.size());
   for (std::size_t i = 0; i < v.size(); ++i) out[i] = !v[i];
   return out;
-}
-
-/// Runs of good samples of at least a second, and their samples in all.
-std::vector<Segment> long_runs(const std::vector<char>& good, double rate_hz) {
-  std::vector<Segment> out;
-  const int n = static_cast<int>(good.size());
-  for (int i = 0; i < n;) {
-    int j = i;
-    while (j < n && good[static_cast<std::size_t>(j)]) ++j;
-    if (j - i >= static_cast<int>(rate_hz)) out.push_back({i, j});
-    i = std::max(j, i + 1);
-  }
-  return out;
-}
-
-int samples(const std::vector<Segment>& segments) {
-  int n = 0;
-  for (const Segment& s : segments) n += s.end - s.begin;
-  return n;
 }
 
 /// Cuts the samples at which the velocity was dead reckoning, or says why it cannot afford to.

@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "causality.hpp"
-#include "neighbours.hpp"
+#include "imitation.hpp"
+#include "members.hpp"
 #include "nested.hpp"
 #include "single_rotor.hpp"
-#include "statistics.hpp"
 #include "uncertainty.hpp"
 
 namespace omniflight::diagnosis {
@@ -15,165 +15,6 @@ namespace {
 
 using physics::ActiveEffect;
 using physics::Effect;
-
-/// What effects cost. On instruments, where chance alone decides, a law with k numbers enters when it gains
-/// what chance reaches in one of m/p tries: half the upper p/m quantile of the chi-squared distribution with
-/// k degrees of freedom. Where feedback and what a vehicle file does not know have their part, it must gain
-/// ln(m/p), and 3 for every further number. Between laws that may all enter, every further number costs 3 in
-/// any case, more than that quantile asks for: rich laws bend into anything.
-class Costs {
- public:
-  Costs(std::size_t candidates, double error_rate, bool instrumented) {
-    const double each = error_rate / std::max<double>(2.0, static_cast<double>(candidates));
-    for (int k = 1; k <= physics::kMaxParameters; ++k)
-      entry_.push_back(instrumented ? 0.5 * chi_squared_quantile(each, k) : 3.0 * (k - 1) - std::log(each));
-  }
-  double entry(const Effect& e) const { return entry_[static_cast<std::size_t>(e.parameter_count() - 1)]; }
-  double entry(const Fit& fit) const {
-    double sum = 0;
-    for (const ActiveEffect& e : fit.effects) sum += entry(*e.effect);
-    return sum;
-  }
-  double complexity(const Effect& e) const { return entry_.front() + 3.0 * (e.parameter_count() - 1); }
-
- private:
-  std::vector<double> entry_;  ///< by number of parameters less one
-};
-
-double score(const Fit& fit, const Costs& costs) {
-  double sum = fit.log_likelihood;
-  for (const ActiveEffect& e : fit.effects) sum -= costs.complexity(*e.effect);
-  return sum;
-}
-
-/// What is left of the likelihood when every member has paid for its entry.
-double tested(const Fit& fit, const Costs& costs) { return fit.log_likelihood - costs.entry(fit); }
-
-std::vector<ActiveEffect> without(const std::vector<ActiveEffect>& effects, std::size_t index) {
-  std::vector<ActiveEffect> out = effects;
-  out.erase(out.begin() + static_cast<std::ptrdiff_t>(index));
-  return out;
-}
-
-bool contains(const Fit& fit, const Effect* effect) {
-  return std::any_of(fit.effects.begin(), fit.effects.end(),
-                     [&](const ActiveEffect& e) { return e.effect == effect; });
-}
-
-/// On instruments chance alone decides, and the gain already answers for that; blocks left out must only not
-/// be predicted worse.
-bool gate_open(const Problem& problem, const Gate& gate, const Options& o, double needed) {
-  const double least = problem.instrumented() ? 0.0 : 2.0;
-  const double share = problem.instrumented() ? 0.5 * o.min_share : o.min_share;
-  return gate.gain > needed && gate.cross_validated_se > least && gate.energy_share > share &&
-         gate.magnitude > o.min_magnitude;
-}
-
-/// Takes away much of what another member adds, or the other way round: such a pair says little about either.
-bool cancels_another(const Problem& problem, const Fit& fit, std::size_t index) {
-  const auto scaled = [&](std::size_t k) {
-    Eigen::VectorXd x = contribution_of(problem, fit, k);
-    for (int c = 0; c < 6; ++c) x.segment(c * problem.samples(), problem.samples()) /= problem.scale(c);
-    return x;
-  };
-  const Eigen::VectorXd own = scaled(index);
-  for (std::size_t k = 0; k < fit.effects.size(); ++k) {
-    if (k == index) continue;
-    const Eigen::VectorXd other = scaled(k);
-    const double a = own.norm(), b = other.norm();
-    if (own.dot(other) < -0.9 * a * b && std::min(a, b) > 0.3 * std::max(a, b)) return true;
-  }
-  return false;
-}
-
-bool makes_sense(const Problem& problem, const Fit& fit, std::size_t index) {
-  return !at_limit(problem, fit.effects[index]) && !cancels_another(problem, fit, index);
-}
-
-/// Searches the shape parameters of every kept effect anew in the company of the others.
-Fit polish(const Problem& problem, Fit fit, const Options& o) {
-  for (std::size_t k = 0; k < fit.effects.size(); ++k) {
-    if (is_linear(*fit.effects[k].effect)) continue;
-    const Fit rest = fit_effects(problem, without(fit.effects, k), o);
-    const Fit again = fit_with(problem, rest, *fit.effects[k].effect, o);
-    if (again.log_likelihood > fit.log_likelihood + 0.1) fit = again;
-  }
-  return fit;
-}
-
-/// The catalogue knows that these two may look alike: a cheap preview is not enough to tell them apart.
-bool declared_alias(const Effect& a, const Effect& b) {
-  const auto lists = [](const Effect& x, const Effect& y) {
-    const auto& all = x.info().aliases;
-    return std::find(all.begin(), all.end(), y.info().id) != all.end();
-  };
-  return lists(a, b) || lists(b, a);
-}
-
-bool turns(const Effect& effect) {
-  const auto& channels = effect.info().channels;
-  return std::any_of(channels.begin(), channels.end(), [](const std::string& c) { return c.front() == 'M'; });
-}
-
-/// Removes effects that no longer earn their parameters.
-Fit prune(const Problem& problem, Fit fit, const Options& o, const Costs& costs) {
-  for (bool again = true; again && !fit.effects.empty();) {
-    again = false;
-    double best = tested(fit, costs);
-    Fit chosen;
-    for (std::size_t k = 0; k < fit.effects.size(); ++k) {
-      Fit smaller = fit_effects(problem, without(fit.effects, k), o);
-      if (tested(smaller, costs) > best) {
-        best = tested(smaller, costs);
-        chosen = std::move(smaller);
-        again = true;
-      }
-    }
-    if (again) fit = polish(problem, std::move(chosen), o);
-  }
-  return fit;
-}
-
-/// Whitened columns of the last effect of a fit.
-Eigen::MatrixXd last_columns(const Problem& problem, const Whitening& w, const Fit& fit) {
-  const Eigen::MatrixXd all = jacobian_of(problem, fit);
-  const Eigen::Index own = fit.effects.back().effect->parameter_count();
-  return w.apply(problem, all.middleCols(all.cols() - problem.offset_sigma().size() - own, own));
-}
-
-/// How well columns X imitate a direction v: sqrt of the share of v explained.
-class Imitator {
- public:
-  explicit Imitator(const Eigen::MatrixXd& X) : Z_(X) {
-    for (Eigen::Index k = 0; k < Z_.cols(); ++k)
-      if (const double size = Z_.col(k).norm(); size > 0) Z_.col(k) /= size;
-    Eigen::MatrixXd H = Z_.transpose() * Z_;
-    H.diagonal().array() += 1e-9;
-    solver_.compute(H);
-  }
-  double cosine(const Eigen::VectorXd& v) const {
-    const double size = v.squaredNorm();
-    if (!(size > 0)) return 0;
-    const Eigen::VectorXd g = Z_.transpose() * v;
-    return std::sqrt(std::clamp(g.dot(solver_.solve(g)) / size, 0.0, 1.0));
-  }
-
- private:
-  Eigen::MatrixXd Z_;
-  Eigen::LDLT<Eigen::MatrixXd> solver_;
-};
-
-double cosine(const Eigen::MatrixXd& X, const Eigen::VectorXd& v) { return Imitator(X).cosine(v); }
-
-/// The others of a fit exactly as they are, without member `index`: a replacement starts in unchanged
-/// company.
-Fit frozen_without(const Problem& problem, const Fit& fit, std::size_t index) {
-  Fit out = fit;
-  out.effects = without(fit.effects, index);
-  out.parameters = fit.parameters - fit.effects[index].effect->parameter_count();
-  problem.predict(out.effects, out.offsets, out.residual, nullptr);
-  return out;
-}
 
 /// One search over the library: forward, backward, exchanged, split, tested; then what else it could have
 /// been.
@@ -202,6 +43,7 @@ class Search {
   static int any_width() { return 1 << 20; }
   static constexpr std::size_t kMostRefused = 3;
   static constexpr double kAlike = 0.8;  ///< cosine of contributions, whitened
+  static constexpr double kRival = 0.6;  ///< below, another effect explains another part of the residual
 
   /// May enter: neither named nor found wanting.
   bool may_enter(const Fit& current, const Effect* effect) const {
@@ -250,8 +92,8 @@ class Search {
         } else if (step > 0) {
           for (std::size_t m = 0; m < current.effects.size(); ++m)
             if (!is_linear(*current.effects[m].effect) &&
-                cosine(last_columns(problem_, problem_.noise(), fit),
-                       problem_.noise().apply_vector(problem_, contribution_of(problem_, current, m))) >
+                cosine_of(last_columns(problem_, problem_.noise(), fit),
+                          problem_.noise().apply_vector(problem_, contribution_of(problem_, current, m))) >
                     0.9) {
               partners.push_back(candidates_[k]);
               break;
@@ -374,7 +216,7 @@ class Search {
         const Eigen::MatrixXd columns = last_columns(problem_, problem_.noise(), fit);
         // its torques were an answer to something else: what gives none may stand for its forces
         const Eigen::Index rows = (answered && !turns(*effect) ? 3 : 6) * problem_.samples();
-        if (cosine(columns.topRows(rows), own.head(rows)) > kAlike)
+        if (cosine_of(columns.topRows(rows), own.head(rows)) > kAlike)
           order.emplace_back(score(fit, costs_), effect);
       }
     }
@@ -434,7 +276,8 @@ class Search {
     return current;
   }
 
-  /// A tie within what the noise model can be trusted goes to the effect that stands first in the catalogue.
+  /// A tie within what the noise model can be trusted goes to the effect that stands first in the catalogue,
+  /// or that comes with another one.
   Fit break_ties(Fit current) {
     for (std::size_t k = 0; k < current.effects.size() && !stop("ties between effects"); ++k) {
       const double gain =
@@ -448,7 +291,8 @@ class Search {
         const int more = current.effects[k].effect->parameter_count() - effect->parameter_count();
         const bool straight = more >= 0 && is_linear(*effect) && !is_linear(*current.effects[k].effect);
         const bool simpler = more >= 3 || straight;
-        if (effect == current.effects[k].effect || (!earlier && !simpler)) continue;
+        const bool usual = comes_with_another(*effect, current, k);
+        if (effect == current.effects[k].effect || (!earlier && !simpler && !usual)) continue;
         if (!may_enter(current, effect)) continue;
         const double slack = std::max(3.0, (more >= 3 ? 0.1 : 0.01) * gain);
         const Fit frozen = frozen_without(problem_, current, k);
@@ -458,9 +302,10 @@ class Search {
         Fit swapped = fit_with(problem_, frozen, *effect, o_);
         if (score(swapped, costs_) < score(current, costs_) - slack) continue;
         if (!makes_sense(problem_, swapped, swapped.effects.size() - 1)) continue;
-        if (cosine(last_columns(problem_, problem_.noise(), swapped), own) < (more >= 3  ? 0.8
-                                                                              : straight ? 0.9
-                                                                                         : 0.98))
+        if (cosine_of(last_columns(problem_, problem_.noise(), swapped), own) < (usual       ? kRival
+                                                                                 : more >= 3 ? 0.8
+                                                                                 : straight  ? 0.9
+                                                                                             : 0.98))
           continue;
         std::rotate(swapped.effects.begin() + static_cast<std::ptrdiff_t>(k), swapped.effects.end() - 1,
                     swapped.effects.end());
@@ -492,9 +337,8 @@ class Search {
         swapped = fit_with(problem_, frozen, *effect, o_);
       const double behind = behind_by(current, k, swapped);
       named.swapped_best = std::max(named.swapped_best, -behind);
-      // another effect that explains another part of the residual is no alias
-      const double alike = cosine(last_columns(problem_, problem_.noise(), swapped), own);
-      if (alike < 0.6) continue;
+      const double alike = cosine_of(last_columns(problem_, problem_.noise(), swapped), own);
+      if (alike < kRival) continue;
       const std::string& id = effect->info().id;
       const auto told = [&](const std::vector<Alternative>& list) {
         return std::any_of(list.begin(), list.end(), [&](const Alternative& a) { return a.effect == id; });
@@ -582,43 +426,6 @@ class Search {
 };
 
 }  // namespace
-
-double cosine_of(const Eigen::MatrixXd& X, const Eigen::VectorXd& v) { return cosine(X, v); }
-
-std::vector<const Effect*> offered_effects(std::span<const Flight* const> flights,
-                                           const vehicle::Vehicle& vehicle, const Options& o) {
-  std::vector<const Effect*> out;
-  const auto listed = [](const std::vector<std::string>& list, const std::string& id) {
-    return std::find(list.begin(), list.end(), id) != list.end();
-  };
-  for (const Effect* effect : physics::builtin_effects()) {
-    const auto& info = effect->info();
-    if (!effect->can_replay() || listed(o.exclude, info.id)) continue;
-    if (!o.only.empty() && !listed(o.only, info.id)) continue;
-    bool possible = true;
-    for (const Flight* f : flights) {
-      // what only scales a thrust whose scale is not known
-      if (f->thrust_modelled &&
-          (info.id == "thrust_scale" || info.id == "payload_mass" || info.id == "thrust_curve" ||
-           info.id == "rotor_thrust_scale" || info.id == "constant_pull" || info.id == "tilt_efficiency"))
-        possible = false;
-      // without torques it shows only as an accelerometer that sits elsewhere
-      if (f->thrust_modelled && info.id == "com_offset") possible = false;
-      // and this as one that is mounted askew
-      if (f->thrust_modelled && info.id == "rotor_axis_misalignment") possible = false;
-      for (const std::string& signal : info.signals) {
-        if (signal == "neighbour") possible = possible && (!o.neighbours.empty() || has_neighbour(*f));
-        if (signal == "position" || signal == "velocity")
-          possible = possible && (f->has_position || f->has("velocity"));
-        if (signal == "position") possible = possible && f->has_position;
-        if (signal == "alpha")
-          possible = possible && f->has_alpha && vehicle.tilt.kind != vehicle::TiltKind::none;
-      }
-    }
-    if (possible) out.push_back(effect);
-  }
-  return out;
-}
 
 Naming name_effects(const Problem& problem, const std::vector<const Effect*>& candidates, const Options& o) {
   return Search(problem, candidates, o).run();

@@ -30,13 +30,6 @@ struct Naming {
   std::vector<std::string> left_out;  ///< what Options::stop cut short
 };
 
-/// Wrench effects of the library for which these flights have the signals.
-std::vector<const physics::Effect*> offered_effects(std::span<const Flight* const> flights,
-                                                    const vehicle::Vehicle& vehicle, const Options& options);
-
-/// How well columns X imitate a direction v: sqrt of the share of v explained.
-double cosine_of(const Eigen::MatrixXd& X, const Eigen::VectorXd& v);
-
 Naming name_effects(const Problem& problem, const std::vector<const physics::Effect*>& candidates,
                     const Options& options);
 

@@ -40,12 +40,13 @@ struct EffectInfo {
   std::string latex;
   std::string source;  ///< paper, code or text the equation comes from
   std::vector<Parameter> parameters;
-  std::vector<std::string> signals;   ///< canonical signals it needs in a recording
-  std::vector<std::string> channels;  ///< what it can move, out of known_channels()
-  Stage stage = Stage::wrench;        ///< where it acts
-  std::vector<std::string> aliases;   ///< ids it cannot be told from on some flights
-  std::string separated_by;           ///< the manoeuvre that separates it from its aliases
-  std::vector<Stage> also = {};       ///< further stages at which it shows
+  std::vector<std::string> signals;          ///< canonical signals it needs in a recording
+  std::vector<std::string> channels;         ///< what it can move, out of known_channels()
+  Stage stage = Stage::wrench;               ///< where it acts
+  std::vector<std::string> aliases;          ///< ids it cannot be told from on some flights
+  std::string separated_by;                  ///< the manoeuvre that separates it from its aliases
+  std::vector<Stage> also = {};              ///< further stages at which it shows
+  std::vector<std::string> comes_with = {};  ///< ids beside which it is the likeliest of its aliases
 };
 
 /// Fx Fy Fz [N] Mx My Mz [Nm] (wrench of the effects, body axes), rotor_speed, alpha, acc, gyro, position,

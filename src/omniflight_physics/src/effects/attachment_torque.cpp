@@ -24,7 +24,8 @@ class AttachmentTorque final : public WrenchEffect<AttachmentTorque> {
         .stage = Stage::wrench,
         .aliases = {"com_offset"},
         .separated_by =
-            "tilt at two heights: the torque of a centre-of-mass offset does not change with height"};
+            "tilt at two heights: the torque of a centre-of-mass offset does not change with height",
+        .comes_with = {"hung_cable", "cable_pendulum", "catenary", "overhead_rope"}};
     return info;
   }
 

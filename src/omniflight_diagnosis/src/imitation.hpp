@@ -1,0 +1,25 @@
+// How well one law can do what another does.
+#pragma once
+
+#include "fit.hpp"
+
+namespace omniflight::diagnosis {
+
+/// Whitened columns of the last effect of a fit.
+Eigen::MatrixXd last_columns(const Problem& problem, const Whitening& noise, const Fit& fit);
+
+/// How well columns imitate directions: sqrt of the share of a direction that they explain.
+class Imitator {
+ public:
+  explicit Imitator(const Eigen::MatrixXd& columns);
+  double cosine(const Eigen::VectorXd& direction) const;
+
+ private:
+  Eigen::MatrixXd Z_;
+  Eigen::LDLT<Eigen::MatrixXd> solver_;
+};
+
+/// Of one direction v by columns X.
+inline double cosine_of(const Eigen::MatrixXd& X, const Eigen::VectorXd& v) { return Imitator(X).cosine(v); }
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,108 @@
+#include "members.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace omniflight::diagnosis {
+
+std::vector<physics::ActiveEffect> without(const std::vector<physics::ActiveEffect>& effects,
+                                           std::size_t index) {
+  std::vector<physics::ActiveEffect> out = effects;
+  out.erase(out.begin() + static_cast<std::ptrdiff_t>(index));
+  return out;
+}
+
+bool contains(const Fit& fit, const physics::Effect* effect) {
+  return std::any_of(fit.effects.begin(), fit.effects.end(),
+                     [&](const physics::ActiveEffect& e) { return e.effect == effect; });
+}
+
+bool gate_open(const Problem& problem, const Gate& gate, const Options& o, double needed) {
+  const double least = problem.instrumented() ? 0.0 : 2.0;
+  const bool shows = problem.instrumented() ? std::max(gate.energy_share, gate.prominence) > 0.5 * o.min_share
+                                            : gate.energy_share > o.min_share;
+  return gate.gain > needed && gate.cross_validated_se > least && shows && gate.magnitude > o.min_magnitude;
+}
+
+namespace {
+
+bool cancels_another(const Problem& problem, const Fit& fit, std::size_t index) {
+  const auto scaled = [&](std::size_t k) {
+    Eigen::VectorXd x = contribution_of(problem, fit, k);
+    for (int c = 0; c < 6; ++c) x.segment(c * problem.samples(), problem.samples()) /= problem.scale(c);
+    return x;
+  };
+  const Eigen::VectorXd own = scaled(index);
+  for (std::size_t k = 0; k < fit.effects.size(); ++k) {
+    if (k == index) continue;
+    const Eigen::VectorXd other = scaled(k);
+    const double a = own.norm(), b = other.norm();
+    if (own.dot(other) < -0.9 * a * b && std::min(a, b) > 0.3 * std::max(a, b)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool makes_sense(const Problem& problem, const Fit& fit, std::size_t index) {
+  return !at_limit(problem, fit.effects[index]) && !cancels_another(problem, fit, index);
+}
+
+Fit polish(const Problem& problem, Fit fit, const Options& o) {
+  for (std::size_t k = 0; k < fit.effects.size(); ++k) {
+    if (is_linear(*fit.effects[k].effect)) continue;
+    const Fit rest = fit_effects(problem, without(fit.effects, k), o);
+    const Fit again = fit_with(problem, rest, *fit.effects[k].effect, o);
+    if (again.log_likelihood > fit.log_likelihood + 0.1) fit = again;
+  }
+  return fit;
+}
+
+bool declared_alias(const physics::Effect& a, const physics::Effect& b) {
+  const auto lists = [](const physics::Effect& x, const physics::Effect& y) {
+    const auto& all = x.info().aliases;
+    return std::find(all.begin(), all.end(), y.info().id) != all.end();
+  };
+  return lists(a, b) || lists(b, a);
+}
+
+bool comes_with_another(const physics::Effect& effect, const Fit& fit, std::size_t k) {
+  const auto& usual = effect.info().comes_with;
+  if (!declared_alias(effect, *fit.effects[k].effect)) return false;
+  return std::any_of(fit.effects.begin(), fit.effects.end(), [&](const physics::ActiveEffect& other) {
+    return std::find(usual.begin(), usual.end(), other.effect->info().id) != usual.end();
+  });
+}
+
+bool turns(const physics::Effect& effect) {
+  const auto& channels = effect.info().channels;
+  return std::any_of(channels.begin(), channels.end(), [](const std::string& c) { return c.front() == 'M'; });
+}
+
+Fit frozen_without(const Problem& problem, const Fit& fit, std::size_t index) {
+  Fit out = fit;
+  out.effects = without(fit.effects, index);
+  out.parameters = fit.parameters - fit.effects[index].effect->parameter_count();
+  problem.predict(out.effects, out.offsets, out.residual, nullptr);
+  return out;
+}
+
+Fit prune(const Problem& problem, Fit fit, const Options& o, const Costs& costs) {
+  for (bool again = true; again && !fit.effects.empty();) {
+    again = false;
+    double best = tested(fit, costs);
+    Fit chosen;
+    for (std::size_t k = 0; k < fit.effects.size(); ++k) {
+      Fit smaller = fit_effects(problem, without(fit.effects, k), o);
+      if (tested(smaller, costs) > best) {
+        best = tested(smaller, costs);
+        chosen = std::move(smaller);
+        again = true;
+      }
+    }
+    if (again) fit = polish(problem, std::move(chosen), o);
+  }
+  return fit;
+}
+
+}  // namespace omniflight::diagnosis

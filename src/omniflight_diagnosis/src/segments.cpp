@@ -1,0 +1,31 @@
+#include "segments.hpp"
+
+#include <algorithm>
+
+namespace omniflight::diagnosis {
+
+std::vector<Segment> long_runs(const std::vector<char>& good, double rate_hz) {
+  std::vector<Segment> out;
+  const int n = static_cast<int>(good.size());
+  for (int i = 0; i < n;) {
+    int j = i;
+    while (j < n && good[static_cast<std::size_t>(j)]) ++j;
+    if (j - i >= static_cast<int>(rate_hz)) out.push_back({i, j});
+    i = std::max(j, i + 1);
+  }
+  return out;
+}
+
+int samples(const std::vector<Segment>& segments) {
+  int n = 0;
+  for (const Segment& s : segments) n += s.end - s.begin;
+  return n;
+}
+
+std::vector<char> samples_in(const std::vector<Segment>& segments, int size) {
+  std::vector<char> out(static_cast<std::size_t>(size), 0);
+  for (const Segment& s : segments) std::fill(out.begin() + s.begin, out.begin() + s.end, 1);
+  return out;
+}
+
+}  // namespace omniflight::diagnosis

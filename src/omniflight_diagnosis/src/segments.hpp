@@ -1,0 +1,19 @@
+// Stretches of a flight, and the samples that they are made of.
+#pragma once
+
+#include <vector>
+
+#include "omniflight_diagnosis/flight.hpp"
+
+namespace omniflight::diagnosis {
+
+/// Runs of good samples of at least a second.
+std::vector<Segment> long_runs(const std::vector<char>& good, double rate_hz);
+
+/// How many samples they hold.
+int samples(const std::vector<Segment>& segments);
+
+/// Which of `size` samples lie in them.
+std::vector<char> samples_in(const std::vector<Segment>& segments, int size);
+
+}  // namespace omniflight::diagnosis

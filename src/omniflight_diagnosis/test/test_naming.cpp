@@ -1,0 +1,58 @@
+// Which of several laws that do equally well is named.
+#include "../src/naming.hpp"
+
+#include <algorithm>
+
+#include "synthetic.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+using physics::ActiveEffect;
+using physics::find_effect;
+
+/// What is named on a flight with these effects when only `ids` are offered, with its set.
+std::vector<std::vector<std::string>> names(const std::vector<ActiveEffect>& world,
+                                            const std::vector<std::string>& ids, const test::Flown& f) {
+  const vehicle::Vehicle v = test::omnimorph();
+  const Options o;
+  const auto flight = prepare_flight(test::fly(v, world, f), v, o);
+  EXPECT_TRUE(flight);
+  if (!flight) return {};
+  const Flight* one[] = {&*flight};
+  const Problem problem(one, v, o);
+  std::vector<const physics::Effect*> offered;
+  for (const std::string& id : ids) offered.push_back(find_effect(id));
+  const Naming naming = name_effects(problem, offered, o);
+  std::vector<std::vector<std::string>> out;
+  for (std::size_t k = 0; k < naming.named.size(); ++k) {
+    out.push_back({naming.model.effects[k].effect->info().id});
+    for (const Alternative& a : naming.named[k].set) out.back().push_back(a.effect);
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+TEST(Naming, ATorqueBesideACableIsItsLeverWhereBothDoAsWell) {
+  // on a flight that hardly climbs, the lever of the carried length and an offset centre of mass are one
+  test::Flown level;
+  level.climb_m = 0.05;
+  level.sway = 0.2;
+  const std::vector<ActiveEffect> lever{{find_effect("attachment_torque"), {0.02, 0, -0.05, 0.0}}};
+  const std::vector<std::string> torques{"com_offset", "attachment_torque"};
+  const auto alone = names(lever, torques, level);
+  ASSERT_EQ(alone.size(), 1u);
+  EXPECT_EQ(alone[0][0], "com_offset") << "the catalogue's first";
+
+  test::Flown climbing = level;
+  climbing.climb_m = 0.7;
+  std::vector<ActiveEffect> both{{find_effect("hung_cable"), {0.25, 0.1, 2.0}},
+                                 {find_effect("attachment_torque"), {0.004, 0, -0.006, 0.0}}};
+  const auto beside = names(both, {"com_offset", "attachment_torque", "hung_cable"}, climbing);
+  ASSERT_EQ(beside.size(), 2u);
+  EXPECT_EQ(beside[0][0], "attachment_torque");
+  EXPECT_EQ(beside[1][0], "hung_cable");
+}
+
+}  // namespace
+}  // namespace omniflight::diagnosis
