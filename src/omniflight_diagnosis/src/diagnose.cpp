@@ -17,6 +17,7 @@
 #include "lever.hpp"
 #include "locate.hpp"
 #include "naming.hpp"
+#include "offered.hpp"
 #include "propose.hpp"
 #include "remainder.hpp"
 #include "rollout.hpp"
@@ -139,6 +140,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
       const auto which = static_cast<std::size_t>(recorded[k] - flights.data());
       auto one = with_instruments(*recorded[k], known[k], vehicle, o, o.refly[which]);
       if (!one) return false;
+      d.inputs[which].excluded = one->excluded;
       found.push_back(std::move(*one));
     }
     freed = std::move(found);

@@ -44,6 +44,24 @@ double standard_errors_above_zero(const std::vector<double>& gains, const std::v
   return std::max(plain, 2 / kOnePercent * score);
 }
 
+/// The share of energy that is gone from `before` to `after`, in the channel and flight where that is most.
+/// Another flight in which an effect hardly acts does not make it smaller.
+double most_removed(const Problem& problem, const Eigen::VectorXd& before, const Eigen::VectorXd& after) {
+  double most = 0;
+  for (int c = 0; c < 6; ++c)
+    for (int flight = 0; flight < problem.flights(); ++flight) {
+      double energy = 0, left = 0;
+      for (const Run& run : problem.runs()) {
+        if (run.flight != flight) continue;
+        const int first = c * problem.samples() + run.begin, count = run.end - run.begin;
+        energy += before.segment(first, count).squaredNorm();
+        left += after.segment(first, count).squaredNorm();
+      }
+      if (energy > 0) most = std::max(most, (energy - left) / energy);
+    }
+  return most;
+}
+
 }  // namespace
 
 Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, const Options& options) {
@@ -159,16 +177,12 @@ Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, con
     gate.gain = gw.dot(z1) - 0.5 * z1.dot(Hw * z1) - cost_of_offsets(z1) -
                 (gw.head(R.cols()).dot(z0) - 0.5 * z0.dot(H0 * z0) - cost_of_offsets(z0));
   }
-  for (int c = 0; c < 6; ++c) {
-    const double before = all0.segment(c * n, n).squaredNorm(), after = all1.segment(c * n, n).squaredNorm();
-    if (before > 0) gate.energy_share = std::max(gate.energy_share, (before - after) / before);
-    const double raw_before = raw0.segment(c * n, n).squaredNorm();
-    const double raw_after = full.residual.segment(c * n, n).squaredNorm();
-    if (raw_before > 0)
-      gate.energy_share = std::max(gate.energy_share, (raw_before - raw_after) / raw_before);
+  gate.energy_share = std::max(most_removed(problem, all0, all1), most_removed(problem, raw0, full.residual));
+  // tolerances may stand in for a steady effect, the better the longer a flight is; here they do not
+  gate.prominence = most_removed(problem, full.residual + value, full.residual);
+  for (int c = 0; c < 6; ++c)
     gate.magnitude =
         std::max(gate.magnitude, std::sqrt(value.segment(c * n, n).squaredNorm() / n) / problem.scale(c));
-  }
   return gate;
 }
 

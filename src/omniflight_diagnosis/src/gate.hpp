@@ -6,12 +6,15 @@
 namespace omniflight::diagnosis {
 
 /// Mean gain per block, in units of its standard error, that effect `index` brings on blocks its coefficients
-/// were not fitted to; and the share of whitened residual energy it removes in its best channel.
+/// were not fitted to; and the share of whitened residual energy it removes in its best channel of its best
+/// flight.
 struct Gate {
   double gain = 0;  ///< log-likelihood it brings when the noise is fitted to what the full model leaves
   double cross_validated_se = 0;
   double energy_share = 0;  ///< whitened or raw, the larger: a slow effect is small after whitening
-  double magnitude = 0;     ///< RMS of its contribution over weight, or over weight times arm
+  double prominence = 0;  ///< share of raw energy it removes in its best channel of its best flight while all
+                          ///< else stays as it is
+  double magnitude = 0;   ///< RMS of its contribution over weight, or over weight times arm
 };
 Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, const Options& options);
 

@@ -1,8 +1,29 @@
 #include "instruments.hpp"
 
+#include <algorithm>
 #include <cmath>
 
+#include "segments.hpp"
+
 namespace omniflight::diagnosis {
+namespace {
+
+/// s: for so long the low passes carry what a rotor does while it reverses. It is quicker then than its
+/// telemetry, which cannot read a rotor at rest, and the flight again reverses it at another moment.
+constexpr double kAroundReversal = 0.2;
+constexpr double kMostLeftOut = 0.2;  ///< of a flight; one that reverses all the time is judged as it is
+
+/// Samples within kAroundReversal of one at which a rotor has changed its direction.
+std::vector<char> reversing(const Flight& f) {
+  std::vector<char> out(static_cast<std::size_t>(f.size()), 0);
+  const int margin = static_cast<int>(std::lround(kAroundReversal * f.rate_hz));
+  for (int i = 1; i < f.size(); ++i)
+    if ((f.rotor_speed.row(i).array() * f.rotor_speed.row(i - 1).array() < 0).any())
+      std::fill(out.begin() + std::max(0, i - margin), out.begin() + std::min(f.size(), i + margin), 1);
+  return out;
+}
+
+}  // namespace
 
 std::optional<Flight> with_instruments(const Flight& flight, const Eigen::MatrixXd& wrench,
                                        const vehicle::Vehicle& vehicle, const Options& o,
@@ -14,25 +35,35 @@ std::optional<Flight> with_instruments(const Flight& flight, const Eigen::Matrix
   same.grid_origin_s = flight.t.front();
   const auto again = prepare_flight(*flown, vehicle, same);
   if (!again) return std::nullopt;
-  std::vector<char> flying(static_cast<std::size_t>(again->size()), 0);
-  for (const Segment& s : again->segments)
-    for (int i = s.begin; i < s.end; ++i) flying[static_cast<std::size_t>(i)] = 1;
+  const std::vector<char> flying = samples_in(again->segments, again->size()),
+                          used = samples_in(flight.segments, flight.size());
   const int shift = static_cast<int>(std::lround((flight.t.front() - again->t.front()) * flight.rate_hz));
   Flight out = flight;
   out.instrument = flight.smooth;
-  out.segments.clear();
-  for (const Segment& s : flight.segments) {
-    Segment open{s.begin, s.begin};
-    for (int i = s.begin; i <= s.end; ++i) {
-      const int k = i + shift;
-      const bool known = i < s.end && k >= 0 && k < again->size() && flying[static_cast<std::size_t>(k)] != 0;
-      if (known) {
-        out.instrument[static_cast<std::size_t>(i)] = again->smooth[static_cast<std::size_t>(k)];
-        open.end = i + 1;
-        continue;
-      }
-      if (open.end - open.begin >= static_cast<int>(flight.rate_hz)) out.segments.push_back(open);
-      open = {i + 1, i + 1};
+  std::vector<char> known(static_cast<std::size_t>(flight.size()), 0), steady = known;
+  const std::vector<char> here = reversing(flight), there = reversing(*again);
+  for (int i = 0; i < flight.size(); ++i) {
+    const int k = i + shift;
+    if (k < 0 || k >= again->size() || !flying[static_cast<std::size_t>(k)]) continue;
+    const auto at = static_cast<std::size_t>(i), other = static_cast<std::size_t>(k);
+    out.instrument[at] = again->smooth[other];
+    known[at] = 1;
+    steady[at] = !here[at] && !there[other];
+  }
+  const auto runs = [&](std::vector<char> good) {
+    for (std::size_t i = 0; i < good.size(); ++i) good[i] = good[i] && used[i];
+    return long_runs(good, flight.rate_hz);
+  };
+  out.segments = runs(known);
+  const std::vector<Segment> without = runs(steady);
+  if (samples(without) >= (1 - kMostLeftOut) * samples(out.segments)) {
+    out.segments = without;
+    for (int i = 0, from = 0; i < flight.size(); ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const bool left_out = known[at] && !steady[at];
+      if (left_out && (i + 1 == flight.size() || !known[at + 1] || steady[at + 1]))
+        out.excluded.push_back({flight.t[static_cast<std::size_t>(from)], flight.t[at], "a rotor reverses"});
+      if (!left_out) from = i + 1;
     }
   }
   if (out.usable() < 2 * flight.rate_hz) return std::nullopt;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "imitation.hpp"
+#include "offered.hpp"
 #include "state_variables.hpp"
 #include "statistics.hpp"
 

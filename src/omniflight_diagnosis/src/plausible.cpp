@@ -42,7 +42,7 @@ Range plausible_range(const physics::Effect& effect, std::size_t parameter, cons
   } else if (id == "thrust_curve") {  // constant and linear part over the thrust of a rotor in hover
     within(0.3 * s.rotor_thrust / (p.name == "linear" ? s.rotor_speed : 1.0));
   } else if (id == "drag_torque_scale") {  // published ratios of like rotors differ by less
-    range.lower = std::max(range.lower, -0.6);
+    range.lower = std::max(range.lower, s.least_drag_torque);
     range.upper = std::min(range.upper, 1.5);
   } else if (id == "rotor_inertia") {  // a thousandth of the body's is ordinary
     within(0.02 * s.inertia_max);

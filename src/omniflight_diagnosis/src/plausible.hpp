@@ -17,6 +17,7 @@ struct VehicleScale {
   double inertia_min = 1, inertia_max = 1;  ///< kg m2, principal
   Mat3 inertia = Mat3::Identity();
   double mass = 1;
+  double least_drag_torque = -0.6;  ///< 1, of drag_torque_scale; noisy torques of rotors pull it towards -1
 };
 VehicleScale scale_of(const vehicle::Vehicle& vehicle, double gravity);
 

@@ -4,6 +4,21 @@
 
 namespace omniflight::diagnosis {
 
+namespace {
+
+/// How fast the rotors' wrench changes with their speeds [N/s, Nm/s].
+Vec6 rotor_wrench_rate(const physics::Situation& s) {
+  physics::Situation rate = s;
+  for (int k = 0; k < s.rotor_count; ++k) {
+    const physics::RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
+    rate.rotors[static_cast<std::size_t>(k)].thrust =
+        2 * r.thrust_coefficient * std::abs(r.speed) * r.acceleration;
+  }
+  return physics::rotor_wrench(rate);
+}
+
+}  // namespace
+
 Vec6 wrench_residual(const physics::Situation& s, const Vec3& f, const Vec3& c) {
   const Vec3 &w = s.body.w_WB_B, &dw = s.dw_WB_B;
   const Vec3 f_com = f + dw.cross(c) + w.cross(w.cross(c));
@@ -81,6 +96,10 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
     offset_sigma_.tail<3>() << tol.accelerometer_lateral, tol.accelerometer_lateral,
         tol.accelerometer_vertical;
   }
+  const Eigen::Index clock = offset_sigma_.size();
+  offset_names_.emplace_back("rotor_clock");
+  offset_sigma_.conservativeResize(clock + 1);
+  offset_sigma_[clock] = tol.rotor_clock;
   // a thrust that is only modelled: scale, exponent and voltage are known roughly
   const bool modelled = flight_count_ > 0 && flights[0]->thrust_modelled;
   forces_only_ = modelled;
@@ -107,6 +126,7 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
     }
   }
   instrumented_ = n_ > 0 && static_cast<int>(instrument.size()) == n_;
+  if (instrumented_) vehicle_scale_.least_drag_torque = -0.8;
   if (instrumented_)  // from here on nothing sees the measured state any more
     for (std::size_t i = 0; i < instrument.size(); ++i) {
       situation_[i] = *instrument[i];
@@ -115,6 +135,8 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
   for (int i = 0; i < n_; ++i) {
     const physics::Situation& s = situation(i);
     const Vec6 rotors = physics::rotor_wrench(s);
+    // where feedback colours the state, a clock that is off looks as the answer of the rotors does
+    const Vec6 rate = instrumented_ ? rotor_wrench_rate(s) : Vec6::Zero();
     for (int c = 0; c < 6; ++c) {
       const int row = c * n_ + i;
       offsets_(row, 0) = rotors[c];
@@ -122,6 +144,7 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
       if (c < 3)
         for (int k = 0; k < 3; ++k) offsets_(row, 4 + k) = weight * s.R_WB(k, c);
       if (c < 3 && biased) offsets_(row, 7 + c) = vehicle.mass;
+      offsets_(row, clock) = rate[c];
       if (modelled) {
         offsets_(row, first_model) = rotors[c] * drive[static_cast<std::size_t>(i)][0];
         offsets_(row, first_model + 1) = rotors[c] * drive[static_cast<std::size_t>(i)][1];

@@ -42,6 +42,7 @@ constexpr Known kKnown[] = {
     {"tolerance.thrust_scale", 0, 1, "1"},
     {"tolerance.world_force", 0, 1, "1"},
     {"tolerance.torque_trim", 0, 1, "1"},
+    {"tolerance.rotor_clock_s", 0, 0.1, "s"},
     {"environment.floor_z_m", -1e4, 1e4, "m"},
     {"environment.air_density_kgpm3", 0.01, 10, "kg/m3"},
 };
@@ -155,6 +156,7 @@ void apply(const Told& told, Options& o) {
   if (const auto* v = get("tolerance.thrust_scale")) o.tolerance.thrust_scale = (*v)[0];
   if (const auto* v = get("tolerance.world_force")) o.tolerance.world_force = (*v)[0];
   if (const auto* v = get("tolerance.torque_trim")) o.tolerance.torque_trim = (*v)[0];
+  if (const auto* v = get("tolerance.rotor_clock_s")) o.tolerance.rotor_clock = (*v)[0];
   ToldController& c = o.controller;
   for (const auto& [place, gain] : {std::pair{"controller.kp", &c.kp},
                                     {"controller.kv", &c.kv},

@@ -7,7 +7,8 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// Whether a law of one number, fitted alone to a flight in this world, is seen through; its value in `scale`.
+/// Whether a law of one number, fitted alone to a flight in this world, is seen through; its value in
+/// `scale`.
 bool seen_through(const char* law, const std::vector<physics::ActiveEffect>& truth, const test::Flown& f,
                   double& scale) {
   const vehicle::Vehicle v = test::omnimorph();

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "../src/bursts.hpp"
-#include "../src/naming.hpp"
+#include "../src/offered.hpp"
 #include "omniflight_diagnosis/diagnosis.hpp"
 #include "omniflight_recording/formats.hpp"
 #include "synthetic.hpp"

@@ -20,6 +20,7 @@ struct Tolerance {
   double accelerometer_vertical = 0.05;  ///< m/s^2
   double gyro_bias = 0.008;              ///< rad/s, one standard deviation
   double world_force = 0.005;            ///< 1, constant force in the world over weight (level, alignment)
+  double rotor_clock = 0.0015;           ///< s, rotor speeds against accelerometer and gyro; on instruments
   double torque_trim = 0.03;             ///< 1, constant torque over weight times largest rotor arm
   /// How unevenly motors of one kind share a load: torque over weight times mean arm.
   double motor_lateral = 0.03, motor_yaw = 0.06;
