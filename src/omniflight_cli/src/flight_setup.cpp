@@ -87,8 +87,8 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
       plant("emulator");
       p["emulator"]["link_directory"] = quoted(links);
       p["emulator"]["epoch_ns"] = std::to_string(s.epoch_ns);
-      // no rotor turns: a loaded machine may starve a component for longer than hardware may wait
-      p["gateway"]["stale_after_s"] = "0.3";
+      // no rotor turns: a machine that stands still as a whole may do so for longer than hardware may wait
+      p["gateway"]["stale_after_s"] = "1.0";
       p["gateway"]["board_silence_s"] = "1.5";
       p["controller"]["mocap_timeout_s"] = "1.5";
     }

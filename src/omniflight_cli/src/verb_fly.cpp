@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <iostream>
 
 #include "flight.hpp"
 #include "verbs.hpp"
@@ -61,7 +62,9 @@ Action add_fly(CLI::App& verb, Common& common) {
     print_json(common, result->json);
     const FlightMetrics& m = result->metrics;
     const Tracking& t = m.has_truth ? m.truth : m.measured;
-    say(common, fmt::format("{}: {}{}", o->mission, result->flown ? "flown" : "NOT flown: ", result->reason));
+    const std::string verdict = o->mission + (result->flown ? ": flown" : ": NOT flown: " + result->reason);
+    if (!result->flown && common.quiet) std::cerr << verdict << std::endl;  // quiet is no excuse for no reason
+    say(common, verdict);
     say(common,
         fmt::format("  RMSE {} x {:.4f} y {:.4f} z {:.4f} m, roll {:.3f} pitch {:.3f} yaw {:.3f} deg",
                     m.has_truth ? "(true state)" : "(measured)", t.position_rmse.x(), t.position_rmse.y(),

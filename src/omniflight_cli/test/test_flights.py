@@ -147,6 +147,29 @@ class EmulatedBoards(system.SystemTest):
             ideal = [float(r["rotor1_radps"]) for r in csv.DictReader(file) if r["rotor1_radps"]]
         self.assertGreater(max(abs(math.pi * 1e6 / w - round(math.pi * 1e6 / w)) for w in ideal if w > 50), 0.1)
 
+    def standing_still(self, who, how_long):
+        """A flight through the boards of which components stand still for a while: (exit code, what it said)."""
+        flight = self.start_command("fly", self.short_mission(), "--plant", "emulator", "--out", "flight", "--quiet")
+        recording = self.dir / "flight/flight.mcap"
+        system.wait_until("samples of a flight", lambda: recording.exists() and recording.stat().st_size > 100_000, 20)
+        still = [pid for name, pid in system.children(flight.pid).items() if name.startswith(who)]
+        self.assertTrue(still)
+        for pid in still:
+            os.kill(pid, signal.SIGSTOP)
+        time.sleep(how_long)
+        for pid in still:
+            os.kill(pid, signal.SIGCONT)
+        return flight.communicate(timeout=60)[1], flight.returncode
+
+    def test_a_machine_that_stands_still_as_a_whole_ends_no_flight(self):
+        error, code = self.standing_still("omniflight_", 0.5)
+        self.assertEqual(code, 0, error)
+
+    def test_a_controller_that_stands_still_stops_the_rotors_and_quiet_tells_why(self):
+        error, code = self.standing_still("omniflight_controller", 1.5)
+        self.assertEqual(code, 2, error)
+        self.assertIn("stale_command", error)
+
 
 class Monitored(system.SystemTest):
     def test_the_verdict_of_the_monitor_ends_the_flight_in_a_line(self):
