@@ -95,6 +95,13 @@ CLI::Validator not_negative(bool zero) {
       zero ? "NONNEGATIVE" : "POSITIVE");
 }
 
+void add_csv_map(CLI::App& verb, std::string& map) {
+  verb.add_option(
+      "--map", map,
+      "YAML (or a name under configs/csv_maps) that says which columns of a foreign CSV are which signals; "
+      "without it the map that fits is taken");
+}
+
 Status make_folder(const std::string& path) {
   std::error_code ec;
   std::filesystem::create_directories(path, ec);

@@ -226,10 +226,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
   verb.add_flag("--check", o->check,
                 "Only say what these recordings can and cannot tell; takes seconds and fits nothing");
   verb.add_option("--told", o->told, "What is known beside the recording (default: told.yaml beside it)");
-  verb.add_option(
-      "--map", o->map,
-      "YAML (or a name under configs/csv_maps) that says which columns of a foreign CSV are which signals; "
-      "without it the map that fits is taken");
+  add_csv_map(verb, o->map);
   verb.add_option("--ablation", o->ablation,
                   "Leave a safeguard out, to see what it is worth: no-whitening | no-gate | no-tolerance | "
                   "no-instruments")

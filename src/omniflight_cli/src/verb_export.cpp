@@ -56,10 +56,7 @@ Action add_import(CLI::App& verb, Common& common) {
   auto file = std::make_shared<std::string>();
   auto map = std::make_shared<std::string>();
   verb.add_option("log", *file, "Log of another system, recognised by its content")->required();
-  verb.add_option(
-      "--map", *map,
-      "YAML (or a name under configs/csv_maps) that says which columns of a foreign CSV are which signals; "
-      "without it the map that fits is taken");
+  add_csv_map(verb, *map);
   return [file, map, &common]() -> Result<int> {
     const std::string kind = std::filesystem::path(common.out).extension() == ".csv" ? "csv" : "mcap";
     return write(*file, *map, kind, common);

@@ -426,49 +426,40 @@ void tethers(std::vector<Mechanism>& out) {
                  .along = {"attachment_torque"}});
 }
 
+using Sensors = decltype(Setup::sensors);
+using WorldSensors = decltype(decltype(Setup::world)::sensors);
+
+/// A constant error of an inertial sensor, `strength` times the noise for each of its units. It is the whole
+/// of the bias: what a calibration leaves is taken out.
+Mechanism sensor_bias(const char* id, double typical, double largest, double strength,
+                      Vec3 Sensors::*calibrated, Vec3 WorldSensors::*bias) {
+  return {.id = id,
+          .stage = "sensing",
+          .realisation = "bias beyond what is told",
+          .level = "L1",
+          .smallest = 0,
+          .typical = typical,
+          .largest = largest,
+          .measure = Measure::formula,
+          .apply =
+              [=](Setup& s, double a, const Shape& k) {
+                (s.sensors.*calibrated).setZero();
+                s.world.sensors.*bias = a * k.direction(0);
+              },
+          .parameters =
+              [](double a, const Shape& k) {
+                return vector({"bias_x", "bias_y", "bias_z"}, a * k.direction(0));
+              },
+          .size = [strength](double a, const Shape& k,
+                             const Flown&) { return strength * a * k.direction(0).cwiseAbs().maxCoeff(); }};
+}
+
 void sensing(std::vector<Mechanism>& out, const vehicle::Vehicle& v) {
   const double mass = v.mass, hover = v.mass * kGravity / v.rotor_count() / std::cos(to_radians(30));
-  out.push_back({.id = "accelerometer_error",
-                 .stage = "sensing",
-                 .realisation = "bias beyond what is told",
-                 .level = "L1",
-                 .smallest = 0,
-                 .typical = 0.1,
-                 .largest = 5,
-                 .measure = Measure::formula,
-                 .apply =
-                     [](Setup& s, double a, const Shape& k) {
-                       s.sensors.accelerometer_bias.setZero();  // this is the whole of it
-                       s.world.sensors.accelerometer_bias = a * k.direction(0);
-                     },
-                 .parameters =
-                     [](double a, const Shape& k) {
-                       return vector({"bias_x", "bias_y", "bias_z"}, a * k.direction(0));
-                     },
-                 .size =
-                     [mass](double a, const Shape& k, const Flown&) {
-                       return mass * a * k.direction(0).cwiseAbs().maxCoeff() / kForceNoise;
-                     }});
-  out.push_back({.id = "gyro_error",
-                 .stage = "sensing",
-                 .realisation = "bias beyond what is told",
-                 .level = "L1",
-                 .smallest = 0,
-                 .typical = 0.01,
-                 .largest = 1,
-                 .measure = Measure::formula,
-                 .apply =
-                     [](Setup& s, double a, const Shape& k) {
-                       s.sensors.gyro_bias.setZero();  // this is the whole of it
-                       s.world.sensors.gyro_bias = a * k.direction(0);
-                     },
-                 .parameters =
-                     [](double a, const Shape& k) {
-                       return vector({"bias_x", "bias_y", "bias_z"}, a * k.direction(0));
-                     },
-                 .size = [](double a, const Shape& k, const Flown&) {  // over its own noise: it is no wrench
-                   return a * k.direction(0).cwiseAbs().maxCoeff() / 0.004;
-                 }});
+  out.push_back(sensor_bias("accelerometer_error", 0.1, 5, mass / kForceNoise, &Sensors::accelerometer_bias,
+                            &WorldSensors::accelerometer_bias));
+  // over its own noise: it is no wrench
+  out.push_back(sensor_bias("gyro_error", 0.01, 1, 1 / 0.004, &Sensors::gyro_bias, &WorldSensors::gyro_bias));
   out.push_back({.id = "mocap_tilt",
                  .stage = "sensing",
                  .realisation = "world of the motion capture askew",

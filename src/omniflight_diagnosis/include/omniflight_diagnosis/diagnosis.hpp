@@ -177,7 +177,8 @@ struct Diagnosis {
   FitReport fit;
   NextFlight next_flight;
   Intake intake;
-  std::vector<std::string> left_out;  ///< what time or an interrupt cut short
+  /// What the answer does without, and why: time, an interrupt, a proposal that fits nowhere.
+  std::vector<std::string> left_out;
   double runtime_s = 0;               ///< set by the caller
 
   std::vector<physics::ActiveEffect> model;    ///< effects with values: what model.yaml lists
