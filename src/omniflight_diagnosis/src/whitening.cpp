@@ -202,18 +202,18 @@ Eigen::VectorXd Whitening::apply_vector(const Problem& problem, const Eigen::Vec
 Eigen::MatrixXd Whitening::apply(const Problem& problem, const Eigen::Ref<const Eigen::MatrixXd>& x) const {
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(x.rows(), x.cols());
   const int n = problem.samples();
+  constexpr int kBlock = 512;  // samples side by side, so that no sum waits for its last term
   for (Eigen::Index column = 0; column < x.cols(); ++column) {
     for (int c = 0; c < (problem.forces_only() ? 3 : 6); ++c) {
-      const double* in = x.data() + column * x.outerStride() + c * n;
-      double* to = out.data() + column * out.rows() + c * n;
       for (const Run& run : problem.runs()) {
         const Filter& filter = filters_[static_cast<std::size_t>(run.flight)][static_cast<std::size_t>(c)];
-        const int p = static_cast<int>(filter.a.size());
-        const double scale = 1.0 / filter.sigma;
-        for (int i = run.begin + skip_; i < run.end; ++i) {
-          double v = in[i];
-          for (int k = 0; k < p; ++k) v -= filter.a[static_cast<std::size_t>(k)] * in[i - 1 - k];
-          to[i] = v * scale;
+        for (int begin = run.begin + skip_; begin < run.end; begin += kBlock) {
+          const int length = std::min(kBlock, run.end - begin);
+          Eigen::Index from = static_cast<Eigen::Index>(c) * n + begin;
+          auto to = out.col(column).segment(from, length);
+          to = x.col(column).segment(from, length);
+          for (const double a : filter.a) to -= a * x.col(column).segment(--from, length);
+          to *= 1.0 / filter.sigma;
         }
       }
     }
