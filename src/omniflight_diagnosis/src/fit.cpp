@@ -68,18 +68,26 @@ Eigen::VectorXd minimise(const Problem& problem, std::vector<ActiveEffect>& effe
       break;
     }
     const double now = cost(r, u, u.x);
-    double size = 1.0, best = now;
+    double best = now;
     Eigen::VectorXd to = u.x;
-    for (int halving = 0; halving < 6; ++halving, size *= 0.4) {
-      const Eigen::VectorXd trial = (u.x + size * step).cwiseMax(u.lower).cwiseMin(u.upper);
+    const auto improves = [&](const Eigen::VectorXd& by) {
+      const Eigen::VectorXd trial = (u.x + by).cwiseMax(u.lower).cwiseMin(u.upper);
       predict(problem, effects, trial, left, nullptr);
       const double c = cost(whitening.apply_vector(problem, left), u, trial);
-      if (c < best) {
-        best = c;
-        to = trial;
-        rest = left;
-        break;
-      }
+      if (!(c < best)) return false;
+      best = c;
+      to = trial;
+      rest = left;
+      return true;
+    };
+    bool found = false;
+    double size = 1.0;
+    for (int halving = 0; halving < 6 && !found; ++halving, size *= 0.4) found = improves(size * step);
+    // a law with a kink, the end of a rope say, may have no way ahead but a turned one (Levenberg, Marquardt)
+    for (double damping = 0.01; damping < 1e3 && !found; damping *= 10) {
+      Eigen::MatrixXd damped = H;
+      damped.diagonal() *= 1 + damping;
+      found = improves(bounded_step(damped, g, u));
     }
     const bool settled = now - best < 0.01 + 1e-7 * now;
     u.x = to;
