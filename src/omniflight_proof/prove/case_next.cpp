@@ -34,9 +34,9 @@ Result<Path> read_next_flight(std::string_view mission, const std::string& name)
   auto limits = yaml->child("limits");
   const double speed = limits.number("speed_mps", between(0.02, 3, "m/s"));
   const double acceleration = limits.number("acceleration_mps2", between(0.02, 10, "m/s2"));
-  const double rate = to_radians(limits.number("rate_dps", between(1, 180, "deg/s"), 30));
+  const double rate = to_radians(limits.number("rate_dps", between(1, 720, "deg/s"), 30));
   const double turning =
-      to_radians(limits.number("angular_acceleration_dps2", between(1, 1000, "deg/s2"), 90));
+      to_radians(limits.number("angular_acceleration_dps2", between(1, 10000, "deg/s2"), 90));
   limits.ignore("rotor_headroom");
   auto start = yaml->child("start");
   Vec3 at = start.vec3("position", between(-5, 5, "m")), turned = rotation_of(start, Vec3::Zero());

@@ -185,6 +185,14 @@ TEST(Next, AProposedMissionBecomesAPathFromRestToRest) {
   EXPECT_GT(fastest, 0.2);
 }
 
+TEST(Next, AQuickRockIsTaken) {  // what a diagnosis proposes against load and thrust scale
+  std::string text = kNext;
+  const std::string slow = "rate_dps: 60, angular_acceleration_dps2: 40";
+  text.replace(text.find(slow), slow.size(), "rate_dps: 212, angular_acceleration_dps2: 1320");
+  auto p = read_next_flight(text, "next.yaml");
+  ASSERT_TRUE(p) << p.error().text();
+}
+
 TEST(Next, WhatAnAnswerMayNotAskForIsRefusedByName) {
   const auto with = [](const char* what, const char* instead) {
     std::string text = kNext;
