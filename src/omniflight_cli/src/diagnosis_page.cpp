@@ -323,6 +323,8 @@ Status write_page(const Diagnosis& d, const Refit& refit, const recording::Recor
     if (!d.next_flight.mission.empty())
       page.paragraph("The mission " + d.next_flight.mission +
                      " holds the best of them that fits the test bed.");
+    if (const std::string left = diagnosis::stay_together(d.next_flight); !left.empty())
+      page.paragraph("It would hardly tell apart: " + left + ".");
   }
   intake_section(page, d.intake);
   if (!d.left_out.empty()) page.paragraph("Left out: " + list(d.left_out) + ".");

@@ -193,6 +193,7 @@ Status write_next_flight(const Options& o, const std::string& out, diagnosis::Di
       if (plan) {
         d.next_flight.mission = "next_flight.yaml";
         d.next_flight.predicted_separation_sigma = f.separation_sigma;
+        d.next_flight.separations_sigma = f.separations_sigma;
         d.next_flight.manoeuvres.insert(d.next_flight.manoeuvres.begin(), f.words);
         return {};
       }
@@ -323,6 +324,8 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     if (!d->next_flight.mission.empty())
       say(common, fmt::format("  next flight: {}/{}, predicted separation {:.1f} sigma", out,
                               d->next_flight.mission, d->next_flight.predicted_separation_sigma));
+    if (const std::string left = diagnosis::stay_together(d->next_flight); !left.empty())
+      say(common, "  it would hardly tell apart: " + left);
     say(common, fmt::format("diagnosed in {:.1f} s; report: {}/report.html", d->runtime_s, out));
     return d->verdict == diagnosis::Verdict::unexplained || d->verdict == diagnosis::Verdict::unusable
                ? static_cast<int>(ErrorCode::incomplete)

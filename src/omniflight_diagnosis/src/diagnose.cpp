@@ -271,8 +271,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   if (ambiguous && !o.stopped()) {
     std::vector<Rivals> pairs;
     for (std::size_t k = 0; k < naming.model.effects.size(); ++k)
-      for (const Alternative& a : naming.named[k].set)
-        pairs.push_back({naming.model.effects[k], {physics::find_effect(a.effect), a.theta}});
+      for (Rivals& pair : rivals_of(naming, k)) pairs.push_back(std::move(pair));
     d.next_flight.proposed = propose_flights(problem, *used.front(), vehicle, pairs, o);
   }
   d.left_out = naming.left_out;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "propose.hpp"
 #include "single_rotor.hpp"
 #include "statistics.hpp"
 #include "text.hpp"
@@ -71,10 +72,8 @@ void add_wrench_findings(const Problem& problem, const Naming& naming, Diagnosis
       f.sentence += " On this flight it cannot be told apart from";
       for (const std::string& id : f.cannot_be_told_apart_from) f.sentence += " " + id;
       f.sentence += "; " + info.separated_by + " would tell.";
-      for (const Alternative& a : naming.named[k].set) {
-        const std::string& id = a.effect;
-        d.next_flight.separates.emplace_back(info.id, id);
-      }
+      for (const Rivals& pair : rivals_of(naming, k))
+        d.next_flight.separates.emplace_back(pair.named.effect->info().id, pair.other.effect->info().id);
       d.next_flight.manoeuvres.push_back(info.separated_by);
     }
     d.findings.push_back(std::move(f));

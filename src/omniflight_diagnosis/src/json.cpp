@@ -185,8 +185,9 @@ std::string to_string(Verdict verdict) {
 }
 
 std::string to_json(const Diagnosis& d) {
-  Json separates = Json::array();
+  Json separates = Json::array(), separations = Json::array();
   for (const auto& [a, b] : d.next_flight.separates) separates.push_back({a, b});
+  for (const double sigma : d.next_flight.separations_sigma) separations.push_back(number(sigma));
   const Json out{
       {"schema", "omniflight.diagnosis/1"},
       {"inputs", inputs(d)},
@@ -200,6 +201,7 @@ std::string to_json(const Diagnosis& d) {
        {{"mission", d.next_flight.mission},
         {"separates", separates},
         {"manoeuvres", d.next_flight.manoeuvres},
+        {"separations_sigma", separations},
         {"predicted_separation_sigma",
          d.next_flight.mission.empty() ? Json(nullptr) : number(d.next_flight.predicted_separation_sigma)}}},
       {"intake", intake(d)},

@@ -7,7 +7,8 @@ namespace {
 
 using Waypoints = std::vector<ProposedWaypoint>;
 
-constexpr double kOtherTilt = 0.21;  // rad: to another tilt of the rotors
+constexpr double kOtherTilt = 0.21;  // rad: another tilt of the rotors, to lean and to rock with
+constexpr double kMovedTilt = 0.35;  // rad: one to move to at rest
 
 Waypoints ascent() {
   Waypoints w{{{0, 0, 0}, {0, 0, 0}, 4}};
@@ -58,9 +59,9 @@ void rock(Waypoints& w, int axis, double deg, int times) {
 Waypoints survey(const std::vector<double>& tilts = {}) {
   Waypoints w{{{0, 0, 0}, {0, 0, 0}, 3}};
   for (int level = 0; level < 3; ++level) {
-    for (int axis = 0; axis < 3; ++axis) rock(w, axis, 12, axis < 2 ? 12 : 6);
+    for (int axis = 0; axis < 3; ++axis) rock(w, axis, 28, axis < 2 ? 12 : 6);
     if (level != 1) lean(w, 20);
-    for (const double alpha : tilts) w.push_back({{0, 0, 0}, {0, 0, 0}, 2, alpha});
+    for (const double alpha : tilts) w.push_back({{0, 0, 0}, {0, 0, 0}, 3, alpha});
     if (level < 2) w.push_back({{0, 0, 0.5}, {0, 0, 0}, 3});
   }
   return w;
@@ -77,7 +78,7 @@ std::vector<ProposedFlight> manoeuvres(const vehicle::Vehicle& vehicle, double a
     f.alpha = tilt, f.name = name, f.words = words, f.waypoints = std::move(waypoints);
     return f;
   };
-  const auto quick = [](ProposedFlight& f) { f.rate = 1.7, f.angular_acceleration = 10; };
+  const auto quick = [](ProposedFlight& f) { f.rate = 3.7, f.angular_acceleration = 23; };
   add(alpha, "ascent_with_pauses", "climb by 1.1 m in two steps with pauses, and down again", ascent());
   auto& fast = add(alpha, "fast_up_and_down", "climb and sink by 0.4 m as fast as the vehicle may, six times",
                    up_and_down());
@@ -90,20 +91,23 @@ std::vector<ProposedFlight> manoeuvres(const vehicle::Vehicle& vehicle, double a
   const std::string rocking = "rock quickly about every axis and lean by 20 deg, at three heights";
   quick(add(alpha, "rocking_at_three_heights", rocking, survey()));
   if (vehicle.tilt.kind == vehicle::TiltKind::none) return out;
+  const auto possible = [&](double tilt) {
+    return tilt <= vehicle.tilt.max && tilt >= vehicle.tilt.min &&
+           vehicle.allocation_matrix(tilt).fullPivLu().rank() == 6;
+  };
   std::vector<double> sweep;
-  for (const double other : {alpha + kOtherTilt, alpha - kOtherTilt}) {
-    if (other > vehicle.tilt.max || other < vehicle.tilt.min ||
-        vehicle.allocation_matrix(other).fullPivLu().rank() < 6)
-      continue;
-    sweep.push_back(other);
-    const std::string way = other > alpha ? "further" : "less";
-    const std::string tilted = "with the rotors tilted 12 deg " + way;
-    add(other, "ascent_tilted_" + way, "the ascent with pauses " + tilted, ascent());
-    quick(add(other, "rocking_tilted_" + way, rocking + ", " + tilted, survey()));
+  for (const double way : {1.0, -1.0}) {
+    if (const double moved = alpha + way * kMovedTilt; possible(moved)) sweep.push_back(moved);
+    const double other = alpha + way * kOtherTilt;
+    if (!possible(other)) continue;
+    const std::string direction = way > 0 ? "further" : "less";
+    const std::string tilted = "with the rotors tilted 12 deg " + direction;
+    add(other, "ascent_tilted_" + direction, "the ascent with pauses " + tilted, ascent());
+    quick(add(other, "rocking_tilted_" + direction, rocking + ", " + tilted, survey()));
   }
   if (sweep.empty()) return out;
   sweep.push_back(alpha);
-  quick(add(alpha, "rocking_and_tilting", rocking + ", and move the tilt of the rotors by 12 deg at each",
+  quick(add(alpha, "rocking_and_tilting", rocking + ", and move the tilt of the rotors by 20 deg at each",
             survey(sweep)));
   return out;
 }

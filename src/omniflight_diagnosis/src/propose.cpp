@@ -5,6 +5,7 @@
 
 #include "manoeuvres.hpp"
 #include "nested.hpp"
+#include "text.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -183,6 +184,26 @@ std::pair<double, double> worth(const ProposedFlight& f) {
 }
 
 }  // namespace
+
+std::string stay_together(const NextFlight& next) {
+  std::string out;
+  for (std::size_t k = 0; k < next.separations_sigma.size(); ++k) {
+    if (next.separations_sigma[k] >= kTold) continue;
+    const auto& [one, other] = next.separates[k];
+    out += format("%s%s and %s (%.1f sigma)", out.empty() ? "" : ", ", one.c_str(), other.c_str(),
+                  next.separations_sigma[k]);
+  }
+  return out;
+}
+
+std::vector<Rivals> rivals_of(const Naming& naming, std::size_t k) {
+  std::vector<ActiveEffect> all{naming.model.effects[k]};
+  for (const Alternative& a : naming.named[k].set) all.push_back({physics::find_effect(a.effect), a.theta});
+  std::vector<Rivals> out;
+  for (std::size_t one = 0; one < all.size(); ++one)
+    for (std::size_t other = one + 1; other < all.size(); ++other) out.push_back({all[one], all[other]});
+  return out;
+}
 
 std::vector<ProposedFlight> propose_flights(const Problem& flown, const Flight& flight,
                                             const vehicle::Vehicle& vehicle, const std::vector<Rivals>& pairs,

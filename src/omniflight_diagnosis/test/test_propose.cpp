@@ -62,6 +62,26 @@ TEST(Propose, MovingTheTiltTellsAWeakThrustFromOneThatChangesWithIt) {
   EXPECT_GT(moving->separation_sigma, 5);
 }
 
+/// Any of a set may be the true one, so that all of it has to be told apart, not the named one alone.
+TEST(Propose, EveryTwoOfASetAreToBeToldApart) {
+  const physics::ActiveEffect tilt{physics::find_effect("tilt_offset"), {0.01}};
+  Naming naming;
+  naming.model.effects = {tilt};
+  naming.named.emplace_back();
+  naming.named[0].set = {{"payload_mass", {0.01}, 1.0, 0.9}, {"thrust_scale", {-0.01}, 1.0, 0.9}};
+  std::vector<std::string> pairs;
+  for (const Rivals& pair : rivals_of(naming, 0))
+    pairs.push_back(pair.named.effect->info().id + " " + pair.other.effect->info().id);
+  EXPECT_EQ(pairs, (std::vector<std::string>{"tilt_offset payload_mass", "tilt_offset thrust_scale",
+                                             "payload_mass thrust_scale"}));
+  NextFlight next;
+  next.separates = {{"tilt_offset", "payload_mass"}, {"payload_mass", "thrust_scale"}, {"a", "b"}};
+  next.separations_sigma = {13.5, 2.14};  // of the third pair nothing is predicted
+  EXPECT_EQ(stay_together(next), "payload_mass and thrust_scale (2.1 sigma)");
+  next.separations_sigma[1] = 7;
+  EXPECT_EQ(stay_together(next), "");
+}
+
 TEST(Propose, ManoeuvresEndAtRestNeverSinkBelowTheirStartAndKeepToTheTiltRange) {
   const vehicle::Vehicle v = test::omnimorph();
   for (const double alpha : {v.tilt.min, 0.5, v.tilt.max})

@@ -141,7 +141,12 @@ struct NextFlight {
   std::vector<ProposedFlight> proposed;   ///< best first; not yet checked for any place
   std::string mission;                    ///< file, set by whoever writes and checks one of them
   double predicted_separation_sigma = 0;  ///< of that one
+  std::vector<double>
+      separations_sigma;  ///< of that one, a pair of `separates` (further pairs: no prediction)
 };
+
+/// The pairs that the chosen flight would hardly tell apart, with their predicted separations; "" when none.
+std::string stay_together(const NextFlight& next);
 
 /// What a recording holds and how its parts agree, before anything is fitted.
 struct SignalInfo {
@@ -179,7 +184,7 @@ struct Diagnosis {
   Intake intake;
   /// What the answer does without, and why: time, an interrupt, a proposal that fits nowhere.
   std::vector<std::string> left_out;
-  double runtime_s = 0;               ///< set by the caller
+  double runtime_s = 0;  ///< set by the caller
 
   std::vector<physics::ActiveEffect> model;    ///< effects with values: what model.yaml lists
   std::optional<ToldController> controller;    ///< gains as flown, where they are not those told
