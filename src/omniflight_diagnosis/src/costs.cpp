@@ -1,5 +1,6 @@
 #include "costs.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "statistics.hpp"
@@ -33,5 +34,9 @@ double score(const Fit& fit, const Costs& costs) {
 }
 
 double tested(const Fit& fit, const Costs& costs) { return fit.log_likelihood - costs.entry(fit); }
+
+double tie(double gain, int fewer) {
+  return std::max(3.0, fewer >= 3 ? std::min(0.1 * gain, 100 + 0.01 * gain) : 0.01 * gain);
+}
 
 }  // namespace omniflight::diagnosis

@@ -30,4 +30,9 @@ double score(const Fit& fit, const Costs& costs);
 /// What is left of the likelihood when every member has paid for its entry.
 double tested(const Fit& fit, const Costs& costs);
 
+/// Nats by which a law with `fewer` parameters less may explain a flight worse than one that gains `gain` and
+/// still take its place: what an imperfect model of the noise can produce, and some for simplicity. Of a
+/// great gain a tenth is no tie any more: a load in a cable's place left a newton at two heights unexplained.
+double tie(double gain, int fewer);
+
 }  // namespace omniflight::diagnosis

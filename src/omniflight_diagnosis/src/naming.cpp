@@ -294,7 +294,7 @@ class Search {
         const bool usual = comes_with_another(*effect, current, k);
         if (effect == current.effects[k].effect || (!earlier && !simpler && !usual)) continue;
         if (!may_enter(current, effect)) continue;
-        const double slack = std::max(3.0, (more >= 3 ? 0.1 : 0.01) * gain);
+        const double slack = tie(gain, more);
         const Fit frozen = frozen_without(problem_, current, k);
         if (!declared_alias(*effect, *current.effects[k].effect) &&
             score(quick(frozen, effect), costs_) < score(current, costs_) - slack - 10.0)

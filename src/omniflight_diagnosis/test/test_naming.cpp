@@ -1,4 +1,5 @@
 // Which of several laws that do equally well is named.
+#include "../src/costs.hpp"
 #include "../src/naming.hpp"
 
 #include <algorithm>
@@ -52,6 +53,18 @@ TEST(Naming, ATorqueBesideACableIsItsLeverWhereBothDoAsWell) {
   ASSERT_EQ(beside.size(), 2u);
   EXPECT_EQ(beside[0][0], "attachment_torque");
   EXPECT_EQ(beside[1][0], "hung_cable");
+}
+
+TEST(Naming, ATieIsSmallBesideWhatIsExplained) {
+  EXPECT_EQ(tie(10, 0), 3) << "what noise can do";
+  EXPECT_NEAR(tie(300, 3), 30, 1e-9) << "some for simplicity";
+  EXPECT_NEAR(tie(300, 2), 3, 1e-9);
+  EXPECT_LT(tie(50000, 3), 1000) << "an articulated cable on MuJoCo: a load in its place costs 2800 nats";
+  double before = 0;
+  for (double gain = 1; gain < 1e6; gain *= 1.5) {
+    EXPECT_GE(tie(gain, 3), std::max(before, tie(gain, 2))) << gain;
+    before = tie(gain, 3);
+  }
 }
 
 }  // namespace
