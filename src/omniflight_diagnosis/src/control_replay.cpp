@@ -18,12 +18,16 @@ constexpr double kLeastSigmas = 4;
 constexpr double kLeastChange[] = {0.15, 0.15, 0.5};  // of the told gain; limits and resets move integrals
 constexpr double kLate = 0.02;  // s: of the logged state against the one that was controlled
 
+using Mat5 = Eigen::Matrix<double, 5, 5>;
+using Vec5 = Eigen::Matrix<double, 5, 1>;
+
 /// A command and what its gains multiply, n x 3 each, one column an axis.
 struct Loop {
   std::array<const char*, 3> gain, unit;
   std::array<Vec3*, 3> value;  ///< told before, flown after
   std::array<const char*, 3> axis;
   Eigen::MatrixXd command, error, rate;
+  Eigen::MatrixXd motion;  ///< rate of the reference: a pose that is logged late is behind by its multiple
   std::vector<char> valid;
 };
 
@@ -37,50 +41,51 @@ struct Gains {
 /// coloured.
 std::optional<Gains> gains_of(const Loop& loop, Eigen::Index axis, const Vec3& told) {
   const Eigen::Index n = loop.command.rows();
-  Eigen::MatrixXd x(n, 5);  // proportional, derivative, integral, lag, command
+  Eigen::MatrixXd x(n, 6);  // proportional, derivative, integral, lag, late pose, command
   x << loop.error.col(axis), loop.rate.col(axis), loop.error.col(axis), loop.rate.col(axis),
-      loop.command.col(axis);
+      loop.motion.col(axis), loop.command.col(axis);
   for (Eigen::Index i = 1; i < n; ++i) x(i, 2) = x(i - 1, 2) + loop.error(i, axis) / kRate;
   x = low_pass(x, kRate, kCutoff);
   x.col(3) = differentiate(x.col(3), kRate);
   const auto length = static_cast<Eigen::Index>(kBlock * kRate);
   std::vector<Eigen::MatrixXd> blocks;
   for (Eigen::Index from = 0; from + length <= n; from += length) {
-    Eigen::MatrixXd block(length, 5);
+    Eigen::MatrixXd block(length, 6);
     Eigen::Index kept = 0;
     for (Eigen::Index i = from; i < from + length; ++i)
       if (loop.valid[static_cast<std::size_t>(i)]) block.row(kept++) = x.row(i);
     if (kept < length / 2) continue;
-    block.conservativeResize(kept, 5);
+    block.conservativeResize(kept, 6);
     block.rowwise() -= block.colwise().mean().eval();
     blocks.push_back(std::move(block));
   }
   if (static_cast<int>(blocks.size()) < kLeastBlocks) return std::nullopt;
-  Eigen::Matrix4d H = Eigen::Matrix4d::Zero();
-  Eigen::Vector4d g = Eigen::Vector4d::Zero();
+  Mat5 H = Mat5::Zero();
+  Vec5 g = Vec5::Zero();
   double energy = 0;
   Eigen::Index samples = 0;
   for (const auto& b : blocks) {
-    H += b.leftCols<4>().transpose() * b.leftCols<4>();
-    g += b.leftCols<4>().transpose() * b.col(4);
-    energy += b.col(4).squaredNorm();
+    H += b.leftCols<5>().transpose() * b.leftCols<5>();
+    g += b.leftCols<5>().transpose() * b.col(5);
+    energy += b.col(5).squaredNorm();
     samples += b.rows();
   }
-  const Eigen::Vector4d scale = H.diagonal().cwiseSqrt().cwiseMax(1e-12).cwiseInverse();
-  const Eigen::Matrix4d scaled = scale.asDiagonal() * H * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(scaled);
+  if (H(4, 4) < 1e-12) H(4, 4) = 1;  // a reference that stands still
+  const Vec5 scale = H.diagonal().cwiseSqrt().cwiseMax(1e-12).cwiseInverse();
+  const Mat5 scaled = scale.asDiagonal() * H * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Mat5> eigen(scaled);
   if (energy <= 0 || eigen.eigenvalues()[0] < 1e-6) return std::nullopt;
-  const Eigen::Matrix4d inverse = scale.asDiagonal() * scaled.inverse() * scale.asDiagonal();
+  const Mat5 inverse = scale.asDiagonal() * scaled.inverse() * scale.asDiagonal();
   Gains out;
-  const Eigen::Vector4d found = inverse * g;
-  Eigen::Matrix4d scatter = Eigen::Matrix4d::Zero();
+  const Vec5 found = inverse * g;
+  Mat5 scatter = Mat5::Zero();
   double rest = 0, off = 0;
   for (const auto& b : blocks) {
-    const Eigen::VectorXd r = b.col(4) - b.leftCols<4>() * found;
-    const Eigen::Vector4d score = b.leftCols<4>().transpose() * r;
+    const Eigen::VectorXd r = b.col(5) - b.leftCols<5>() * found;
+    const Vec5 score = b.leftCols<5>().transpose() * r;
     scatter += score * score.transpose();
     rest += r.squaredNorm();
-    off += (b.col(4) - b.leftCols<3>() * told).squaredNorm();
+    off += (b.col(5) - b.leftCols<3>() * told).squaredNorm();
   }
   const auto count = static_cast<double>(blocks.size());
   out.value = found.head<3>();
@@ -131,7 +136,13 @@ void judge(const Loop& loop, const std::string& frame, Finding& f, std::vector<M
 }  // namespace
 
 void add_control(const recording::Recording& r, const ToldController& told, Diagnosis& d) {
-  const recording::Signal *asked = r.find("qddr"), *p = r.find("position"), *q = r.find("attitude"),
+  // the state as the controller had it, where it is recorded: noise of the measured one makes gains look
+  // small
+  const auto seen = [&](const std::string& name) {
+    const recording::Signal* s = r.find("est_" + name);
+    return s ? s : r.find(name);
+  };
+  const recording::Signal *asked = r.find("qddr"), *p = seen("position"), *q = seen("attitude"),
                           *ref_p = r.find("ref_position"), *ref_q = r.find("ref_attitude");
   if (!asked || asked->width() != 6 || asked->size() < 200) return;
   std::vector<double> t;
@@ -161,7 +172,7 @@ void add_control(const recording::Recording& r, const ToldController& told, Diag
   Finding f;
   std::vector<Mismatch> mismatch;
   if (p && ref_p) {
-    const Eigen::MatrixXd error = read(*ref_p) - read(*p);
+    const Eigen::MatrixXd wanted = read(*ref_p), error = wanted - read(*p);
     judge({{"kp", "kv", "ki"},
            {"1/s2", "1/s", "1/s3"},
            {&flown.kp, &flown.kv, &flown.ki},
@@ -169,25 +180,28 @@ void add_control(const recording::Recording& r, const ToldController& told, Diag
            command.leftCols(3) - optional("ref_acceleration"),
            error,
            differentiate(error, kRate),
+           differentiate(wanted, kRate),
            valid},
           "world", f, mismatch);
   }
-  const recording::Signal* gyro = r.find("gyro");
+  const recording::Signal* gyro =
+      r.find("est_angular_velocity") ? r.find("est_angular_velocity") : r.find("gyro");
   if (q && ref_q && gyro && gyro->width() == 3) {
     const Eigen::MatrixXd at = read(*q), wanted = read(*ref_q), w = read(*gyro),
                           w_ref = optional("ref_angular_velocity"),
                           dw_ref = optional("ref_angular_acceleration");
-    Eigen::MatrixXd error(w.rows(), 3), rate(w.rows(), 3), rest = command.rightCols(3);
+    Eigen::MatrixXd error(w.rows(), 3), rate(w.rows(), 3), motion(w.rows(), 3), rest = command.rightCols(3);
     for (Eigen::Index i = 0; i < w.rows(); ++i) {
       const Quat body = Quat(at(i, 0), at(i, 1), at(i, 2), at(i, 3)).normalized(),
                  goal = Quat(wanted(i, 0), wanted(i, 1), wanted(i, 2), wanted(i, 3)).normalized();
       const Mat3 R_BD = (body.conjugate() * goal).toRotationMatrix();
       error.row(i) = vee(R_BD).transpose();
-      rate.row(i) = (R_BD * w_ref.row(i).transpose() - w.row(i).transpose()).transpose();
+      motion.row(i) = (R_BD * w_ref.row(i).transpose()).transpose();
+      rate.row(i) = motion.row(i) - w.row(i);
       rest.row(i) -= (R_BD * dw_ref.row(i).transpose()).transpose();
       if (!error.row(i).allFinite() || !rest.row(i).allFinite()) {
         valid[static_cast<std::size_t>(i)] = 0;
-        error.row(i).setZero(), rate.row(i).setZero(), rest.row(i).setZero();
+        error.row(i).setZero(), rate.row(i).setZero(), motion.row(i).setZero(), rest.row(i).setZero();
       }
     }
     judge({{"kR", "kw", "kI"},
@@ -197,6 +211,7 @@ void add_control(const recording::Recording& r, const ToldController& told, Diag
            rest,
            error,
            rate,
+           motion,
            valid},
           "body", f, mismatch);
   }

@@ -1,6 +1,8 @@
 // Gains of a logged command against those told, for position and attitude.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "../src/control_replay.hpp"
 #include "omniflight_core/frames.hpp"
 #include "omniflight_core/random.hpp"
@@ -15,9 +17,16 @@ ToldController usual() {
           Vec3::Constant(100), Vec3::Constant(20), Vec3::Constant(20)};
 }
 
-/// A free body in turbulence that is held still with these gains; `power` bends the feedback into another
-/// law.
-recording::Recording flown(const ToldController& gains, double power = 1) {
+struct World {
+  double power = 1;        ///< bends the feedback into another law
+  double turbulence = 1;   ///< times the usual
+  double rock = 0;         ///< rad, amplitude of a reference that rolls once a second; 0: it stands still
+  double late = 0;         ///< s, the measured attitude carries the stamp of this much later
+  bool estimates = false;  ///< the state that is controlled is recorded beside the measured one
+};
+
+/// A free body in turbulence that follows its reference with these gains.
+recording::Recording flown(const ToldController& gains, const World& world = {}) {
   recording::Recording r;
   const auto put = [&](const char* name, double t, const Eigen::VectorXd& x) {
     recording::Signal& s = r.signals[name];
@@ -34,24 +43,37 @@ recording::Recording flown(const ToldController& gains, double power = 1) {
   Vec3 wind = Vec3::Zero(), twist = Vec3::Zero();
   Quat q = Quat::Identity();
   const auto bend = [&](const Vec3& x) -> Vec3 {
-    return power == 1 ? x : Vec3(x.array().sign() * x.array().abs().pow(power));
+    return world.power == 1 ? x : Vec3(x.array().sign() * x.array().abs().pow(world.power));
   };
   for (double t = 0; t < kDuration; t += kStep) {
-    const Vec3 e_R = vee(q.conjugate().toRotationMatrix());
+    const double f = 2 * kPi;  // rad/s
+    const Vec3 w_ref(world.rock * f * std::cos(f * t), 0, 0),
+        dw_ref(-world.rock * f * f * std::sin(f * t), 0, 0);
+    const Quat goal = exp_rotation(Vec3(world.rock * std::sin(f * t), 0, 0));
+    const Mat3 R_BD = (q.conjugate() * goal).toRotationMatrix();
+    const Vec3 e_R = vee(R_BD), e_w = R_BD * w_ref - w;
     sum -= p * kStep;
     turned += e_R * kStep;
     Vec6 command;
     command << bend(-gains.kp.cwiseProduct(p) - gains.kv.cwiseProduct(v) + gains.ki.cwiseProduct(sum)),
-        bend(gains.kR.cwiseProduct(e_R) - gains.kw.cwiseProduct(w) + gains.kI.cwiseProduct(turned));
-    const Quat seen = q * exp_rotation(noise(0.0008));
+        R_BD * dw_ref +
+            bend(gains.kR.cwiseProduct(e_R) + gains.kw.cwiseProduct(e_w) + gains.kI.cwiseProduct(turned));
+    const auto coefficients = [](const Quat& x) { return Eigen::Vector4d(x.w(), x.x(), x.y(), x.z()); };
     put("position", t, p + noise(0.0002));
-    put("attitude", t, Eigen::Vector4d(seen.w(), seen.x(), seen.y(), seen.z()));
+    put("attitude", t + world.late, coefficients(q * exp_rotation(noise(0.0008))));
     put("gyro", t, w + noise(0.004));
+    if (world.estimates) {
+      put("est_position", t, p);
+      put("est_attitude", t, coefficients(q));
+      put("est_angular_velocity", t, w);
+    }
     put("qddr", t, command);
     put("ref_position", t, Vec3::Zero());
-    put("ref_attitude", t, Eigen::Vector4d(1, 0, 0, 0));
-    wind = 0.97 * wind + noise(0.05);
-    twist = 0.97 * twist + noise(0.4);
+    put("ref_attitude", t, coefficients(goal));
+    put("ref_angular_velocity", t, w_ref);
+    put("ref_angular_acceleration", t, dw_ref);
+    wind = 0.97 * wind + noise(0.05 * world.turbulence);
+    twist = 0.97 * twist + noise(0.4 * world.turbulence);
     v += (command.head<3>() + wind) * kStep;
     p += v * kStep;
     w += (command.tail<3>() + twist) * kStep;
@@ -104,8 +126,34 @@ TEST(ControlReplay, OneAxisIsEnough) {
   EXPECT_NEAR(d.findings[0].parameters[0].value, 40, 3);
 }
 
+TEST(ControlReplay, InStillAirNoiseIsNoMismatchWhereTheEstimateIsRecorded) {
+  const World still{.turbulence = 0.01, .estimates = true};
+  recording::Recording r = flown(usual(), still);
+  const Diagnosis d = judged(r);
+  EXPECT_TRUE(d.findings.empty()) << d.findings[0].sentence;
+  for (const char* name : {"est_position", "est_attitude", "est_angular_velocity"}) r.signals.erase(name);
+  const Diagnosis without = judged(r);
+  printf("without the estimate: %s\n",
+         without.findings.empty() ? "nothing" : without.findings[0].sentence.c_str());
+  ToldController cut = usual();
+  cut.kR *= 0.5;
+  EXPECT_EQ(judged(flown(cut, still)).findings.size(), 1U);
+}
+
+TEST(ControlReplay, ALateAttitudeOfAQuickMotionIsNoMismatch) {
+  for (const double late : {-0.015, 0.015}) {
+    const Diagnosis d = judged(flown(usual(), {.rock = 0.4, .late = late}));
+    EXPECT_TRUE(d.findings.empty()) << d.findings[0].sentence;
+  }
+  ToldController cut = usual();
+  cut.kR *= 0.5;
+  const Diagnosis d = judged(flown(cut, {.rock = 0.4, .late = 0.015}));
+  ASSERT_EQ(d.findings.size(), 1U);
+  for (const ParameterValue& p : d.findings[0].parameters) EXPECT_NEAR(p.value, 50, 8) << p.name;
+}
+
 TEST(ControlReplay, SaysNothingOfAnotherLawNorWithoutTheState) {
-  EXPECT_TRUE(judged(flown(usual(), 0.1)).findings.empty());
+  EXPECT_TRUE(judged(flown(usual(), {.power = 0.1})).findings.empty());
   recording::Recording blind =
       flown({0.4 * usual().kp, usual().kv, usual().ki, usual().kR, usual().kw, usual().kI});
   EXPECT_FALSE(judged(blind).findings.empty());
