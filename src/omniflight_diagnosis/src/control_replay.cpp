@@ -149,14 +149,16 @@ void add_control(const recording::Recording& r, const ToldController& told, Diag
   for (double at = asked->t_s.front(); at < asked->t_s.back() && t.size() < 1000000; at += 1 / kRate)
     t.push_back(at);
   std::vector<char> valid(t.size(), 1);
-  // on the grid, with gaps bridged and marked as far as the low pass carries them
+  const auto leave_out = [&](std::ptrdiff_t i) {  // as far as the low pass carries it
+    const auto reach = static_cast<std::ptrdiff_t>(kReach * kRate), n = static_cast<std::ptrdiff_t>(t.size());
+    for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, i - reach); k <= std::min(n - 1, i + reach); ++k)
+      valid[static_cast<std::size_t>(k)] = 0;
+  };
+  // on the grid, with gaps bridged and left out
   const auto read = [&](const recording::Signal& s) {
     const Eigen::MatrixXd strict = recording::resample(s, t, std::max(0.1, 3 * s.median_period_s()));
-    const auto reach = static_cast<std::ptrdiff_t>(kReach * kRate), n = static_cast<std::ptrdiff_t>(t.size());
-    for (std::ptrdiff_t i = 0; i < n; ++i)
-      if (!strict.row(i).allFinite())
-        for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, i - reach); k <= std::min(n - 1, i + reach); ++k)
-          valid[static_cast<std::size_t>(k)] = 0;
+    for (Eigen::Index i = 0; i < strict.rows(); ++i)
+      if (!strict.row(i).allFinite()) leave_out(i);
     Eigen::MatrixXd x = recording::resample(s, t);
     for (Eigen::Index i = 0; i < x.rows(); ++i)
       if (!x.row(i).allFinite()) x.row(i) = i > 0 ? x.row(i - 1).eval() : Eigen::RowVectorXd::Zero(x.cols());
@@ -168,18 +170,27 @@ void add_control(const recording::Recording& r, const ToldController& told, Diag
     return read(*s);
   };
   const Eigen::MatrixXd command = read(*asked);
+  if (const recording::Signal* phase = r.find("phase")) {  // a vehicle that is held answers no command
+    const Eigen::MatrixXd x = recording::resample(*phase, t);
+    for (Eigen::Index i = 0; i < x.rows(); ++i)
+      if (!(std::abs(x(i, 0) - 1) < 0.01)) leave_out(i);
+  }
   ToldController flown = told;
   Finding f;
   std::vector<Mismatch> mismatch;
   if (p && ref_p) {
     const Eigen::MatrixXd wanted = read(*ref_p), error = wanted - read(*p);
+    const recording::Signal *v = r.find("est_velocity"), *ref_v = r.find("ref_velocity");
+    const bool with_velocity = v && ref_v && v->width() == 3 && ref_v->width() == 3;
+    const Eigen::MatrixXd rate =
+        with_velocity ? Eigen::MatrixXd(read(*ref_v) - read(*v)) : differentiate(error, kRate);
     judge({{"kp", "kv", "ki"},
            {"1/s2", "1/s", "1/s3"},
            {&flown.kp, &flown.kv, &flown.ki},
            {"x", "y", "z"},
            command.leftCols(3) - optional("ref_acceleration"),
            error,
-           differentiate(error, kRate),
+           rate,
            differentiate(wanted, kRate),
            valid},
           "world", f, mismatch);
