@@ -90,6 +90,9 @@ Result<FlightResult> fly(const FlightOptions& o) {
   auto setup = prepare(o);
   if (!setup) return Failure(setup.error());
   const Setup& s = *setup;
+  const auto known = told(o, s);
+  if (!known) return Failure(known.error());
+  if (auto ok = files::write_file_atomic(s.out / "told.yaml", *known); !ok) return Failure(ok.error());
   if (auto ok = files::write_file_atomic(s.out / "params.yaml", parameters(o, s)); !ok)
     return Failure(ok.error());
 

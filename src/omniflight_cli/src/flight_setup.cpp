@@ -114,6 +114,45 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
   return yaml;
 }
 
+Result<std::string> told(const FlightOptions& o, const Setup& s) {
+  const auto in_brackets = [](const Vec3& v) {
+    return fmt::format("[{:.10g}, {:.10g}, {:.10g}]", v.x(), v.y(), v.z());
+  };
+  auto defaults = files::YamlReader::load(s.defaults);
+  if (!defaults) return Failure(defaults.error());
+  auto usual = defaults->child("controller").child("ros__parameters");
+  std::string gains, biases;
+  for (const auto& [gain, unit] : {std::pair{"kp", "1/s2"},
+                                   {"kv", "1/s"},
+                                   {"ki", "1/s3"},
+                                   {"kR", "1/s2"},
+                                   {"kw", "1/s"},
+                                   {"kI", "1/s3"}}) {
+    const auto bounds = files::between(0, 1e5, unit);
+    Vec3 value = usual.vec3(gain, bounds);
+    if (const auto own = o.parameters.find(std::string("controller.") + gain); own != o.parameters.end()) {
+      auto yaml = files::YamlReader::parse(std::string(gain) + ": " + own->second, "--param");
+      if (!yaml) return Failure(yaml.error());
+      value = yaml->vec3(gain, bounds);
+      if (auto ok = yaml->finish(); !ok) return Failure(ok.error());
+    }
+    gains += fmt::format("{}{}: {}", gains.empty() ? "" : ", ", gain, in_brackets(value));
+  }
+  if (o.plant != "hardware") {
+    auto sensors = files::YamlReader::load(s.sensors);
+    if (!sensors) return Failure(sensors.error());
+    for (const auto& [sensor, key, out, unit] :
+         {std::tuple{"accelerometer", "accelerometer_bias_mps2", "bias_mps2", "m/s2"},
+          {"gyro", "gyro_bias_radps", "bias_radps", "rad/s"}}) {
+      const double most =
+          sensors->vec3(key, files::between(-50, 50, unit), Vec3::Zero()).cwiseAbs().maxCoeff();
+      if (most > 0) biases += fmt::format("  {}: {{{}: {:.10g}}}  # at most\n", sensor, out, most);
+    }
+  }
+  return "# What is known beside the recording of this flight; omniflight diagnose reads it by itself.\n" +
+         (biases.empty() ? "" : "sensors:\n" + biases) + "controller: {" + gains + "}\n";
+}
+
 namespace {
 
 /// Parameters of the allocator: a name, or a file of numbers on top of a name.

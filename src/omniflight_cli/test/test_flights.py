@@ -46,6 +46,17 @@ class NominalTracking(system.SystemTest):
         self.check("trajectory_2")
 
 
+class Told(system.SystemTest):
+    def test_a_flight_tells_its_gains_and_biases_to_whoever_diagnoses_it(self):
+        self.fly(self.short_mission(), "--in-process", "--sensors", "laboratory", "-p", "controller.kp=[10, 11, 12.5]")
+        told = (self.dir / "flight/told.yaml").read_text()
+        self.assertIn("kp: [10, 11, 12.5]", told)
+        self.assertIn("kR: [100, 100, 100]", told)
+        self.assertIn("accelerometer: {bias_mps2: 0.015}", told)
+        found = self.run_command("diagnose", "flight/flight.mcap", "--vehicle", "omnimorph", "--check", "--out", "check")
+        self.assertNotIn("told, but not used", found.stdout)
+
+
 class MovingTilt(system.SystemTest):
     def test_the_tilt_follows_the_mission_and_the_vehicle_stays_on_its_way(self):
         flown = self.fly("tilt_sweep", "--sensors", "ideal", out="sweep")
