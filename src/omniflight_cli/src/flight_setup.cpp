@@ -8,6 +8,7 @@
 #include "omniflight_files/yaml.hpp"
 #include "omniflight_physics/effect.hpp"
 #include "omniflight_simulation/faults.hpp"
+#include "omniflight_simulation/sensors.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
@@ -139,15 +140,15 @@ Result<std::string> told(const FlightOptions& o, const Setup& s) {
     gains += fmt::format("{}{}: {}", gains.empty() ? "" : ", ", gain, in_brackets(value));
   }
   if (o.plant != "hardware") {
-    auto sensors = files::YamlReader::load(s.sensors);
-    if (!sensors) return Failure(sensors.error());
-    for (const auto& [sensor, key, out, unit] :
-         {std::tuple{"accelerometer", "accelerometer_bias_mps2", "bias_mps2", "m/s2"},
-          {"gyro", "gyro_bias_radps", "bias_radps", "rad/s"}}) {
-      const double most =
-          sensors->vec3(key, files::between(-50, 50, unit), Vec3::Zero()).cwiseAbs().maxCoeff();
-      if (most > 0) biases += fmt::format("  {}: {{{}: {:.10g}}}  # at most\n", sensor, out, most);
-    }
+    auto yaml = files::YamlReader::load(s.sensors);
+    if (!yaml) return Failure(yaml.error());
+    const simulation::SensorConfig sensors = simulation::read_sensor_config(*yaml);
+    const auto tell = [&](const char* sensor, const char* key, const Vec3& bias) {
+      if (const double most = bias.cwiseAbs().maxCoeff(); most > 0)
+        biases += fmt::format("  {}: {{{}: {:.10g}}}  # at most\n", sensor, key, most);
+    };
+    tell("accelerometer", "bias_mps2", sensors.accelerometer_bias);
+    tell("gyro", "bias_radps", sensors.gyro_bias);
   }
   return "# What is known beside the recording of this flight; omniflight diagnose reads it by itself.\n" +
          (biases.empty() ? "" : "sensors:\n" + biases) + "controller: {" + gains + "}\n";

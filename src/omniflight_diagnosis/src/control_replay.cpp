@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "omniflight_diagnosis/filter.hpp"
+#include "segments.hpp"
 #include "text.hpp"
 
 namespace omniflight::diagnosis {
@@ -138,12 +139,13 @@ void judge(const Loop& loop, const std::string& frame, Finding& f, std::vector<M
 void add_control(const recording::Recording& r, const ToldController& told, Diagnosis& d) {
   // the state as the controller had it, where it is recorded: noise of the measured one makes gains look
   // small
-  const auto seen = [&](const std::string& name) {
-    const recording::Signal* s = r.find("est_" + name);
-    return s ? s : r.find(name);
+  const auto seen = [&](const char* estimate, const char* measured) {
+    const recording::Signal* s = r.find(estimate);
+    return s ? s : r.find(measured);
   };
-  const recording::Signal *asked = r.find("qddr"), *p = seen("position"), *q = seen("attitude"),
-                          *ref_p = r.find("ref_position"), *ref_q = r.find("ref_attitude");
+  const recording::Signal *asked = r.find("qddr"), *p = seen("est_position", "position"),
+                          *q = seen("est_attitude", "attitude"), *ref_p = r.find("ref_position"),
+                          *ref_q = r.find("ref_attitude");
   if (!asked || asked->width() != 6 || asked->size() < 200) return;
   std::vector<double> t;
   for (double at = asked->t_s.front(); at < asked->t_s.back() && t.size() < 1000000; at += 1 / kRate)
@@ -171,9 +173,9 @@ void add_control(const recording::Recording& r, const ToldController& told, Diag
   };
   const Eigen::MatrixXd command = read(*asked);
   if (const recording::Signal* phase = r.find("phase")) {  // a vehicle that is held answers no command
-    const Eigen::MatrixXd x = recording::resample(*phase, t);
-    for (Eigen::Index i = 0; i < x.rows(); ++i)
-      if (!(std::abs(x(i, 0) - 1) < 0.01)) leave_out(i);
+    const std::vector<char> free = in_free_flight(*phase, t);
+    for (std::size_t i = 0; i < free.size(); ++i)
+      if (!free[i]) leave_out(static_cast<std::ptrdiff_t>(i));
   }
   ToldController flown = told;
   Finding f;
@@ -195,8 +197,7 @@ void add_control(const recording::Recording& r, const ToldController& told, Diag
            valid},
           "world", f, mismatch);
   }
-  const recording::Signal* gyro =
-      r.find("est_angular_velocity") ? r.find("est_angular_velocity") : r.find("gyro");
+  const recording::Signal* gyro = seen("est_angular_velocity", "gyro");
   if (q && ref_q && gyro && gyro->width() == 3) {
     const Eigen::MatrixXd at = read(*q), wanted = read(*ref_q), w = read(*gyro),
                           w_ref = optional("ref_angular_velocity"),

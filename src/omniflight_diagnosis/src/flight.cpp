@@ -250,15 +250,9 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   // faults and free flight
   f.faults = find_sensor_faults(recording);
   std::vector<char> use(grid.t.size(), 1);
-  if (const Signal* phase = recording.find("phase")) {
-    const Eigen::MatrixXd p = recording::resample(*phase, grid.t);
-    std::vector<char> ground(grid.t.size());
-    for (std::size_t i = 0; i < ground.size(); ++i) {
-      const double value = p(static_cast<Eigen::Index>(i), 0);
-      ground[i] = !(std::abs(value - 1.0) < 0.01);
-    }
-    exclude(ground, grid, o.margin_s, "not in free flight (phase)", use, f.excluded);
-  }
+  if (const Signal* phase = recording.find("phase"))
+    exclude(negated(in_free_flight(*phase, grid.t)), grid, o.margin_s, "not in free flight (phase)", use,
+            f.excluded);
   const auto take = [&](const Signal& s, const std::string& label) {
     Channel c = on_grid(s, grid, o);
     exclude(negated(c.valid), grid, o.margin_s, "gap in " + label, use, f.excluded);

@@ -1,6 +1,7 @@
 #include "segments.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace omniflight::diagnosis {
 
@@ -25,6 +26,14 @@ int samples(const std::vector<Segment>& segments) {
 std::vector<char> samples_in(const std::vector<Segment>& segments, int size) {
   std::vector<char> out(static_cast<std::size_t>(size), 0);
   for (const Segment& s : segments) std::fill(out.begin() + s.begin, out.begin() + s.end, 1);
+  return out;
+}
+
+std::vector<char> in_free_flight(const recording::Signal& phase, const std::vector<double>& t) {
+  const Eigen::MatrixXd value = recording::resample(phase, t);
+  std::vector<char> out(t.size());
+  for (std::size_t i = 0; i < out.size(); ++i)
+    out[i] = std::abs(value(static_cast<Eigen::Index>(i), 0) - 1.0) < 0.01;
   return out;
 }
 

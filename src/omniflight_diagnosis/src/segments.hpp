@@ -16,4 +16,7 @@ int samples(const std::vector<Segment>& segments);
 /// Which of `size` samples lie in them.
 std::vector<char> samples_in(const std::vector<Segment>& segments, int size);
 
+/// At which of these times [s] the recorded phase says that the vehicle flies freely.
+std::vector<char> in_free_flight(const recording::Signal& phase, const std::vector<double>& t);
+
 }  // namespace omniflight::diagnosis
