@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <thread>
 
 #include "diagnosis_page.hpp"
 #include "flight.hpp"
@@ -22,6 +23,7 @@ struct Options {
   std::vector<std::string> recordings, held_out, set;
   std::string vehicle, refly, plan, told, map, ablation, test_bed = "pyramid";
   double budget_s = 0;
+  int jobs = 0;
   bool check = false, refly_recorded = false;
 };
 
@@ -224,6 +226,8 @@ Action add_diagnose(CLI::App& verb, Common& common) {
       "--refly-recorded", o->refly_recorded,
       "Fly the recorded reference again in the simulator with the told gains, without and with the model");
   verb.add_option("--budget-s", o->budget_s, "Time to stay within [s]")->check(not_negative(false));
+  verb.add_option("--jobs", o->jobs, "Threads of the search; the answer is the same (default: processors)")
+      ->check(CLI::Range(1, 64));
   verb.add_flag("--check", o->check,
                 "Only say what these recordings can and cannot tell; takes seconds and fits nothing");
   verb.add_option("--told", o->told, "What is known beside the recording (default: told.yaml beside it)");
@@ -245,6 +249,8 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     if (auto ok = take_told(*o, *fit, *vehicle, options, common); !ok) return Failure(ok.error());
     if (auto ok = take_neighbours(*o, *fit, *held_out, options); !ok) return Failure(ok.error());
     ablate(o->ablation, options);
+    options.threads =
+        o->jobs > 0 ? o->jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
     const auto elapsed = [begin] {
       return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     };

@@ -57,7 +57,7 @@ Eigen::VectorXd minimise(const Problem& problem, std::vector<ActiveEffect>& effe
   for (int iteration = 0; iteration < (linear ? 1 : iterations); ++iteration) {
     predict(problem, effects, u.x, rest, &jacobian);
     const Eigen::VectorXd r = whitening.apply_vector(problem, rest);
-    const Eigen::MatrixXd X = whitening.apply(problem, jacobian);
+    const Eigen::MatrixXd X = problem.whitened(effects, jacobian);
     Eigen::MatrixXd H = X.transpose() * X;
     H.diagonal() += u.weight;
     const Eigen::VectorXd g = X.transpose() * r - u.weight.cwiseProduct(u.x);
@@ -152,7 +152,7 @@ std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, co
     const Eigen::VectorXd none = Eigen::VectorXd::Zero(base.offsets.size());
     Eigen::MatrixXd jacobian = jacobian_of(problem, base);
     Eigen::VectorXd rest;
-    const Eigen::MatrixXd Z = whitening.apply(problem, jacobian);
+    const Eigen::MatrixXd Z = problem.whitened(base.effects, jacobian);
     const Eigen::VectorXd target = whitening.apply_vector(problem, base.residual);
     Eigen::MatrixXd H(own + rest_size, own + rest_size);
     Eigen::VectorXd g(own + rest_size);
@@ -177,16 +177,19 @@ std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, co
         if (!hint)
           theta_now[shape] = p.lower > 0 ? p.lower * std::pow(p.upper / p.lower, share)
                                          : p.lower + share * (p.upper - p.lower);
-        Eigen::MatrixXd columns;
-        if (heavy) {
-          problem.predict(alone, none, rest, &jacobian);
-          columns.resize(jacobian.rows(), own);
-          for (Eigen::Index c = 0; c < own; ++c)
-            columns.col(c) = jacobian.col(free[static_cast<std::size_t>(c)]);
-        } else {
-          problem.amplitude_columns(effect, theta_now, free, columns);
-        }
-        const Eigen::MatrixXd X = whitening.apply(problem, columns);
+        const auto known = problem.memory().at(effect, theta_now, [&] {
+          Eigen::MatrixXd columns;
+          if (heavy) {
+            problem.predict(alone, none, rest, &jacobian);
+            columns.resize(jacobian.rows(), own);
+            for (Eigen::Index c = 0; c < own; ++c)
+              columns.col(c) = jacobian.col(free[static_cast<std::size_t>(c)]);
+          } else {
+            problem.amplitude_columns(effect, theta_now, free, columns);
+          }
+          return whitening.apply(problem, columns);
+        });
+        const Eigen::MatrixXd& X = *known;
         H.topLeftCorner(own, own) = X.transpose() * X;
         H.topRightCorner(own, rest_size) = X.transpose() * Z;
         H.bottomLeftCorner(rest_size, own) = H.topRightCorner(own, rest_size).transpose();

@@ -9,6 +9,7 @@
 #include "nested.hpp"
 #include "single_rotor.hpp"
 #include "uncertainty.hpp"
+#include "workers.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -24,7 +25,8 @@ class Search {
       : problem_(problem),
         candidates_(candidates),
         o_(o),
-        costs_(candidates.size(), o.error_rate, problem.instrumented()) {}
+        costs_(candidates.size(), o.error_rate, problem.instrumented()),
+        workers_(problem, o.threads) {}
 
   Naming run() {
     out_.null_model = fit_effects(problem_, {}, o_);
@@ -42,7 +44,8 @@ class Search {
  private:
   static int any_width() { return 1 << 20; }
   static constexpr std::size_t kMostRefused = 3;
-  static constexpr double kAlike = 0.8;  ///< cosine of contributions, whitened
+  static constexpr double kAlike = 0.8;                  ///< cosine of contributions, whitened
+  static constexpr double kNear = 30, kNearShare = 0.1;  ///< of the best gain, before polishing
   static constexpr double kRival = 0.6;  ///< below, another effect explains another part of the residual
 
   /// May enter: neither named nor found wanting.
@@ -60,74 +63,143 @@ class Search {
   }
 
   void try_alone() {
-    for (const Effect* effect : candidates_) {
-      if (stop("further candidates_ of the library")) break;
-      alone_.push_back(fit_with(problem_, out_.null_model, *effect, o_));
-      out_.candidates.push_back(
-          {effect->info().id, alone_.back().log_likelihood - out_.null_model.log_likelihood,
-           costs_.entry(*effect), gate_effect(problem_, alone_.back(), 0, o_).energy_share});
+    struct Alone {
+      Fit fit;
+      double share;
+    };
+    auto all = workers_.map<Alone>(
+        candidates_.size(),
+        [&](const Problem& problem, std::size_t k) {
+          Fit fit = fit_with(problem, out_.null_model, *candidates_[k], o_);
+          const double share = gate_effect(problem, fit, 0, o_).energy_share;
+          return Alone{std::move(fit), share};
+        },
+        [&] { return stop("further candidates of the library"); });
+    for (Alone& one : all) {
+      const Effect& effect = *one.fit.effects[0].effect;
+      out_.candidates.push_back({effect.info().id, one.fit.log_likelihood - out_.null_model.log_likelihood,
+                                 costs_.entry(effect), one.share});
+      alone_.push_back(std::move(one.fit));
     }
   }
 
-  Fit quick(const Fit& base, const Effect* effect) const {
+  Fit quick(const Fit& base, const Effect* effect) const { return quick(problem_, base, effect); }
+
+  Fit quick(const Problem& problem, const Fit& base, const Effect* effect) const {
     for (const Fit& f : alone_)
       if (f.effects.back().effect == effect)
-        return quick_with(problem_, base, *effect, o_, &f.effects.back().theta);
-    return quick_with(problem_, base, *effect, o_);
+        return quick_with(problem, base, *effect, o_, &f.effects.back().theta);
+    return quick_with(problem, base, *effect, o_);
+  }
+
+  /// One more effect beside those of a model.
+  struct Trial {
+    double gain;
+    Fit fit;
+    bool blind;  ///< it may trade places with a member's shape, which only polishing shows
+    bool polished = false;
+  };
+
+  static void by_gain(std::vector<Trial>& trials) {
+    std::stable_sort(trials.begin(), trials.end(),
+                     [](const Trial& a, const Trial& b) { return a.gain > b.gain; });
+  }
+
+  void finish(const Problem& problem, Trial& t, const Fit& current) const {
+    t.fit = polish(problem, std::move(t.fit), o_);
+    t.gain = score(t.fit, costs_) - score(current, costs_);
+    t.polished = true;
+  }
+
+  /// What may come next, the best first, not polished yet.
+  std::vector<Trial> promising(const Fit& current, int width, bool partners_too) const {
+    std::vector<const Effect*> able;
+    for (std::size_t k = 0; k < tried(); ++k)
+      if (may_enter(current, candidates_[k]) && candidates_[k]->parameter_count() <= width)
+        able.push_back(candidates_[k]);
+    struct Preview {
+      double gain = 0;
+      bool worth = false, stuck = false, blind = false;
+    };
+    const auto previews = workers_.map<Preview>(able.size(), [&](const Problem& problem, std::size_t k) {
+      const Fit fit = current.effects.empty() ? alone_fit(able[k]) : quick(problem, current, able[k]);
+      Preview p{.gain = score(fit, costs_) - score(current, costs_)};
+      p.worth = tested(fit, costs_) - tested(current, costs_) > -3.0;
+      p.stuck = p.worth && at_limit(problem, fit.effects.back());
+      for (std::size_t m = 0; partners_too && !p.worth && !p.blind && m < current.effects.size(); ++m)
+        p.blind =
+            !is_linear(*current.effects[m].effect) &&
+            cosine_of(last_columns(problem, problem.noise(), fit),
+                      problem.noise().apply_vector(problem, contribution_of(problem, current, m))) > 0.9;
+      return p;
+    });
+    std::vector<std::size_t> order, stuck;
+    for (std::size_t k = 0; k < able.size(); ++k)
+      if (previews[k].worth) (previews[k].stuck ? stuck : order).push_back(k);
+    for (auto* list : {&order, &stuck})
+      std::stable_sort(list->begin(), list->end(),
+                       [&](std::size_t a, std::size_t b) { return previews[a].gain > previews[b].gain; });
+    if (order.size() > 4) order.resize(4);
+    // what ends at its limit would keep better ones out; beside others it may still leave it
+    if (stuck.size() > 2) stuck.resize(2);
+    order.insert(order.end(), stuck.begin(), stuck.end());
+    for (std::size_t k = 0; k < able.size(); ++k)
+      if (previews[k].blind) order.push_back(k);
+    auto trials = workers_.map<Trial>(order.size(), [&](const Problem& problem, std::size_t i) {
+      Fit fit = fit_with(problem, current, *able[order[i]], o_);
+      const double gain = score(fit, costs_) - score(current, costs_);
+      return Trial{gain, std::move(fit), previews[order[i]].blind};
+    });
+    by_gain(trials);
+    return trials;
+  }
+
+  /// Only what is near the best can still come to be it: a law with memory takes seconds to polish.
+  void polish_the_best(std::vector<Trial>& trials, const Fit& current) const {
+    if (trials.empty()) return;
+    const double near = trials.front().gain - std::max(kNear, kNearShare * std::abs(trials.front().gain));
+    std::vector<std::size_t> chosen;
+    for (std::size_t k = 0; k < trials.size(); ++k)
+      if (trials[k].blind || trials[k].gain > near) chosen.push_back(k);
+    auto polished = workers_.map<Trial>(chosen.size(), [&](const Problem& problem, std::size_t i) {
+      Trial t = trials[chosen[i]];
+      finish(problem, t, current);
+      return t;
+    });
+    for (std::size_t i = 0; i < chosen.size(); ++i) trials[chosen[i]] = std::move(polished[i]);
+    by_gain(trials);
+  }
+
+  const Fit& alone_fit(const Effect* effect) const {
+    return *std::find_if(alone_.begin(), alone_.end(),
+                         [&](const Fit& f) { return f.effects[0].effect == effect; });
   }
 
   /// Adds the effect that gains most until none earns its parameters, of laws with at most `width` of them.
   Fit grow(Fit current, int width) {
     for (int step = 0; step < o_.max_effects; ++step) {
       if (step > 0 && stop("a search for further effects")) break;
-      std::vector<std::pair<double, const Effect*>> order, stuck;
-      std::vector<const Effect*>
-          partners;  // may trade places with a shape parameter, so that a preview is blind
-      for (std::size_t k = 0; k < tried(); ++k) {
-        if (!may_enter(current, candidates_[k]) || candidates_[k]->parameter_count() > width) continue;
-        const Fit fit = current.effects.empty() ? alone_[k] : quick(current, candidates_[k]);
-        const double gain = score(fit, costs_) - score(current, costs_);
-        if (tested(fit, costs_) - tested(current, costs_) > -3.0) {
-          (at_limit(problem_, fit.effects.back()) ? stuck : order).emplace_back(gain, candidates_[k]);
-        } else if (step > 0) {
-          for (std::size_t m = 0; m < current.effects.size(); ++m)
-            if (!is_linear(*current.effects[m].effect) &&
-                cosine_of(last_columns(problem_, problem_.noise(), fit),
-                          problem_.noise().apply_vector(problem_, contribution_of(problem_, current, m))) >
-                    0.9) {
-              partners.push_back(candidates_[k]);
-              break;
-            }
-        }
-      }
-      for (auto* list : {&order, &stuck})
-        std::stable_sort(list->begin(), list->end(),
-                         [](const auto& a, const auto& b) { return a.first > b.first; });
-      if (order.size() > 4) order.resize(4);
-      // what ends at its limit would keep better ones out; beside others it may still leave it
-      if (stuck.size() > 2) stuck.resize(2);
-      order.insert(order.end(), stuck.begin(), stuck.end());
-      for (const Effect* effect : partners) order.emplace_back(0.0, effect);
-      std::vector<std::pair<double, Fit>> trials;
-      for (const auto& [preview, effect] : order) {
-        Fit fit = polish(problem_, fit_with(problem_, current, *effect, o_), o_);
-        const double gain = score(fit, costs_) - score(current, costs_);
-        if (tested(fit, costs_) > tested(current, costs_)) trials.emplace_back(gain, std::move(fit));
-      }
-      std::stable_sort(trials.begin(), trials.end(),
-                       [](const auto& a, const auto& b) { return a.first > b.first; });
+      std::vector<Trial> trials = promising(current, width, step > 0);
+      polish_the_best(trials, current);
       bool entered = false;
-      for (auto& [gain, fit] : trials) {
-        std::size_t index = 0;  // polishing may have moved the newcomer
-        while (contains(current, fit.effects[index].effect)) ++index;
-        if (!makes_sense(problem_, fit, index)) continue;
-        if (!gate_open(problem_, gate_effect(problem_, fit, index, o_), o_,
-                       costs_.entry(*fit.effects[index].effect)))
+      while (!trials.empty()) {
+        Trial& best = trials.front();
+        if (!best.polished) {  // those before it were refused
+          finish(problem_, best, current);
+          by_gain(trials);
           continue;
-        const double before = tested(current, costs_);
-        current = prune(problem_, std::move(fit), o_, costs_);
-        entered = tested(current, costs_) > before + 1e-6;
-        break;
+        }
+        std::size_t index = 0;  // polishing may have moved the newcomer
+        while (contains(current, best.fit.effects[index].effect)) ++index;
+        if (tested(best.fit, costs_) > tested(current, costs_) && makes_sense(problem_, best.fit, index) &&
+            gate_open(problem_, gate_effect(problem_, best.fit, index, o_), o_,
+                      costs_.entry(*best.fit.effects[index].effect))) {
+          const double before = tested(current, costs_);
+          current = prune(problem_, std::move(best.fit), o_, costs_);
+          entered = tested(current, costs_) > before + 1e-6;
+          break;
+        }
+        trials.erase(trials.begin());
       }
       if (!entered) break;
     }
@@ -327,32 +399,47 @@ class Search {
     const double temper = std::max(1.0, 0.003 * named.gain);
     const Eigen::VectorXd own =
         problem_.noise().apply_vector(problem_, contribution_of(problem_, current, k));
+    std::vector<const Effect*> others;
+    for (const Effect* effect : candidates_)
+      if (!contains(current, effect)) others.push_back(effect);
+    struct Swap {
+      physics::ActiveEffect effect;
+      double log_likelihood, behind, alike;
+      bool no_rival;
+    };
+    const auto swaps = workers_.map<Swap>(
+        others.size(),
+        [&](const Problem& problem, std::size_t i) {
+          const Effect* effect = others[i];
+          Fit swapped = quick(problem, frozen, effect);
+          if (declared_alias(*effect, *current.effects[k].effect) ||
+              score(current, costs_) - score(swapped, costs_) < 20.0 + 6.0 * temper)
+            swapped = fit_with(problem, frozen, *effect, o_);
+          const double behind = behind_by(current, k, swapped);
+          const double alike = cosine_of(last_columns(problem, problem.noise(), swapped), own);
+          const bool no_rival =
+              alike >= kRival && behind / temper < 10.0 &&
+              (bent_into_it(problem, swapped, frozen, current.log_likelihood - 3.0 * temper) ||
+               only_adds_freedom(problem, current, k, swapped));
+          return Swap{swapped.effects.back(), swapped.log_likelihood, behind, alike, no_rival};
+        },
+        [&] { return stop("alternatives to the named effects"); });
     double total = 1.0;
-    for (const Effect* effect : candidates_) {
-      if (stop("alternatives to the named effects")) break;
-      if (contains(current, effect)) continue;
-      Fit swapped = quick(frozen, effect);
-      if (declared_alias(*effect, *current.effects[k].effect) ||
-          score(current, costs_) - score(swapped, costs_) < 20.0 + 6.0 * temper)
-        swapped = fit_with(problem_, frozen, *effect, o_);
-      const double behind = behind_by(current, k, swapped);
-      named.swapped_best = std::max(named.swapped_best, -behind);
-      const double alike = cosine_of(last_columns(problem_, problem_.noise(), swapped), own);
-      if (alike < kRival) continue;
-      const std::string& id = effect->info().id;
+    for (const Swap& swap : swaps) {
+      named.swapped_best = std::max(named.swapped_best, -swap.behind);
+      if (swap.alike < kRival) continue;
+      const std::string& id = swap.effect.effect->info().id;
       const auto told = [&](const std::vector<Alternative>& list) {
         return std::any_of(list.begin(), list.end(), [&](const Alternative& a) { return a.effect == id; });
       };
-      const bool no_rival =
-          behind / temper < 10.0 && (bent_into_it(swapped, frozen, current.log_likelihood - 3.0 * temper) ||
-                                     only_adds_freedom(problem_, current, k, swapped));
-      if (!no_rival) total += std::exp(std::min(0.0, -behind / temper));
+      const double behind = swap.behind / temper;
+      if (!swap.no_rival) total += std::exp(std::min(0.0, -behind));
       if (id == current.effects[k].effect->info().id || told(named.set)) continue;  // another rotor
-      const Alternative other{id, in_full(swapped.effects.back()).theta, behind, alike};
-      if (no_rival || behind / temper >= 10.0) continue;
-      if (behind / temper < 3.0 && swapped.log_likelihood > rest.log_likelihood)
+      if (swap.no_rival || behind >= 10.0) continue;
+      const Alternative other{id, in_full(swap.effect).theta, swap.behind, swap.alike};
+      if (behind < 3.0 && swap.log_likelihood > rest.log_likelihood)
         named.set.push_back(other);
-      else if (alike > 0.98 && current.log_likelihood - swapped.log_likelihood < 3.0 * temper &&
+      else if (swap.alike > 0.98 && current.log_likelihood - swap.log_likelihood < 3.0 * temper &&
                !told(named.alike))
         named.alike.push_back(other);
     }
@@ -377,9 +464,9 @@ class Search {
   /// Whether the last effect of `fit` does as well as it does only at a limit: a cable of 5 cm that hangs
   /// from the vehicle at every height is a payload by another name. least: the log likelihood that its usual
   /// shapes must reach.
-  bool bent_into_it(const Fit& fit, const Fit& rest, double least) const {
+  bool bent_into_it(const Problem& problem, const Fit& fit, const Fit& rest, double least) const {
     const ActiveEffect& e = fit.effects.back();
-    if (at_limit(problem_, e)) return true;
+    if (at_limit(problem, e)) return true;
     ActiveEffect usual = e;
     bool bent = false;
     for (std::size_t k = 0; k < e.theta.size(); ++k) {
@@ -389,7 +476,7 @@ class Search {
       bent = bent || e.theta[k] < p.lower + near || e.theta[k] > p.upper - near;
       usual.theta[k] = p.typical;
     }
-    return bent && quick_with(problem_, rest, *e.effect, o_, &usual.theta).log_likelihood < least;
+    return bent && quick_with(problem, rest, *e.effect, o_, &usual.theta).log_likelihood < least;
   }
 
   /// Alias matrix of all candidates at the values they would take alone.
@@ -420,6 +507,7 @@ class Search {
   const std::vector<const Effect*>& candidates_;
   const Options& o_;
   const Costs costs_;
+  const Workers workers_;
   Naming out_;
   std::vector<Fit> alone_;
   std::vector<const Effect*> refused_;

@@ -157,20 +157,49 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
     offsets_.bottomRows(3 * n_).setZero();
   }
   noise_ = std::make_shared<const Whitening>(noise_model(*this, options));
+  linear_.clear();  // whitened now
+  whitened_offsets_ = noise_->apply(*this, offsets_);
+}
+
+const Problem::Constant& Problem::constant(const physics::Effect& effect) const {
+  auto known = linear_.find(&effect);
+  if (known == linear_.end()) {
+    Constant c;
+    Eigen::VectorXd value;
+    const physics::ActiveEffect at_rest{
+        &effect, std::vector<double>(static_cast<std::size_t>(effect.parameter_count()))};
+    wrench_of(at_rest, value, &c.columns);
+    if (noise_) c.whitened = noise_->apply(*this, c.columns);
+    known = linear_.emplace(&effect, std::move(c)).first;
+  }
+  return known->second;
+}
+
+Eigen::MatrixXd Problem::whitened(const std::vector<physics::ActiveEffect>& effects,
+                                  const Eigen::MatrixXd& jacobian) const {
+  const bool heavy = !instrumented_ && std::any_of(effects.begin(), effects.end(),
+                                                   [](const auto& e) { return adds_inertia(*e.effect); });
+  Eigen::MatrixXd out(jacobian.rows(), jacobian.cols());
+  Eigen::Index at = 0;
+  for (const physics::ActiveEffect& e : effects) {
+    const Eigen::Index own = e.effect->parameter_count();
+    if (!heavy && has_constant_columns(*e.effect))
+      out.middleCols(at, own) = constant(*e.effect).whitened;
+    else
+      out.middleCols(at, own) = noise_->apply(*this, jacobian.middleCols(at, own));
+    at += own;
+  }
+  out.rightCols(offsets_.cols()) = whitened_offsets_;
+  return out;
 }
 
 void Problem::evaluate(const physics::ActiveEffect& active, Eigen::VectorXd& value,
                        Eigen::MatrixXd* jacobian) const {
   if (!has_constant_columns(*active.effect)) return wrench_of(active, value, jacobian);
-  auto known = linear_.find(active.effect);
-  if (known == linear_.end()) {
-    Eigen::MatrixXd columns;
-    wrench_of(active, value, &columns);
-    known = linear_.emplace(active.effect, std::move(columns)).first;
-  }
-  value = known->second * Eigen::Map<const Eigen::VectorXd>(active.theta.data(),
-                                                            static_cast<Eigen::Index>(active.theta.size()));
-  if (jacobian) *jacobian = known->second;
+  const Eigen::MatrixXd& columns = constant(*active.effect).columns;
+  value = columns * Eigen::Map<const Eigen::VectorXd>(active.theta.data(),
+                                                      static_cast<Eigen::Index>(active.theta.size()));
+  if (jacobian) *jacobian = columns;
 }
 
 void Problem::wrench_of(const physics::ActiveEffect& active, Eigen::VectorXd& value,

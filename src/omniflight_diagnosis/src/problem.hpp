@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 
+#include "column_memory.hpp"
 #include "omniflight_diagnosis/flight.hpp"
 #include "omniflight_diagnosis/residual.hpp"
 #include "omniflight_physics/effect.hpp"
@@ -51,6 +52,12 @@ class Problem {
   const Eigen::VectorXd& offset_sigma() const { return offset_sigma_; }
   const std::vector<std::string>& offset_names() const { return offset_names_; }
 
+  /// The derivative that predict() gives, under noise(). Columns that never change are whitened once.
+  Eigen::MatrixXd whitened(const std::vector<physics::ActiveEffect>& effects,
+                           const Eigen::MatrixXd& jacobian) const;
+  /// Whitened columns of laws that bend.
+  ColumnMemory& memory() const { return *memory_; }
+
   /// Natural size of a channel: weight [N], or weight times the longest lever of a rotor about this axis
   /// [Nm].
   double scale(int channel) const { return channel < 3 ? weight_ : weight_ * lever_[channel - 3]; }
@@ -81,6 +88,10 @@ class Problem {
                Eigen::VectorXd& rest, Eigen::MatrixXd* jacobian) const;
 
  private:
+  struct Constant {
+    Eigen::MatrixXd columns, whitened;
+  };
+  const Constant& constant(const physics::Effect& effect) const;
   /// Wrench of an effect over all samples and, unless null, its derivative by all parameters.
   void evaluate(const physics::ActiveEffect& effect, Eigen::VectorXd& value, Eigen::MatrixXd* jacobian) const;
   /// The same, whether its columns are known or not.
@@ -103,7 +114,9 @@ class Problem {
   Eigen::MatrixXd offsets_;
   Eigen::VectorXd offset_sigma_;
   std::vector<std::string> offset_names_;
-  mutable std::map<const physics::Effect*, Eigen::MatrixXd> linear_;
+  Eigen::MatrixXd whitened_offsets_;
+  mutable std::map<const physics::Effect*, Constant> linear_;
+  std::shared_ptr<ColumnMemory> memory_ = std::make_shared<ColumnMemory>();
 };
 
 /// Linear in all parameters and without added inertia: its columns never change.

@@ -59,8 +59,8 @@ Confined run_of(const AnalyseOptions& o, const std::string& name, const fs::path
   const fs::path in = o.places.cases() / name;
   c.arguments = {o.command, "diagnose", (in / "flight.csv.gz").string()};
   if (o.second) c.arguments.push_back((o.places.next() / name / "flight.csv.gz").string());
-  c.arguments.insert(c.arguments.end(),
-                     {"--vehicle", o.vehicle, "--out", part.string(), "--quiet", "--refly-recorded"});
+  c.arguments.insert(c.arguments.end(), {"--vehicle", o.vehicle, "--out", part.string(), "--quiet",
+                                         "--refly-recorded", "--jobs", "1"});
   c.arguments.insert(c.arguments.end(), o.more.begin(), o.more.end());
   return c;
 }
