@@ -100,6 +100,7 @@ int run() {
 
   compare("B-1", "one plant, nominal", plant(v, "Plant", {}),
           {ode(), ode_free_body(v, true), bullet_free_body(v),
+           mujoco_free_body(v, MujocoIntegrator::euler, MujocoOptions::rotors),
            mujoco_free_body(v, MujocoIntegrator::euler, MujocoOptions::ordinary)},
           1.0, 1.5);
   compare("B-1", "one plant, interference, drag, tether", plant(v, "Plant", tethered), {ode()}, 1.0, 1.5);
@@ -116,6 +117,7 @@ int run() {
        {std::pair("nominal", Model{}), std::pair("interference, drag, tether", tethered)}) {
     const std::string of = std::string("64 vehicles in lanes, ") + what;
     compare("B-2", of, batch(v, "Batch of 64", m, 64), {ode()}, 8, 12);
+    compare("B-2", of, batch(v, "Batch of 64", m, 64), {mujoco(MujocoOptions::rotors)}, 200, 0);
     compare("B-2", of, batch(v, "Batch of 64", m, 64), {mujoco(MujocoOptions::ordinary)}, 200, 0);
     compare("B-2", of, batch(v, "Batch of 64", m, 64), {mujoco(MujocoOptions::bare)}, 0, 0);
     compare("A-6", of + ", portable over native", batch(v, "portable", m, 64),

@@ -1,5 +1,4 @@
-// MuJoCo: free joint and ball joints in reduced coordinates. The eight forces are summed by hand into one
-// external wrench, the cheapest way in.
+// MuJoCo: free joint and ball joints in reduced coordinates.
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -14,7 +13,8 @@
 namespace omniflight::benchmarks {
 namespace {
 
-std::string mjcf(const vehicle::Vehicle& v, int links, MujocoIntegrator integrator, MujocoOptions options) {
+std::string mjcf(const vehicle::Vehicle& v, const std::vector<Push>& pushes, int links,
+                 MujocoIntegrator integrator, MujocoOptions options) {
   std::ostringstream xml;
   xml.precision(17);
   const double length = kCableLength / kLinks, m = kCableMass / kLinks, bend = m * length * length / 12;
@@ -25,12 +25,22 @@ std::string mjcf(const vehicle::Vehicle& v, int links, MujocoIntegrator integrat
       << "</option><worldbody>"
       << "<body name='vehicle' pos='0 0 10'><freejoint/><inertial pos='0 0 0' mass='" << v.mass
       << "' diaginertia='" << v.inertia(0, 0) << ' ' << v.inertia(1, 1) << ' ' << v.inertia(2, 2) << "'/>";
+  const bool motors = options == MujocoOptions::rotors;
+  for (std::size_t k = 0; motors && k < pushes.size(); ++k) {
+    const Vec3 &p = pushes[k].p_B, z = pushes[k].force_B.normalized();
+    xml << "<site name='rotor" << k << "' pos='" << p.x() << ' ' << p.y() << ' ' << p.z() << "' zaxis='"
+        << z.x() << ' ' << z.y() << ' ' << z.z() << "'/>";
+  }
   for (int k = 0; k < links; ++k)
     xml << "<body pos='0 0 " << (k == 0 ? 0.0 : -length) << "'><joint type='ball'/><inertial pos='0 0 "
         << -0.5 * length << "' mass='" << m << "' diaginertia='" << bend << ' ' << bend << ' ' << m * 4.5e-6
         << "'/>";
   for (int k = 0; k < links; ++k) xml << "</body>";
-  xml << "</body></worldbody></mujoco>";
+  xml << "</body></worldbody>";
+  if (motors) xml << "<actuator>";
+  for (std::size_t k = 0; motors && k < pushes.size(); ++k)
+    xml << "<motor site='rotor" << k << "' gear='0 0 1 0 0 0'/>";
+  xml << (motors ? "</actuator></mujoco>" : "</mujoco>");
   return xml.str();
 }
 
@@ -38,10 +48,11 @@ struct World {
   mjModel* model = nullptr;
   mjData* data = nullptr;
   std::vector<Push> pushes;
+  bool motors;
 
   World(const vehicle::Vehicle& v, int links, MujocoIntegrator integrator, MujocoOptions options)
-      : pushes(hover_pushes(v, links ? kCableMass : 0)) {
-    const std::string text = mjcf(v, links, integrator, options);
+      : pushes(hover_pushes(v, links ? kCableMass : 0)), motors(options == MujocoOptions::rotors) {
+    const std::string text = mjcf(v, pushes, links, integrator, options);
     auto vfs = std::make_unique<mjVFS>();
     mj_defaultVFS(vfs.get());
     if (mj_makeEmptyFileVFS(vfs.get(), "model.xml", static_cast<int>(text.size())) == 0) {
@@ -61,6 +72,11 @@ struct World {
   }
   void run(int steps) {
     for (int k = 0; k < steps; ++k) {
+      if (motors) {
+        for (std::size_t i = 0; i < pushes.size(); ++i) data->ctrl[i] = pushes[i].force_B.norm();
+        mj_step(model, data);
+        continue;
+      }
       mjtNum* out = data->xfrc_applied + 6;
       const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(data->xmat + 9);
       Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
@@ -77,6 +93,7 @@ struct World {
 
 Contender make(const vehicle::Vehicle& v, int links, MujocoIntegrator integrator, MujocoOptions options) {
   std::string name = integrator == MujocoIntegrator::rk4 ? "MuJoCo RK4" : "MuJoCo Euler";
+  if (options == MujocoOptions::rotors) name += ", eight motors";
   if (options == MujocoOptions::bare) name += ", bare";
   auto world = std::make_shared<World>(v, links, integrator, options);
   if (!world->data) return {name, {}, 1, "the model was refused"};

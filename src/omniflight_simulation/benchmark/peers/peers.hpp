@@ -19,8 +19,12 @@ struct Push {
 std::vector<Push> hover_pushes(const vehicle::Vehicle& vehicle, double carried_mass);
 
 enum class MujocoIntegrator { euler, rk4 };
-/// ordinary: as the documentation's examples run it; bare: contacts, constraints and sensors switched off.
-enum class MujocoOptions { ordinary, bare };
+/// How the eight forces enter, and what else runs.
+enum class MujocoOptions {
+  rotors,    ///< eight motors at sites, as MuJoCo's own models of multirotors have them
+  ordinary,  ///< summed by hand into one external wrench, the cheapest way in
+  bare       ///< the same; contacts, constraints and sensors switched off
+};
 // An engine that was absent at build time answers with the reason.
 Contender ode_free_body(const vehicle::Vehicle& vehicle, bool quick);
 Contender ode_chain(const vehicle::Vehicle& vehicle, bool quick);
