@@ -33,7 +33,7 @@ nlohmann::json describe(const physics::Effect& effect) {
           {"parameters", parameters},
           {"signals", info.signals},
           {"channels", info.channels},
-          {"aliases", info.aliases},
+          {"aliases", physics::aliases_of(info)},
           {"separated_by", info.separated_by},
           {"comes_with", info.comes_with},
           {"memory", effect.memory_size().total()}};
@@ -61,7 +61,7 @@ void print_one(const Common& common, const physics::Effect& effect) {
   for (const physics::Stage stage : info.also) stages += ", " + to_string(stage);
   say(common, info.id + ": " + info.term + "\n  " + info.equation + "\n  LaTeX: " + info.latex +
                   "\n  source: " + info.source + "\n  acts at: " + stages + "; moves " + list(info.channels) +
-                  "\n  needs: " + list(info.signals) + "\n  may look like: " + list(info.aliases) +
+                  "\n  needs: " + list(info.signals) + "\n  may look like: " + list(physics::aliases_of(info)) +
                   "\n  separated by: " + info.separated_by);
   if (!info.comes_with.empty()) say(common, "  comes with: " + list(info.comes_with));
   if (effect.memory_size().total() > 0)

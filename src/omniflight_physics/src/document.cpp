@@ -58,7 +58,7 @@ std::string section(const Effect& effect) {
   }
   const MemorySize memory = effect.memory_size();
   out += fmt::format("- acts at: {}; moves {}\n- needs: {}\n- may look like: {}\n- separated by: {}\n",
-                     stages(info), joined(info.channels), joined(info.signals), links(info.aliases),
+                     stages(info), joined(info.channels), joined(info.signals), links(aliases_of(info)),
                      info.separated_by);
   if (memory.total() > 0) out += fmt::format("- remembers: {} numbers\n", memory.total());
   return out + "- source: " + info.source + "\n\n";

@@ -203,7 +203,7 @@ TEST(CableChain, GoesSlackAndTautWithoutGainingEnergy) {
   EXPECT_LT(longest, 0.05 * 1.01);
 }
 
-TEST(CableChain, FallsIntoTheFloorByLessThanAMillimetre) {
+TEST(CableChain, SinksIntoTheFloorByLessThanThreeMillimetres) {
   CableChain chain = make({.nodes = 20, .length = 2, .linear_density = 0.1, .damping = 0.5});
   chain.hang(Vec3(0, 0, 2.5));
   double lowest = 1;

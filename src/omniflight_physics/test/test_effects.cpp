@@ -182,14 +182,6 @@ TEST(Effects, HandFormulas) {
   const Vec3 specific = s.a_WB_B - s.g_B;  // R^T (a + g e3)
   EXPECT_LT((payload.at(s).head<3>() + dm * specific).norm(), 1e-12);
 
-  const double cable[3] = {0.25, 0.4, 5.0};
-  Wrench hung;
-  find_effect("hung_cable")->add_wrench(s, cable, hung);
-  const double length = s.body.p_WB.z() - 0.4;
-  const double a_z = (s.R_WB * s.a_WB_B).z();
-  const Vec3 expected = -s.R_WB.transpose() * Vec3(0, 0, 0.25 * length * (kGravity + a_z));
-  EXPECT_LT((hung.at(s).head<3>() - expected).norm(), 1e-12);
-
   const double kd = 1.9e-6;
   Wrench drag;
   find_effect("rotor_drag")->add_wrench(s, &kd, drag);

@@ -1,4 +1,5 @@
 // Laws that every effect of the library keeps, whatever it acts on.
+#include <algorithm>
 #include <set>
 
 #include "effect_testing.hpp"
@@ -114,7 +115,11 @@ TEST(Library, DeclaresChannelsBoundsAndAliasesThatExist) {
     for (const std::string& a : info.aliases) {
       EXPECT_NE(find_effect(a), nullptr) << info.id << " is like " << a;
       EXPECT_NE(a, info.id);
+      const auto back = aliases_of(find_effect(a)->info());
+      EXPECT_TRUE(std::find(back.begin(), back.end(), info.id) != back.end()) << a << " is like " << info.id;
     }
+    const auto all = aliases_of(info);
+    EXPECT_EQ(std::set<std::string>(all.begin(), all.end()).size(), all.size()) << info.id;
     for (const Parameter& p : info.parameters) {
       EXPECT_LE(p.lower, p.neutral) << info.id << " " << p.name;
       EXPECT_GE(p.upper, p.neutral) << info.id << " " << p.name;

@@ -43,7 +43,7 @@ Result<FlightDifference> compare_flights(const std::filesystem::path& first,
   const std::filesystem::path* const paths[] = {&first, &second};
   Recording flights[2];
   const Signal *position[2], *attitude[2], *speed[2], *reference[2];
-  double from = 0.5, to = 1e9;  // s after the release: motors have spun up
+  double from = 0.5, to = 1e9;  // s: rotors have spun up, and nothing holds either vehicle any more
   for (int k = 0; k < 2; ++k) {
     auto loaded = recording::load(*paths[k]);
     if (!loaded) return Failure(loaded.error());

@@ -253,6 +253,13 @@ struct Kernel {
                    hn::Min(hn::Max(height, hn::Zero(d)), load(b.cable_length, at)));
   }
 
+  /// Upward momentum a second [N] that what leaves the floor takes.
+  static HWY_INLINE V picked_up(const Block& b, int at, const State& s) {
+    const V height = hn::Sub(s.p.z, load(b.cable_start, at)), climb = hn::Max(s.v.z, hn::Zero(d));
+    const auto lifting = hn::And(hn::Gt(height, hn::Zero(d)), hn::Lt(height, load(b.cable_length, at)));
+    return hn::IfThenElseZero(lifting, hn::Mul(load(b.cable_density, at), hn::Mul(climb, climb)));
+  }
+
   /// Rotors at one stage. The wrench follows from the speeds alone, and they from time alone.
   struct Rotors {
     V3 force, torque;
@@ -406,7 +413,7 @@ struct Kernel {
     turn(b, at, s, torque, out);
 
     V3 f_W{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-    const bool pushed = kPlace && (c.world_force || c.drag || c.wind), cabled = kPlace && c.cable;
+    const bool cabled = kPlace && c.cable, pushed = kPlace && (c.world_force || c.drag || c.wind || cabled);
     if (kPlace && c.world_force) {
       const V k = load(b.stiffness, at);
       f_W = load3(b.pull, at);
@@ -415,6 +422,7 @@ struct Kernel {
     }
     if (kPlace && c.drag) drag(c, b, at, s, f_W);
     if (kPlace && c.wind) wind(c, b, at, s, f_W);
+    if (cabled) f_W.z = hn::Sub(f_W.z, picked_up(b, at, s));
 
     const V g = all(c.gravity), weight_mass = load(b.weight_mass, at);
     if (kGeneral) {

@@ -40,12 +40,12 @@ struct EffectInfo {
   std::string latex;
   std::string source;  ///< paper, code or text the equation comes from
   std::vector<Parameter> parameters;
-  std::vector<std::string> signals;          ///< canonical signals it needs in a recording
-  std::vector<std::string> channels;         ///< what it can move, out of known_channels()
-  Stage stage = Stage::wrench;               ///< where it acts
-  std::vector<std::string> aliases;          ///< ids it cannot be told from on some flights
-  std::string separated_by;                  ///< the manoeuvre that separates it from its aliases
-  std::vector<Stage> also = {};              ///< further stages at which it shows
+  std::vector<std::string> signals;   ///< canonical signals it needs in a recording
+  std::vector<std::string> channels;  ///< what it can move, out of known_channels()
+  Stage stage = Stage::wrench;        ///< where it acts
+  std::vector<std::string> aliases;   ///< ids it cannot be told from on some flights; one of two may say it
+  std::string separated_by;           ///< the manoeuvre that separates it from its aliases
+  std::vector<Stage> also = {};       ///< further stages at which it shows
   std::vector<std::string> comes_with = {};  ///< ids beside which it is the likeliest of its aliases
 };
 
@@ -223,6 +223,8 @@ class MemoryEffect : public Effect {
 const std::vector<const Effect*>& builtin_effects();
 /// nullptr when there is none with that id.
 const Effect* find_effect(const std::string& id);
+/// What it may look like: its aliases, then those that list it, in the order of the table.
+std::vector<std::string> aliases_of(const EffectInfo& info);
 
 /// An effect with values: what a model file lists and a simulator flies.
 struct ActiveEffect {

@@ -20,7 +20,7 @@ class CableDrag final : public WrenchEffect<CableDrag> {
                        {"start_height", "h_0", "m", -1, 3, 0, 0, false},
                        {"length", "L", "m", 0.05, 10, 5, 5, false}},
         .signals = {"position", "velocity", "attitude"},
-        .channels = {"Fx", "Fy"},
+        .channels = {"Fx", "Fy", "Fz"},
         .stage = Stage::wrench,
         .aliases = {"parasitic_drag", "rotor_drag"},
         .separated_by = "the same speed at two heights, and without the cable"};

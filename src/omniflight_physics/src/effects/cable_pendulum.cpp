@@ -1,4 +1,5 @@
 // A cable that hangs to the floor and swings in its first mode: the middle one of three fidelities.
+#include "effects/lifting.hpp"
 #include "effects/table.hpp"
 
 namespace omniflight::physics {
@@ -11,10 +12,11 @@ class CablePendulum final : public MemoryEffect<CablePendulum, 4> {
         .id = "cable_pendulum",
         .term = "hung cable with one pendulum mode",
         .equation =
-            "dF = -R^T lambda s (g + a_z) e3 + R^T [mu wn^2 x - (lambda s - mu) a]_xy, d2x = -a_xy - 2 zeta "
-            "wn dx - wn^2 x",
+            "dF = -R^T lambda [s (g + a_z) + max(v_z, 0)^2] e3 + R^T [mu (wn^2 x + 2 zeta wn dx) - (lambda s "
+            "- "
+            "mu) a]_xy, d2x = -a_xy - 2 zeta wn dx - wn^2 x",
         .latex =
-            R"(\Delta F_{xy} = \mu\omega_1^2x-(\lambda s-\mu)a_{xy},\ \ddot x+2\zeta\omega_1\dot x+\omega_1^2x=-a_{xy},\ \omega_1=\tfrac{2.4048}{2}\sqrt{g/s},\ \mu=\tfrac{4}{2.4048^2}\lambda s)",
+            R"(\Delta F_{xy} = \mu(\omega_1^2x+2\zeta\omega_1\dot x)-(\lambda s-\mu)a_{xy},\ \ddot x+2\zeta\omega_1\dot x+\omega_1^2x=-a_{xy},\ \omega_1=\tfrac{2.4048}{2}\sqrt{g/s},\ \mu=\tfrac{4}{2.4048^2}\lambda s)",
         .source =
             "first mode of a hanging chain (Bernoulli): frequency j_01/2 sqrt(g/s), modal mass 4/j_01^2 of "
             "the whole",
@@ -22,7 +24,7 @@ class CablePendulum final : public MemoryEffect<CablePendulum, 4> {
                        {"start_height", "h_0", "m", -1, 3, 0, 0, false},
                        {"length", "L", "m", 0.05, 10, 5, 5, false},
                        {"damping", "zeta", "1", 0, 1, 0.05, 0.05, false}},
-        .signals = {"position", "attitude", "acc"},
+        .signals = {"position", "velocity", "attitude", "acc"},
         .channels = {"Fx", "Fy", "Fz"},
         .stage = Stage::wrench,
         .aliases = {"hung_cable", "slung_load"},
@@ -54,7 +56,8 @@ class CablePendulum final : public MemoryEffect<CablePendulum, 4> {
     using std::sqrt;
     const T mass = theta[0] * hanging, mode = T(kModalShare) * mass, square = squared_frequency(s, theta);
     const T damping = T(2) * theta[3] * sqrt(square);
-    const V f_W(mode * (square * x[0] + damping * x[2]), mode * (square * x[1] + damping * x[3]), T(0));
+    const V f_W(mode * (square * x[0] + damping * x[2]), mode * (square * x[1] + damping * x[3]),
+                hanging < theta[2] ? -picked_up(s, theta[0]) : T(0));
     out.force_B += mass * s.g_B.cast<T>() + s.R_WB.transpose().cast<T>() * f_W;
     const V rigid(mass - mode, mass - mode, mass);
     out.has_inertia = true;

@@ -1,4 +1,5 @@
 // A cable that hangs from the vehicle to the floor: its carried weight grows with height.
+#include "effects/lifting.hpp"
 #include "effects/table.hpp"
 
 namespace omniflight::physics {
@@ -10,15 +11,19 @@ class HungCable final : public WrenchEffect<HungCable> {
     static const EffectInfo info{
         .id = "hung_cable",
         .term = "hung cable, altitude-dependent weight",
-        .equation = "s = clamp(h - h0, 0, L), dF = -R^T lambda s (g + a_z) e3",
-        .latex = R"(\Delta F = -R^T \lambda\, s\,(g + \ddot z)\, e_3,\quad s = \mathrm{clamp}(h-h_0, 0, L))",
+        .equation =
+            "s = clamp(h - h0, 0, L), dF = -R^T lambda [s (g + a_z) + max(v_z, 0)^2] e3, the last where 0 < "
+            "s "
+            "< L",
+        .latex =
+            R"(\Delta F = -R^T \lambda\big[s\,(g + \ddot z) + \max(\dot z,0)^2\big] e_3,\quad s = \mathrm{clamp}(h-h_0, 0, L))",
         .source =
-            "thesis section 8.1; quasi-static, inertia of the carried length, checked against an articulated "
-            "chain",
+            "thesis section 8.1; quasi-static, inertia of the carried length, momentum of what is lifted off "
+            "the floor (what is laid down gives none back), checked against an articulated chain",
         .parameters = {{"linear_density", "lambda", "kg/m", 0, 1.5, 0.1, 0, true},
                        {"start_height", "h_0", "m", -1.0, 3.0, 0.0, 0.0, false},
                        {"length", "L", "m", 0.05, 10, 5, 5, false}},
-        .signals = {"position", "attitude", "acc"},
+        .signals = {"position", "velocity", "attitude", "acc"},
         .channels = {"Fx", "Fy", "Fz"},
         .stage = Stage::wrench,
         .aliases = {"constant_pull", "payload_mass", "overhead_rope", "ground_effect"},
@@ -33,6 +38,7 @@ class HungCable final : public WrenchEffect<HungCable> {
     const T carried = theta[0] * (height < theta[2] ? height : theta[2]);
     out.force_B += carried * s.g_B.cast<T>();
     out.lifted_mass += carried;  // it does not follow sideways
+    if (height < theta[2]) out.force_B -= picked_up(s, theta[0]) * s.R_WB.row(2).transpose().cast<T>();
   }
 };
 

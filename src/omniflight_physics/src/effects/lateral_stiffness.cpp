@@ -16,7 +16,7 @@ class LateralStiffness final : public WrenchEffect<LateralStiffness> {
                                                 {"anchor_x", "p_Ax", "m", -5, 5, 0, 0, false},
                                                 {"anchor_y", "p_Ay", "m", -5, 5, 0, 0, false}},
                                  .signals = {"position", "attitude"},
-                                 .channels = {"Fx", "Fy"},
+                                 .channels = {"Fx", "Fy", "Fz"},
                                  .stage = Stage::wrench,
                                  .aliases = {"catenary", "wind"},
                                  .separated_by = "lateral steps in both directions"};

@@ -15,7 +15,7 @@ class MocapTilt final : public Effect {
                                  .parameters = {{"x", "d_x", "rad", -0.1, 0.1, 0.005, 0, true},
                                                 {"y", "d_y", "rad", -0.1, 0.1, 0.005, 0, true}},
                                  .signals = {"position", "attitude", "acc"},
-                                 .channels = {"Fx", "Fy"},
+                                 .channels = {"Fx", "Fy", "Fz"},
                                  .stage = Stage::sensing,
                                  .aliases = {"wind", "constant_pull"},
                                  .separated_by = "a plumb line, or the accelerometer at rest"};

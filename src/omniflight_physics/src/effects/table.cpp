@@ -2,6 +2,8 @@
 // itself.
 #include "effects/table.hpp"
 
+#include <algorithm>
+
 namespace omniflight::physics {
 
 const std::vector<const Effect*>& builtin_effects() {
@@ -74,6 +76,17 @@ const Effect* find_effect(const std::string& id) {
   for (const Effect* effect : builtin_effects())
     if (effect->info().id == id) return effect;
   return nullptr;
+}
+
+std::vector<std::string> aliases_of(const EffectInfo& info) {
+  std::vector<std::string> out = info.aliases;
+  for (const Effect* other : builtin_effects()) {
+    const auto& theirs = other->info().aliases;
+    if (std::find(theirs.begin(), theirs.end(), info.id) != theirs.end() &&
+        std::find(out.begin(), out.end(), other->info().id) == out.end())
+      out.push_back(other->info().id);
+  }
+  return out;
 }
 
 }  // namespace omniflight::physics

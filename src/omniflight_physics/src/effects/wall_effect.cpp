@@ -22,7 +22,7 @@ class WallEffect final : public WrenchEffect<WallEffect> {
                        {"azimuth", "psi", "rad", -3.15, 3.15, 0, 0, false},
                        {"distance", "D", "m", 0.2, 20, 0.7, 0.7, false}},
         .signals = {"rotor_speed", "position", "attitude"},
-        .channels = {"Fx", "Fy", "Mx", "My", "Mz"},
+        .channels = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"},
         .stage = Stage::wrench,
         .aliases = {"lateral_stiffness", "catenary", "wind", "constant_pull"},
         .separated_by = "approach to each wall: the force grows only near it"};

@@ -17,7 +17,7 @@ class Wind final : public WrenchEffect<Wind> {
                        {"y", "w_y", "m/s", -10, 10, 0.5, 0, false},
                        {"area", "C_dA", "m2", 0.001, 0.3, 0.02, 0.02, false}},
         .signals = {"velocity", "attitude"},
-        .channels = {"Fx", "Fy"},
+        .channels = {"Fx", "Fy", "Fz"},
         .stage = Stage::wrench,
         .aliases = {"mocap_tilt", "constant_pull", "parasitic_drag"},
         .separated_by = "heading does not help; compare the accelerometer at rest with motion capture"};
