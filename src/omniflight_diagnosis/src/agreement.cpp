@@ -69,9 +69,27 @@ ParameterValue value_of(const char* name, const char* symbol, const char* unit, 
   return {name, symbol, unit, e.value, e.value - 1.96 * e.se, e.value + 1.96 * e.se};
 }
 
-/// Mean speed over mean command of every rotor, in blocks in which it neither reverses nor stands.
-std::vector<Estimate> speed_gains(const Signal& speed, const Signal& command) {
-  std::vector<Estimate> out;
+/// By how much a straight line through x falls from the first to the last.
+Estimate fall_of(const std::vector<double>& x) {
+  const auto n = static_cast<Eigen::Index>(x.size());
+  if (n < 5) return {};
+  Eigen::MatrixXd A(n, 2);
+  A << Eigen::VectorXd::Ones(n), Eigen::VectorXd::LinSpaced(n, 0, 1);
+  const Eigen::Map<const Eigen::VectorXd> y(x.data(), n);
+  const Eigen::Matrix2d inverse = (A.transpose() * A).inverse();
+  const Eigen::Vector2d line = inverse * A.transpose() * y;
+  const double scatter = (y - A * line).norm() / std::sqrt(static_cast<double>(n - 2));
+  return {-line[1], scatter * std::sqrt(inverse(1, 1)), scatter};
+}
+
+/// Of one rotor: mean speed over mean command, and by how much it falls during the flight.
+struct SpeedGain : Estimate {
+  Estimate falls;
+};
+
+/// Of every rotor, in blocks in which it neither reverses nor stands.
+std::vector<SpeedGain> speed_gains(const Signal& speed, const Signal& command) {
+  std::vector<SpeedGain> out;
   const Eigen::MatrixXd ordered = recording::resample(command, speed.t_s, 0.1);
   const auto n = static_cast<std::size_t>(speed.values.rows());
   for (Eigen::Index r = 0; r < speed.values.cols(); ++r) {
@@ -91,42 +109,58 @@ std::vector<Estimate> speed_gains(const Signal& speed, const Signal& command) {
       if (whole && slowest > 0.3 * std::max(std::abs(low), std::abs(high))) gains.push_back(turned / asked);
       i = std::max(j, i + 1);
     }
-    out.push_back(mean_of(gains));
+    SpeedGain g;
+    static_cast<Estimate&>(g) = mean_of(gains);
+    g.falls = fall_of(gains);
+    out.push_back(g);
   }
   return out;
+}
+
+/// Two causes that this recording cannot separate.
+void leave_open(Diagnosis& d, const char* rival) {
+  d.findings.back().probability = 0.5;
+  d.findings.back().cannot_be_told_apart_from = {rival};
 }
 
 void judge_steps(const Recording& r, Diagnosis& d) {
   const auto step = speed_step(r);
   if (!step) return;
   add(d, "command_quantisation", "rotor_speed", "rad/s",
-      format("The rotors keep to speeds %.3g rad/s apart, their commands do not.", *step),
+      format("The rotors keep to speeds %.3g rad/s apart, or their telemetry does; their commands do not.",
+             *step),
       {{"step", "q", "rad/s", *step, 0.98 * *step, 1.02 * *step}}, *step / std::sqrt(12.0), 0.01 * *step);
 }
 
 void judge_speeds(const Recording& r, Diagnosis& d) {
   const Signal *speed = r.find("rotor_speed"), *command = r.find("rotor_command");
   if (!speed || !command || speed->empty() || command->empty() || speed->width() != command->width()) return;
-  const std::vector<Estimate> gains = speed_gains(*speed, *command);
+  const std::vector<SpeedGain> gains = speed_gains(*speed, *command);
   std::vector<double> known;
   for (const Estimate& g : gains)
     if (g.se < 1) known.push_back(g.value);
   if (known.size() < 3) return;
   std::nth_element(known.begin(), known.begin() + static_cast<long>(known.size() / 2), known.end());
   const double common = known[known.size() / 2];
-  int odd = 0, slow = 0, last = -1;
+  int odd = 0, slow = 0, sinking = 0, last = -1;
   double se = 0;
   for (std::size_t k = 0; k < gains.size(); ++k) {
     if (gains[k].se >= 1) continue;
     if (gains[k].is_not(common, kLeastGain)) ++odd, last = static_cast<int>(k);
     if (gains[k].is_not(1, kLeastGain) && gains[k].value < 1) ++slow;
+    if (gains[k].falls.is_not(0, 0) && gains[k].falls.value > 0) ++sinking;
     se = std::max(se, gains[k].se);
   }
-  if (2 * slow > static_cast<int>(known.size()) && common < 1 - kLeastGain)
+  if (2 * slow > static_cast<int>(known.size()) && common < 1 - kLeastGain) {
+    // a battery empties; a telemetry that reads low does so from the first second to the last
+    const bool empties = 2 * sinking > static_cast<int>(known.size());
     add(d, "battery_sag", "rotor_speed", "1",
-        format("The rotors turn %.2f %% slower than they were ordered to, as on a battery that gives way.",
-               100 * (1 - common)),
+        format("The rotors turn %.2f %% slower than they were ordered to, %s", 100 * (1 - common),
+               empties ? "and ever more so, as on a battery that gives way."
+                       : "as on a battery that gives way, or by a telemetry that reads low."),
         {}, 1 - common, se);
+    if (!empties) leave_open(d, "rotor_speed_sensor_fault");
+  }
   if (odd == 1) {
     const Estimate& g = gains[static_cast<std::size_t>(last)];
     const Estimate scale{g.value / common - 1, g.se, g.scatter};

@@ -23,7 +23,62 @@ std::vector<char> stuck(const recording::Signal& s, Eigen::Index column, double 
   return out;
 }
 
+/// Median of a rotor's speed over its duty cycle, where the motor runs.
+double speed_over_duty(const recording::Signal& speed, const Eigen::MatrixXd& duty, Eigen::Index rotor) {
+  std::vector<double> ratio;
+  for (Eigen::Index i = 0; i < speed.size(); ++i)
+    if (duty(i, rotor) > 0.05) ratio.push_back(std::abs(speed.values(i, rotor)) / duty(i, rotor));
+  if (ratio.size() < 50) return 0;
+  std::nth_element(ratio.begin(), ratio.begin() + static_cast<long>(ratio.size() / 2), ratio.end());
+  return ratio[ratio.size() / 2];
+}
+
+/// A rotor whose telemetry is off by more than motors of one kind differ at a duty cycle.
+void compare_with_duty(const recording::Recording& r, std::vector<SensorFault>& faults) {
+  constexpr double kMotorsDiffer = 0.3;
+  const recording::Signal *speed = r.find("rotor_speed"), *pwm = r.find("pwm");
+  if (!speed || !pwm || speed->width() < 3 || speed->width() != pwm->width() || r.find("rotor_command"))
+    return;
+  const Eigen::MatrixXd duty = recording::resample(*pwm, speed->t_s, 0.1);
+  std::vector<double> ratio;
+  for (Eigen::Index c = 0; c < speed->width(); ++c) ratio.push_back(speed_over_duty(*speed, duty, c));
+  std::vector<double> sorted = ratio;
+  std::sort(sorted.begin(), sorted.end());
+  const double usual = sorted[sorted.size() / 2];
+  if (!(sorted.front() > 0)) return;
+  for (std::size_t c = 0; c < ratio.size(); ++c) {
+    const double e = ratio[c] / usual - 1;
+    const std::string name = "rotor" + std::to_string(c + 1) + "_speed";
+    if (std::abs(e) < kMotorsDiffer ||
+        std::any_of(faults.begin(), faults.end(), [&](const SensorFault& f) { return f.channel == name; }))
+      continue;
+    faults.push_back({"rotor_speed_sensor_fault", name,
+                      "The speed of rotor " + std::to_string(c + 1) + " reads " +
+                          std::to_string(static_cast<int>(std::lround(100 * (1 + e)))) +
+                          " % of what its duty cycle gives on the other rotors: its sensor's scale is wrong.",
+                      1.0});
+  }
+}
+
+/// It drives motors by duty cycle, and they were driven harder and less hard: a battery answers to that.
+bool loads_a_battery(const recording::Recording& r) {
+  for (const char* name : {"pwm", "motor_power"})
+    if (const recording::Signal* u = r.find(name); u && u->size() > 50) {
+      const Eigen::VectorXd sum = u->values.rowwise().sum();
+      const double spread =
+          (sum.array() - sum.mean()).matrix().norm() / std::sqrt(static_cast<double>(sum.size()));
+      return spread > 0.02 * std::abs(sum.mean());
+    }
+  return false;
+}
+
 }  // namespace
+
+bool voltage_never_changes(const recording::Recording& r) {
+  const recording::Signal* vbat = r.find("vbat");
+  return vbat && vbat->size() > 50 && vbat->t_s.back() - vbat->t_s.front() > 3.0 &&
+         vbat->values.maxCoeff() - vbat->values.minCoeff() < 1e-6;
+}
 
 std::vector<SensorFault> find_sensor_faults(const recording::Recording& recording) {
   std::vector<SensorFault> faults;
@@ -50,13 +105,16 @@ std::vector<SensorFault> find_sensor_faults(const recording::Recording& recordin
   }
   // motors that run in steps stand still in between, and their sensors say so
   if (!faults.empty() && speed_step(recording)) faults.clear();
-  if (const recording::Signal* vbat = recording.find("vbat"); vbat && vbat->size() > 50) {
-    const double span = vbat->t_s.back() - vbat->t_s.front();
-    if (span > 3.0 && vbat->values.maxCoeff() - vbat->values.minCoeff() < 1e-6)
-      faults.push_back({"battery_sensor_fault", "vbat",
-                        "The battery voltage never changes in " + std::to_string(static_cast<int>(span)) +
-                            " s of flight: its sensor is frozen.",
-                        1.0});
+  compare_with_duty(recording, faults);
+  // a supply on the ground holds its voltage as well: only motors that work on a battery tell
+  if (voltage_never_changes(recording) && loads_a_battery(recording)) {
+    const recording::Signal& vbat = *recording.find("vbat");
+    faults.push_back(
+        {"battery_sensor_fault", "vbat",
+         "The battery voltage never changes in " +
+             std::to_string(static_cast<int>(vbat.t_s.back() - vbat.t_s.front())) +
+             " s of flight while the motors are driven harder and less hard: its sensor is frozen.",
+         1.0});
   }
   return faults;
 }

@@ -6,6 +6,8 @@
 namespace omniflight::diagnosis {
 
 /// Rotor speeds that hold one value (or zero) for long while other rotors vary, and a frozen battery voltage.
+/// In more than 3 s, not by a microvolt.
+bool voltage_never_changes(const recording::Recording& recording);
 std::vector<SensorFault> find_sensor_faults(const recording::Recording& recording);
 
 /// Samples of the time grid in which the rotor of a fault ("rotor3_speed") is stuck.

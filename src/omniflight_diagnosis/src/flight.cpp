@@ -6,6 +6,7 @@
 #include "faults.hpp"
 #include "force_frame.hpp"
 #include "ground.hpp"
+#include "halves.hpp"
 #include "neighbours.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 #include "omniflight_diagnosis/residual.hpp"
@@ -249,6 +250,10 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
 
   // faults and free flight
   f.faults = find_sensor_faults(recording);
+  if (voltage_never_changes(recording) &&
+      std::none_of(f.faults.begin(), f.faults.end(),
+                   [](const SensorFault& x) { return x.effect == "battery_sensor_fault"; }))
+    f.notes.push_back("The battery voltage never changes: a supply holds it, or its sensor is frozen.");
   std::vector<char> use(grid.t.size(), 1);
   if (const Signal* phase = recording.find("phase"))
     exclude(negated(in_free_flight(*phase, grid.t)), grid, o.margin_s, "not in free flight (phase)", use,
@@ -258,12 +263,15 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
     exclude(negated(c.valid), grid, o.margin_s, "gap in " + label, use, f.excluded);
     return c.x;
   };
-  const Eigen::MatrixXd q = take(*attitude_used, "attitude");
+  const auto turned = gyro ? std::nullopt : halves_of(*attitude_used, o.cutoff_hz);
+  const auto moved = acc || velocity || !position ? std::nullopt : halves_of(*position, o.cutoff_hz);
+  const Eigen::MatrixXd q = take(turned ? turned->seen : *attitude_used, "attitude");
   Signal rotor_squares = *rotor;
   rotor_squares.values = squares(rotor->values);
   Eigen::MatrixXd speed = roots(take(rotor_squares, rotor->name));
   if (f.speed_from_command) speed = modelled_speed(speed, grid.rate_hz, vehicle);
-  const Eigen::MatrixXd p = position ? take(*position, "position") : Eigen::MatrixXd::Zero(fine, 3);
+  const Eigen::MatrixXd p =
+      position ? take(moved ? moved->seen : *position, "position") : Eigen::MatrixXd::Zero(fine, 3);
   Eigen::MatrixXd v;
   if (velocity)
     v = take(*velocity, "velocity");
@@ -274,7 +282,9 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   f.has_position = position != nullptr;
   if (!position) f.notes.push_back("No position: effects that depend on height or place are not offered.");
   if (!velocity && !position) f.notes.push_back("No velocity: drag is not offered.");
-  Eigen::MatrixXd w = gyro ? take(*gyro, "gyro") : rate_from_attitude(q, grid.rate_hz);
+  Eigen::MatrixXd w =
+      gyro ? take(*gyro, "gyro")
+           : rate_from_attitude(turned ? on_grid(turned->differentiated, grid, o).x : q, grid.rate_hz);
   f.has_gyro = gyro != nullptr;
   const Eigen::MatrixXd dw = differentiate(w, grid.rate_hz);
   Eigen::MatrixXd force;
@@ -288,7 +298,8 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
       f.notes.push_back("'acc' follows the world's axes, not the body's: it was turned into the body.");
     }
   } else {
-    force = differentiate(v, grid.rate_hz);
+    force = differentiate(moved ? differentiate(on_grid(moved->differentiated, grid, o).x, grid.rate_hz) : v,
+                          grid.rate_hz);
     for (Eigen::Index i = 0; i < fine; ++i)
       force.row(i) =
           (quaternion(q, i).conjugate() * (Vec3(force.row(i)) + o.environment.gravity * Vec3::UnitZ()))

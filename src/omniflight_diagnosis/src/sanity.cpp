@@ -6,6 +6,7 @@
 
 #include "omniflight_diagnosis/filter.hpp"
 #include "text.hpp"
+#include "thrust_source.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -98,13 +99,33 @@ struct Motion {
   static constexpr double kRate = 50, kCutoff = 4;
   std::vector<Quat> q;
   Eigen::MatrixXd acc, gyro, velocity, from_position;  ///< rows samples; empty when not recorded
+  bool acc_from_rotors = false;                        ///< thrust over mass stands in for a missing one
 };
 
-Motion motion(const Recording& r) {
+/// Thrust of the measured or commanded rotors over mass, body axes [m/s2].
+std::optional<Signal> specific_thrust(const Recording& r, const vehicle::Vehicle& vehicle) {
+  const Signal *speed = first_of(r, {"rotor_speed", "rotor_command"}), *alpha = r.find("alpha");
+  if (!speed || speed->empty() || speed->width() != vehicle.rotor_count()) return std::nullopt;
+  const Eigen::MatrixXd tilt = alpha ? recording::resample(*alpha, speed->t_s) : Eigen::MatrixXd();
+  Signal out;
+  out.t_s = speed->t_s;
+  out.values = Eigen::MatrixXd::Zero(speed->size(), 3);
+  for (Eigen::Index i = 0; i < speed->size(); ++i) {
+    const double a = tilt.size() > 0 && std::isfinite(tilt(i, 0)) ? tilt(i, 0) : 0.0;
+    for (int k = 0; k < vehicle.rotor_count(); ++k)
+      out.values.row(i) += vehicle.rotors[static_cast<std::size_t>(k)].thrust(speed->values(i, k)) /
+                           vehicle.mass * vehicle.rotor_axis(k, a).transpose();
+  }
+  return out;
+}
+
+Motion motion(const Recording& r, const vehicle::Vehicle& vehicle) {
   Motion m;
   const Signal* q = first_of(r, {"attitude", "est_attitude"});
   if (!q || q->size() < 50) return m;
   const Signal* a = r.find("acc");
+  const auto thrust = a ? std::nullopt : specific_thrust(r, vehicle);
+  if (thrust) a = &*thrust, m.acc_from_rotors = true;
   const Signal* w = r.find("gyro");
   const Signal* v = first_of(r, {"velocity", "est_velocity"});
   const Signal* p = first_of(r, {"position", "est_position"});
@@ -129,8 +150,28 @@ Motion motion(const Recording& r) {
   return m;
 }
 
+/// Body rates, low-passed as the gyro is.
+Eigen::MatrixXd rate_of(const std::vector<Quat>& q) {
+  Eigen::MatrixXd rate = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(q.size()), 3);
+  for (std::size_t i = 1; i + 1 < q.size(); ++i)
+    rate.row(static_cast<Eigen::Index>(i)) =
+        0.5 * Motion::kRate * log_rotation(q[i - 1].conjugate() * q[i + 1]).transpose();
+  return low_pass(rate, Motion::kRate, Motion::kCutoff);
+}
+
+/// A body that hardly turns tells nothing about its gyro, unless that tells the same at another scale.
+bool gyro_is_judged(const Motion& m) {
+  if (m.gyro.size() == 0) return false;
+  const Eigen::MatrixXd rate = rate_of(m.q);
+  const auto rms = [](const Eigen::MatrixXd& x) {
+    return x.norm() / std::sqrt(static_cast<double>(x.rows()));
+  };
+  const double alike = m.gyro.cwiseProduct(rate).sum() / std::max(1e-12, m.gyro.norm() * rate.norm());
+  return rms(rate) > 0.05 || (rms(m.gyro) > 0.5 && alike > 0.7);
+}
+
 /// How badly the signals contradict each other in this reading; 1: as badly as if one of them were noise.
-double contradiction(const Motion& m, const Reading& r) {
+double contradiction(const Motion& m, const Reading& r, bool gyro_tells) {
   const auto n = static_cast<Eigen::Index>(m.q.size());
   std::vector<Quat> q;
   for (const Quat& x : m.q) q.push_back(r.attitude(x));
@@ -153,19 +194,11 @@ double contradiction(const Motion& m, const Reading& r) {
     sum += e.squaredNorm() / (truth.middleRows(lo, size).squaredNorm() + 0.3 * static_cast<double>(size));
     ++parts;
   }
-  if (m.gyro.size() > 0) {
-    Eigen::MatrixXd rate = Eigen::MatrixXd::Zero(n, 3);
-    for (Eigen::Index i = 1; i + 1 < n; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      rate.row(i) = 0.5 * Motion::kRate * log_rotation(q[k - 1].conjugate() * q[k + 1]).transpose();
-    }
-    rate = low_pass(rate, Motion::kRate, Motion::kCutoff).middleRows(lo, size).eval();
-    // a body that hardly turns tells nothing about its gyro
-    if (rate.squaredNorm() > 0.05 * 0.05 * static_cast<double>(size)) {
-      const Eigen::MatrixXd w = r.gyro_scale * m.gyro.middleRows(lo, size);
-      sum += (w - rate).squaredNorm() / (w.squaredNorm() + 0.01 * static_cast<double>(size));
-      ++parts;
-    }
+  if (gyro_tells) {
+    const Eigen::MatrixXd rate = rate_of(q).middleRows(lo, size);
+    const Eigen::MatrixXd w = r.gyro_scale * m.gyro.middleRows(lo, size);
+    sum += (w - rate).squaredNorm() / (w.squaredNorm() + 0.01 * static_cast<double>(size));
+    ++parts;
   }
   if (m.velocity.size() > 0 && m.from_position.size() > 0) {
     const Eigen::MatrixXd e = (v - m.from_position).middleRows(lo, size);
@@ -175,15 +208,19 @@ double contradiction(const Motion& m, const Reading& r) {
   return parts > 0 ? sum / parts : 0.0;
 }
 
-void check_conventions(const Recording& r, std::vector<std::string>& out) {
-  const Motion m = motion(r);
+void check_conventions(const Recording& r, const vehicle::Vehicle& vehicle, std::vector<std::string>& out) {
+  const Motion m = motion(r, vehicle);
   if (m.q.size() < 100) return;
   const std::vector<Reading> all = readings();
-  const double as_read = contradiction(m, all[0]);
+  const bool gyro_tells = gyro_is_judged(m);
+  const double as_read = contradiction(m, all[0], gyro_tells);
   double best = as_read;
   const char* says = "";
   for (const Reading& x : all)
-    if (const double c = contradiction(m, x); c < best) best = c, says = x.says;
+    if (m.acc_from_rotors && (x.acc_scale != 1 || x.gravity_missing))
+      continue;  // of an accelerometer that is not there
+    else if (const double c = contradiction(m, x, gyro_tells); c < best)
+      best = c, says = x.says;
   if (as_read > 0.2 && best < 0.4 * as_read) out.emplace_back(says);
 }
 
@@ -257,10 +294,9 @@ struct Lift {
   double ratio = 0, top = 0;  ///< median, and 95 % quantile over the weight
 };
 
-Lift lift(const Recording& r, const vehicle::Vehicle& vehicle, const Options& o) {
+Lift lift(const Recording& r, const Signal* speed, const vehicle::Vehicle& vehicle, const Options& o) {
   Lift out;
-  const Signal* speed = first_of(r, {"rotor_speed", "rotor_command"});
-  if (!speed || speed->width() != vehicle.rotor_count()) return out;
+  if (speed->width() != vehicle.rotor_count()) return out;
   const Signal* alpha = r.find("alpha");
   const Signal* acc = r.find("acc");
   const std::size_t stride = std::max<std::size_t>(1, speed->t_s.size() / 4000);
@@ -289,18 +325,50 @@ Lift lift(const Recording& r, const vehicle::Vehicle& vehicle, const Options& o)
   return out;
 }
 
+/// Thrust is only modelled, from what drives the motors: full drive gives the largest thrust of the file.
+void check_modelled(const Recording& r, const vehicle::Vehicle& vehicle, const Options& o, const Travel& way,
+                    std::vector<std::string>& out) {
+  const Signal* u = first_of(r, {"pwm", "motor_power", "thrust_model", "thrust_command"});
+  if (u && quantile(norms(*u), 0.95) < 1e-6) {
+    out.emplace_back("the motors never turn: this vehicle never flew");
+    return;
+  }
+  const double weight = vehicle.mass * o.environment.gravity;
+  double most = 0;
+  for (const vehicle::Rotor& rotor : vehicle.rotors) most += rotor.max_thrust;
+  if (most < weight) {
+    out.push_back(
+        format("vehicle '%s' cannot fly: its rotors give at most %.3g N together, its weight is %.3g N "
+               "(mass %.4g kg). Its mass or its max_thrust is wrong",
+               vehicle.name.c_str(), most, weight, vehicle.mass));
+    return;
+  }
+  const auto source = thrust_source(r, vehicle);
+  if (!source || source->kind != SpeedSource::modelled) return;
+  const Lift l = lift(r, &source->speed, vehicle, o);
+  constexpr double kLeast = 0.25, kMost = 4.0;  // full drive may be more or less than the file says
+  const double turning = quantile(r.find("gyro") ? norms(*r.find("gyro")) : std::vector<double>{0.0}, 0.9);
+  const bool still = way.up >= 0 && !way.moved() && turning < 0.15;
+  const bool stands = still && std::max(way.up, way.across) < 0.005 && turning < 0.05;  // no hover is so calm
+  if (stands || l.top < (still ? 2 * kLeast : kLeast))
+    out.push_back(format(
+        "%sthe motors are driven to %.0f %% of the weight at most: this vehicle never flew, or '%s' (mass "
+        "%.4g kg) is another one",
+        still ? "nothing moves, and " : "", 100 * l.top, vehicle.name.c_str(), vehicle.mass));
+  else if (l.ratio > kMost)
+    out.push_back(
+        format("vehicle '%s' does not fit this recording: driven like this its rotors carry %.2g times its "
+               "weight of %.3g N. Its mass (%.4g kg) or its max_thrust is wrong",
+               vehicle.name.c_str(), l.ratio, weight, vehicle.mass));
+}
+
 void check_vehicle(const Recording& r, const vehicle::Vehicle& vehicle, const Options& o,
                    std::vector<std::string>& out) {
   const Signal* speed = first_of(r, {"rotor_speed", "rotor_command"});
   const Travel way = travel(r);
   const bool known = way.up >= 0;
-  if (!speed) {
-    const Signal* u = first_of(r, {"pwm", "motor_power", "thrust_model", "thrust_command"});
-    if (u && quantile(norms(*u), 0.95) < 1e-6)
-      out.emplace_back("the motors never turn: this vehicle never flew");
-    return;
-  }
-  const Lift l = lift(r, vehicle, o);
+  if (!speed) return check_modelled(r, vehicle, o, way, out);
+  const Lift l = lift(r, speed, vehicle, o);
   if (l.top <= 0) {
     out.emplace_back("the rotors never turn: this vehicle never flew");
     return;
@@ -355,7 +423,7 @@ Result<std::vector<std::string>> objections(const Recording& r, const vehicle::V
     if (note.kind == recording::Note::Kind::damage && note.text.find("runs backwards") != std::string::npos)
       out.push_back(note.text);
   check_magnitudes(r, vehicle, out);
-  check_conventions(r, out);
+  check_conventions(r, vehicle, out);
   check_vehicle(r, vehicle, o, out);
   return out;
 }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "../src/agreement.hpp"
+#include "../src/faults.hpp"
 #include "../src/findings.hpp"
 #include "synthetic.hpp"
 
@@ -46,6 +47,59 @@ TEST(Agreement, RotorsThatAllTurnTooSlowlySag) {
   recording::Recording r = with_commands(v);
   r.signals["rotor_speed"].values *= 0.99;
   EXPECT_EQ(found(r, v), "battery_sag ");
+}
+
+/// A gain that stays is a scale of the telemetry as well; one that sinks is a battery's.
+TEST(Agreement, OnlyRotorsThatTurnEverMoreSlowlyAreSurelyABatterys) {
+  const vehicle::Vehicle v = omnimorph();
+  for (const bool sinks : {false, true}) {
+    recording::Recording r = with_commands(v);
+    Eigen::MatrixXd& speed = r.signals["rotor_speed"].values;
+    for (Eigen::Index i = 0; i < speed.rows(); ++i)
+      speed.row(i) *= sinks ? 1 - 0.02 * static_cast<double>(i) / static_cast<double>(speed.rows()) : 0.99;
+    Diagnosis d;
+    add_agreement(r, v, {}, d);
+    ASSERT_EQ(d.findings.size(), 1u);
+    EXPECT_EQ(d.findings[0].effect, "battery_sag");
+    EXPECT_EQ(d.findings[0].cannot_be_told_apart_from.empty(), sinks) << d.findings[0].sentence;
+  }
+}
+
+/// Speeds with duty cycles that gave them and a voltage that never moves.
+recording::Recording on_a_steady_voltage(const vehicle::Vehicle& v) {
+  recording::Recording r = with_commands(v);
+  recording::Signal duty = r.signals.at("rotor_speed"), vbat = duty;
+  duty.name = "pwm";
+  duty.values = (duty.values.cwiseAbs() / 1200).array().pow(1 / 0.85);
+  vbat.name = "vbat";
+  vbat.unit = "V";
+  vbat.values = Eigen::MatrixXd::Constant(duty.size(), 1, 16.0);
+  r.signals["vbat"] = vbat;
+  r.signals["pwm"] = duty;
+  r.signals.erase("rotor_command");
+  return r;
+}
+
+TEST(Agreement, AVoltageThatNeverMovesIsAFaultOnlyWhereABatteryIsLoaded) {
+  const vehicle::Vehicle v = omnimorph();
+  recording::Recording r = on_a_steady_voltage(v);
+  ASSERT_EQ(find_sensor_faults(r).size(), 1u);
+  EXPECT_EQ(find_sensor_faults(r)[0].effect, "battery_sensor_fault");
+  r.signals.erase("pwm");  // ordered speeds: a supply may hold the voltage
+  EXPECT_TRUE(find_sensor_faults(r).empty());
+  EXPECT_TRUE(voltage_never_changes(r));
+}
+
+TEST(Agreement, ASpeedThatReadsHalfIsToldByItsDutyCycle) {
+  const vehicle::Vehicle v = omnimorph();
+  recording::Recording r = on_a_steady_voltage(v);
+  r.signals.erase("vbat");
+  EXPECT_TRUE(find_sensor_faults(r).empty());
+  r.signals["rotor_speed"].values.col(2) *= 0.5;
+  const auto faults = find_sensor_faults(r);
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].channel, "rotor3_speed");
+  EXPECT_NE(faults[0].sentence.find("50 %"), std::string::npos) << faults[0].sentence;
 }
 
 TEST(Agreement, DutyCyclesOfAFallingBatteryNeedItsVoltage) {

@@ -95,6 +95,57 @@ TEST(BadInput, ConventionsAreToldByContradiction) {
   EXPECT_SAYS(answer(r, v), "opposite sign");
 }
 
+TEST(BadInput, AGyroInDegreesIsToldFromABodyThatHardlyTurns) {
+  const vehicle::Vehicle v = omnimorph();
+  test::Flown f;
+  f.duration_s = 12;
+  f.sway = 0.03;
+  recording::Recording r = test::fly(v, {}, f);
+  EXPECT_EQ(answer(r, v).find("cannot be used"), std::string::npos) << answer(r, v);
+  r.signals["gyro"].values *= 180 / kPi;
+  EXPECT_SAYS(answer(r, v), "degrees per second");
+}
+
+TEST(BadInput, AnAttitudeTurnedRoundIsToldByTheThrustWhereThereIsNoImu) {
+  const vehicle::Vehicle v = omnimorph();
+  test::Flown f;
+  f.duration_s = 12;
+  f.sway = 0.5;
+  recording::Recording r = test::fly(v, {}, f);
+  r.signals.erase("acc");
+  r.signals.erase("gyro");
+  EXPECT_EQ(answer(r, v).find("cannot be used"), std::string::npos) << answer(r, v);
+  r.signals["attitude"].values.rightCols(3) *= -1;
+  EXPECT_SAYS(answer(r, v), "body<-world");
+}
+
+/// Duty cycles in place of the rotor speeds; full drive gives the largest speed of the file.
+recording::Recording driven_by_duty(const vehicle::Vehicle& v) {
+  recording::Recording r = good(v);
+  recording::Signal duty = r.signals["rotor_speed"];
+  duty.name = "pwm";
+  for (Eigen::Index i = 0; i < duty.size(); ++i)
+    for (Eigen::Index k = 0; k < duty.width(); ++k)
+      duty.values(i, k) =
+          std::pow(std::abs(duty.values(i, k)) / v.rotors[static_cast<std::size_t>(k)].max_speed(), 1 / 0.85);
+  r.signals.erase("rotor_speed");
+  r.signals["pwm"] = duty;
+  return r;
+}
+
+TEST(BadInput, MotorsThatOnlyIdleOrCarryAnotherVehicleAreToldByTheirDuty) {
+  const vehicle::Vehicle v = omnimorph();
+  recording::Recording r = driven_by_duty(v);
+  EXPECT_EQ(answer(r, v).find("cannot be used"), std::string::npos) << answer(r, v);
+  vehicle::Vehicle heavy = v, light = v;
+  heavy.mass *= 10;
+  light.mass *= 0.1;
+  EXPECT_SAYS(answer(r, heavy), "cannot fly");
+  EXPECT_SAYS(answer(r, light), "does not fit this recording");
+  r.signals["pwm"].values *= 0.15;
+  EXPECT_SAYS(answer(r, v), "never flew");
+}
+
 TEST(BadInput, AVehicleThatDoesNotFit) {
   vehicle::Vehicle v = omnimorph();
   const recording::Recording r = good(v);

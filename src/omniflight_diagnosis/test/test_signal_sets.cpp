@@ -7,6 +7,7 @@
 
 #include "../src/bursts.hpp"
 #include "../src/offered.hpp"
+#include "omniflight_core/random.hpp"
 #include "omniflight_diagnosis/diagnosis.hpp"
 #include "omniflight_recording/formats.hpp"
 #include "synthetic.hpp"
@@ -50,6 +51,31 @@ TEST(SignalSets, DutyCyclesAloneCarryAWrenchAnalysisWithoutAFalseMass) {
   ASSERT_TRUE(d) << d.error().text();
   EXPECT_EQ(d->verdict, Verdict::nothing_missing) << d->summary;
   EXPECT_NE(d->summary.find("duty cycle"), std::string::npos) << d->summary;
+}
+
+/// Inertia times twice differentiated noise of a pose looks like a spring to the very noise.
+TEST(SignalSets, APoseThatIsDifferentiatedHasNoSpringInItsNoise) {
+  const vehicle::Vehicle v = load("omnimorph");
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    test::Flown f;
+    f.duration_s = 20, f.sway = 0.25, f.seed = seed;
+    f.force_noise_N = 0.01, f.torque_noise_Nm = 0.0005;  // calm air: the pose's noise is what is left
+    const recording::Recording flown = test::fly(v, {}, f);
+    for (const std::vector<const char*>& missing : std::vector<std::vector<const char*>>{
+             {"gyro"}, {"gyro", "acc"}, {"gyro", "acc", "velocity"}, {"acc", "velocity"}}) {
+      recording::Recording r = flown;
+      Random random(seed, "pose");
+      auto& p = r.signals["position"].values;
+      auto& q = r.signals["attitude"].values;
+      for (Eigen::Index i = 0; i < p.size(); ++i) p.data()[i] += 2e-4 * random.normal();
+      for (Eigen::Index i = 0; i < q.size(); ++i) q.data()[i] += 5e-4 * random.normal();
+      for (const char* name : missing) r.signals.erase(name);
+      const auto d = diagnose(std::span(&r, 1), {}, v);
+      ASSERT_TRUE(d) << d.error().text();
+      EXPECT_TRUE(d->findings.empty()) << "seed " << seed << " without " << missing.front() << ", "
+                                       << missing.size() << " signals: " << d->summary;
+    }
+  }
 }
 
 TEST(SignalSets, WhatOnlyTorquesTellIsNotOfferedWithoutThem) {
