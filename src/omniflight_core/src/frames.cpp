@@ -60,4 +60,22 @@ bool is_finite(const RigidState& s) {
          s.q_WB.norm() > 0.5;
 }
 
+std::string what_is_not_finite(const RigidState& s) {
+  const struct {
+    const char *name, *unit;
+    const Vec3& value;
+  } vectors[] = {
+      {"position", "m", s.p_WB}, {"velocity", "m/s", s.v_WB_W}, {"angular velocity", "rad/s", s.w_WB_B}};
+  for (const auto& [name, unit, value] : vectors)
+    for (int k = 0; k < 3; ++k)
+      if (!std::isfinite(value[k]))
+        return std::string(name) + ' ' + "xyz"[k] + " is " + std::to_string(value[k]) + ' ' + unit;
+  for (int k = 0; k < 4; ++k)
+    if (!std::isfinite(s.q_WB.coeffs()[k]))
+      return std::string("attitude q") + "xyzw"[k] + " is " + std::to_string(s.q_WB.coeffs()[k]);
+  if (!(s.q_WB.norm() > 0.5))
+    return "attitude has the length " + std::to_string(s.q_WB.norm()) + " instead of 1";
+  return {};
+}
+
 }  // namespace omniflight

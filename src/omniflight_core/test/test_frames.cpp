@@ -59,6 +59,26 @@ TEST(Frames, RollPitchYawRoundTrip) {
   EXPECT_LT((roll_pitch_yaw(from_roll_pitch_yaw(rpy)) - rpy).norm(), 1e-14);
 }
 
+TEST(RigidState, NamesTheComponentThatIsNotFinite) {
+  const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
+  RigidState s;
+  EXPECT_EQ(what_is_not_finite(s), "");
+  const auto names = [&s](const char* words) {
+    EXPECT_EQ(what_is_not_finite(s), words);
+    EXPECT_FALSE(is_finite(s)) << words;
+  };
+  s.q_WB.coeffs() *= 0.1;
+  names("attitude has the length 0.100000 instead of 1");
+  s.q_WB = Quat(1, 0, nan, 0);
+  names("attitude qy is nan");
+  s.w_WB_B.z() = -infinity;
+  names("angular velocity z is -inf rad/s");
+  s.v_WB_W.y() = nan;
+  names("velocity y is nan m/s");
+  s.p_WB.x() = infinity;
+  names("position x is inf m");
+}
+
 TEST(Random, IsTheSameEverywhereAndStandardNormal) {
   Random rng(42, "imu");
   Random again(42, "imu"), other(42, "mocap");

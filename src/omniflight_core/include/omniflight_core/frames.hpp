@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 namespace omniflight {
 
@@ -59,6 +60,9 @@ struct RigidState {
 
 /// True when every number of the state is finite and the quaternion is not zero.
 bool is_finite(const RigidState& state);
+/// The first component for which is_finite is false, with value and unit ("velocity y is nan m/s"); empty
+/// when there is none.
+std::string what_is_not_finite(const RigidState& state);
 
 /// What a controller is asked to follow at one instant.
 struct Reference {
