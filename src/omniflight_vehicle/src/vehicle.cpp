@@ -1,6 +1,7 @@
 #include "omniflight_vehicle/vehicle.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <sstream>
 
 namespace omniflight::vehicle {
 
@@ -52,12 +53,22 @@ Status validate(const Vehicle& v) {
   const auto refuse = [&](const std::string& field, const std::string& why) {
     return bad_input(why, v.file.empty() ? field : v.file + ": " + field, "Correct the field and load again");
   };
-  if (!(v.mass > 0) || !std::isfinite(v.mass)) return refuse("mass", "must be a positive number of kg");
+  if (!(v.mass > 0) || !std::isfinite(v.mass))
+    return refuse("mass", "is " + std::to_string(v.mass) + " kg, must be finite and above 0 kg");
   if (!v.inertia.allFinite() || v.inertia.isZero())
     return refuse("inertia", "is missing or not finite (kg m2)");
   const Vec3 e = Eigen::SelfAdjointEigenSolver<Mat3>(v.inertia).eigenvalues();
-  if (e[0] <= 0) return refuse("inertia", "is not positive definite (kg m2)");
-  if (e[0] + e[1] < e[2] * (1.0 - 1e-9)) return refuse("inertia", "violates the triangle inequality (kg m2)");
+  const auto number = [](double value) {
+    std::ostringstream text;
+    text << value;
+    return text.str() + " kg m2";
+  };
+  if (e[0] <= 0)
+    return refuse("inertia", "is not positive definite: its smallest principal moment is " + number(e[0]) +
+                                 ", must be above 0 kg m2");
+  if (e[0] + e[1] < e[2] * (1.0 - 1e-9))
+    return refuse("inertia", "violates the triangle inequality: its largest principal moment is " +
+                                 number(e[2]) + ", at most the sum of the other two, " + number(e[0] + e[1]));
   if (!v.center_of_mass.allFinite()) return refuse("center_of_mass", "is not finite (m)");
   if (v.rotors.empty()) return refuse("rotors", "there is none");
   if (v.rotor_count() > kMaxRotors)

@@ -75,6 +75,27 @@ TEST_F(Vehicles, RefusesWhatIsNotPhysical) {
   }
 }
 
+TEST_F(Vehicles, SaysWhichMassAndInertiaItRefusesWithUnitAndBound) {
+  const auto refusal = [](double mass, const Vec3& inertia) {
+    Vehicle v = load_vehicle("crazyflie_brushless").value();
+    v.mass = mass;
+    v.inertia = inertia.asDiagonal();
+    const auto ok = validate(v);
+    return ok ? std::string("accepted") : ok.error().text();
+  };
+  const Vec3 fine(2.5e-5, 2.8e-5, 4.9e-5);
+  EXPECT_EQ(refusal(0.04, fine), "accepted");
+  const auto expect = [](const std::string& text, const char* words) {
+    EXPECT_NE(text.find(words), std::string::npos) << text;
+  };
+  expect(refusal(-1, fine), "mass: is -1.000000 kg, must be finite and above 0 kg");
+  expect(refusal(std::nan(""), fine), "mass: is nan kg, must be finite and above 0 kg");
+  expect(refusal(0.04, {2.5e-5, -1e-5, 3e-5}),
+         "inertia: is not positive definite: its smallest principal moment is -1e-05 kg m2, must be above 0");
+  expect(refusal(0.04, {2.5e-5, 2e-5, 6e-5}),
+         "its largest principal moment is 6e-05 kg m2, at most the sum of the other two, 4.5e-05 kg m2");
+}
+
 std::string robot(const std::string& inside) { return "<robot name=\"r\">" + inside + "</robot>"; }
 std::string link(const std::string& name, const std::string& mass) {
   return "<link name=\"" + name + "\"><inertial><mass value=\"" + mass +
