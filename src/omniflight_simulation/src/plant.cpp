@@ -3,41 +3,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "check_model.hpp"
+
 namespace omniflight::simulation {
-namespace {
-
-Status check_model(const physics::Model& model, const vehicle::Vehicle& vehicle) {
-  double mass = vehicle.mass;
-  for (const auto& e : model.effects) {
-    if (!e.effect || static_cast<int>(e.theta.size()) != e.effect->parameter_count())
-      return bad_input("an effect has the wrong number of parameters", "model");
-    for (std::size_t k = 0; k < e.theta.size(); ++k) {
-      const physics::Parameter& p = e.effect->info().parameters[k];
-      if (!(e.theta[k] >= p.lower && e.theta[k] <= p.upper))
-        return bad_input("is " + std::to_string(e.theta[k]) + " " + p.unit + ", outside [" +
-                             std::to_string(p.lower) + ", " + std::to_string(p.upper) + "] " + p.unit,
-                         "effects." + e.effect->info().id + "." + p.name);
-    }
-    if (e.effect->info().id == "payload_mass") mass += e.theta[0];
-  }
-  if (mass <= 0.0)
-    return bad_input("leaves a mass of " + std::to_string(mass) + " kg", "effects.payload_mass.mass",
-                     "The sum must be positive");
-  return {};
-}
-
-}  // namespace
-
 Result<Plant> Plant::create(const vehicle::Vehicle& vehicle, const physics::Model& model,
                             const PlantConfig& config) {
   if (auto ok = vehicle::validate(vehicle); !ok) return Failure(ok.error());
   if (!(config.step > 0 && config.step <= 0.02))
     return bad_input("step of " + std::to_string(config.step) + " s is outside (0, 0.02] s",
                      "simulator.step_s");
-  if (!is_finite(config.initial)) return bad_input("is not finite", "simulator.initial");
-  if (auto ok = check_model(model, vehicle); !ok) return Failure(ok.error());
+  if (!is_finite(config.initial))
+    return bad_input(what_is_not_finite(config.initial), "simulator.initial", "Give a finite start");
+  if (!std::isfinite(config.initial_alpha))
+    return bad_input("is " + std::to_string(config.initial_alpha) + " rad", "simulator.initial_alpha",
+                     "Give a finite tilt");
   for (const auto& track : config.neighbours)
     if (auto ok = physics::validate(track); !ok) return Failure(ok.error());
+  if (auto ok = check_model(vehicle, model, config); !ok) return Failure(ok.error());
   physics::Actuation actuation;
   for (const auto& rotor : vehicle.rotors) {
     actuation.time_constant.push_back(rotor.time_constant);

@@ -133,6 +133,110 @@ TEST(Plant, RefusesWhatIsNotPhysicalAndStopsWhatExplodes) {
   EXPECT_NE(status.error().text().find("every reasonable range"), std::string::npos);
 }
 
+std::string refusal(const physics::Model& model, const PlantConfig& config = {},
+                    const vehicle::Vehicle& vehicle = omnimorph()) {
+  const auto made = Plant::create(vehicle, model, config);
+  return made ? std::string("accepted") : made.error().text();
+}
+
+void expect_words(const std::string& text, std::initializer_list<const char*> words) {
+  for (const char* w : words) EXPECT_NE(text.find(w), std::string::npos) << "no '" << w << "' in: " << text;
+}
+
+TEST(Plant, NamesTheStateThatIsNotFinite) {
+  PlantConfig c;
+  c.initial.v_WB_W.y() = std::numeric_limits<double>::infinity();
+  expect_words(refusal({}, c), {"simulator.initial: velocity y is inf m/s"});
+  c.initial.p_WB.x() = std::nan("");
+  expect_words(refusal({}, c), {"simulator.initial: position x is nan m"});
+  c.initial = {};
+  c.initial_alpha = std::nan("");
+  expect_words(refusal({}, c), {"simulator.initial_alpha: is nan rad"});
+}
+
+TEST(Plant, NamesTheMassThatIsNotPositive) {
+  auto light = omnimorph();
+  light.mass = -1;
+  expect_words(refusal({}, {}, light), {"mass: is -1.000000 kg, must be finite and above 0 kg"});
+  light.mass = 0.4;
+  expect_words(refusal(with("payload_mass", {-0.5}), {}, light),
+               {"effects.payload_mass.mass: leaves a mass of -0.1 kg, must be above 0 kg"});
+  EXPECT_EQ(refusal(with("payload_mass", {-0.3}), {}, light), "accepted");
+}
+
+TEST(Plant, RefusesAnInertiaThatNoBodyHas) {
+  auto v = omnimorph();
+  v.inertia = Vec3(0.010, 0.012, 0.018).asDiagonal();
+  const auto of = [&v](const physics::Model& m) { return refusal(m, {}, v); };
+  EXPECT_EQ(of(with("inertia_error", {0.001, -0.002, 0.0019})), "accepted");
+  expect_words(of(with("inertia_error", {0.001, -0.013, 0.001})),
+               {"effects.inertia_error.yy: is -0.013 kg m2",
+                "moments of inertia of -0.001, 0.011 and 0.019 kg m2", "each must be above 0 kg m2"});
+  expect_words(of(with("inertia_error", {0.001, 0, 0.006})),
+               {"effects.inertia_error.zz: is 0.006 kg m2", "0.011, 0.012 and 0.024 kg m2",
+                "the largest may be at most the sum of the others, 0.023 kg m2"});
+  // an offset z takes m z^2 off two of the moments about the centre of mass, and both off the sum
+  const double slack = 0.010 + 0.012 - 0.018, z = std::sqrt(slack / (2 * v.mass));
+  EXPECT_EQ(of(with("com_offset", {0, 0, 0.99 * z})), "accepted");
+  expect_words(of(with("com_offset", {0.001, 0, -1.01 * z})),
+               {"effects.com_offset.z: is -0.039", " m and leaves", "at most the sum of the others"});
+  expect_words(of(with("com_offset", {0, 0, 0.1})), {"effects.com_offset.z: is 0.1 m", "above 0 kg m2"});
+  // each alone is possible, both are not
+  physics::Model both = with("com_offset", {0, 0, 0.8 * z});
+  EXPECT_EQ(of(both), "accepted");
+  both.effects.push_back(with("inertia_error", {0, 0, 0.002}).effects[0]);
+  EXPECT_EQ(of(with("inertia_error", {0, 0, 0.002})), "accepted");
+  expect_words(of(both), {"effects.com_offset.z", "at most the sum of the others"});
+  // about the centre of mass: a payload at the origin of a vehicle whose own centre is elsewhere makes it
+  // larger
+  v.center_of_mass.z() = 0.05;
+  EXPECT_EQ(of({}), "accepted");
+  EXPECT_EQ(of(with("payload_mass", {0.5})), "accepted");
+}
+
+TEST(Plant, RefusesADownwashWithoutANeighbour) {
+  const physics::Model wash = with("neighbour_downwash", {0.3, 0.114, 0.2});
+  expect_words(refusal(wash), {"effects.neighbour_downwash", "'neighbour'", "--neighbour FILE"});
+  PlantConfig c;
+  c.neighbours = {{{-2.0, -1.0}, {Vec3(0, 0, 3), Vec3(0, 0, 3)}}};  // it has left when the simulation begins
+  expect_words(refusal(wash, c), {"effects.neighbour_downwash", "0 s"});
+  c.neighbours = {{{1.0, 2.0}, {Vec3(0, 0, 3), Vec3(0, 0, 3)}}};
+  EXPECT_EQ(refusal(wash, c), "accepted");
+  c.neighbours = {{{0.0}, {Vec3(0, 0, 3)}}};
+  EXPECT_EQ(refusal(wash, c), "accepted");
+}
+
+TEST(Plant, RefusesAnOverheadRopeThatDoesNotReachTheStart) {
+  PlantConfig c;
+  c.initial.p_WB.z() = 1;
+  expect_words(refusal(with("overhead_rope", {0.05, 3.2, 2}), c),
+               {"effects.overhead_rope.length: is 2 m", "shorter than the 2.2 m", "anchor_height 3.2 m"});
+  EXPECT_EQ(refusal(with("overhead_rope", {0.05, 3.2, 2.3}), c), "accepted");
+  c.initial.p_WB.z() = 1.3;
+  EXPECT_EQ(refusal(with("overhead_rope", {0.05, 3.2, 2}), c), "accepted");
+}
+
+TEST(Plant, RefusesAnEffectListedTwiceWhereItsValuesCannotBothHold) {
+  const auto twice = [](const char* id, std::vector<double> first, std::vector<double> second) {
+    physics::Model m = with(id, std::move(first));
+    m.effects.push_back(with(id, std::move(second)).effects[0]);
+    return refusal(m);
+  };
+  expect_words(twice("structural_mode", {0.5, 20, 0.05}, {0.5, 35, 0.05}),
+               {"effects.structural_mode.frequency: is 20 Hz", "35 Hz", "List the effect once"});
+  expect_words(twice("sensor_filter", {0.005, 0, 0.7}, {0.002, 0, 1}),
+               {"effects.sensor_filter.damping: is 0.7", " 1;"});
+  expect_words(twice("rotor_speed_sensor_fault", {3, 0.05, 0, 1e6}, {4, 0.1, 0, 1e6}),
+               {"effects.rotor_speed_sensor_fault.rotor: is 3", " 4;"});
+  expect_words(twice("battery_sag", {0.05, 1e-4, 15, 1}, {0.05, 1e-4, 16, 1}),
+               {"effects.battery_sag.", "is 15 V", "16 V"});
+  // what adds up may be listed twice: two cables, two parts of one lag
+  EXPECT_EQ(twice("hung_cable", {0.1, 0, 5}, {0.1, 0.5, 5}), "accepted");
+  EXPECT_EQ(twice("structural_mode", {0.5, 20, 0.05}, {0.2, 20, 0.05}), "accepted");
+  expect_words(refusal(with("rotor_speed_sensor_fault", {9, 0.05, 0, 1e6})),
+               {"effects.rotor_speed_sensor_fault.rotor: is 9, and omnimorph has 8 rotors"});
+}
+
 TEST(Sensors, AreTheSameForASeedAndHonourRateAndLatency) {
   const auto v = omnimorph();
   Plant plant = make(v, {}, {});

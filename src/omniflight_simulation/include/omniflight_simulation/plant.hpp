@@ -39,8 +39,10 @@ class Disturbance {
 /// One vehicle in its world. After construction nothing is allocated; the same inputs give the same bits.
 class Plant {
  public:
-  /// Refuses a vehicle or model that is not physical, a value outside the bounds of its parameter, and steps
-  /// that do not resolve the motor lag.
+  /// Refuses a vehicle or model that is not physical (mass, inertia about the centre of mass), a value
+  /// outside the bounds of its parameter, effects that contradict each other or would silently do nothing (a
+  /// neighbour's downwash without a neighbour, an overhead rope that does not reach the start), a start that
+  /// is not finite and steps that do not resolve the motor lag.
   static Result<Plant> create(const vehicle::Vehicle& vehicle, const physics::Model& model,
                               const PlantConfig& config);
 

@@ -1,0 +1,165 @@
+#include "check_model.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <sstream>
+
+namespace omniflight::simulation {
+namespace {
+
+std::string number(double value, const std::string& unit) {
+  std::ostringstream text;
+  text << value;
+  if (unit != "1") text << ' ' << unit;
+  return text.str();
+}
+
+std::string field(const physics::Effect& effect, std::size_t k) {
+  return "effects." + effect.info().id + "." + effect.info().parameters[k].name;
+}
+
+Status check_bounds(const physics::ActiveEffect& e) {
+  if (!e.effect || static_cast<int>(e.theta.size()) != e.effect->parameter_count())
+    return bad_input("an effect has the wrong number of parameters", "model");
+  for (std::size_t k = 0; k < e.theta.size(); ++k) {
+    const physics::Parameter& p = e.effect->info().parameters[k];
+    if (!(e.theta[k] >= p.lower && e.theta[k] <= p.upper))
+      return bad_input("is " + number(e.theta[k], p.unit) + ", outside [" + number(p.lower, "1") + ", " +
+                           number(p.upper, "1") + "] " + p.unit,
+                       field(*e.effect, k));
+  }
+  return {};
+}
+
+/// Two of an effect add up, as their wrenches and errors do. These parameters cannot: a vehicle has one of
+/// each.
+Status check_twice(const physics::Model& model) {
+  static const struct {
+    const char* id;
+    std::vector<std::size_t> parameters;
+  } single[] = {{"battery_sag", {2, 3}},
+                {"rotor_speed_sensor_fault", {0}},
+                {"sensor_filter", {2}},
+                {"structural_mode", {1, 2}}};
+  for (const auto& [id, parameters] : single) {
+    const physics::ActiveEffect* first = nullptr;
+    for (const physics::ActiveEffect& e : model.effects) {
+      if (e.effect->info().id != id) continue;
+      if (!first) first = &e;
+      for (const std::size_t k : parameters)
+        if (e.theta[k] != first->theta[k]) {
+          const std::string& unit = e.effect->info().parameters[k].unit;
+          return bad_input("is " + number(first->theta[k], unit) +
+                               " and, where the effect is listed again, " + number(e.theta[k], unit) +
+                               "; there is one",
+                           field(*e.effect, k), "List the effect once, or with the same value");
+        }
+    }
+  }
+  return {};
+}
+
+/// What would silently do nothing.
+Status check_idle(const vehicle::Vehicle& vehicle, const physics::ActiveEffect& e,
+                  const PlantConfig& config) {
+  const physics::EffectInfo& info = e.effect->info();
+  const auto& signals = info.signals;
+  const bool flies_along =
+      std::any_of(config.neighbours.begin(), config.neighbours.end(),
+                  [](const auto& track) { return track.t_s.size() == 1 || track.t_s.back() >= 0; });
+  if (!flies_along && std::find(signals.begin(), signals.end(), "neighbour") != signals.end())
+    return bad_input(
+        "needs the signal 'neighbour', and no track of one reaches the time of the simulation, " +
+            std::string("which begins at 0 s"),
+        "effects." + info.id,
+        "Give where it flies: `omniflight fly --neighbour FILE` (t_s, px_m, py_m, pz_m), or "
+        "PlantConfig::neighbours");
+  if (info.id == "overhead_rope") {
+    const double anchor = e.theta[1], length = e.theta[2], height = config.initial.p_WB.z();
+    if (length < anchor - height)
+      return bad_input("is " + number(length, "m") + ", shorter than the " + number(anchor - height, "m") +
+                           " from the vehicle at " + number(height, "m") +
+                           " up to the anchor (anchor_height " + number(anchor, "m") + ")",
+                       field(*e.effect, 2), "Lengthen the rope, lower the anchor or start higher");
+  }
+  if (info.id == "rotor_speed_sensor_fault" && std::lround(e.theta[0]) > vehicle.rotor_count())
+    return bad_input("is " + number(e.theta[0], "1") + ", and " + vehicle.name + " has " +
+                         std::to_string(vehicle.rotor_count()) + " rotors",
+                     field(*e.effect, 0), "Count from 1");
+  return {};
+}
+
+/// The rigid body that flies: the vehicle with the mass and inertia that effects without memory add to it.
+/// Ropes and loads have a memory, and bodies of their own.
+struct Body {
+  double mass = 0;
+  Vec3 moments = Vec3::Zero();  ///< kg m2, principal, about its centre of mass, ascending
+  double excess() const { return moments[2] - moments[1] - moments[0]; }
+};
+
+Body body_of(const vehicle::Vehicle& vehicle, const physics::Model& model,
+             const physics::Situation& situation) {
+  physics::Wrench sum;
+  for (const physics::ActiveEffect& e : model.effects)
+    if (e.effect->acts_on_wrench() && e.effect->memory_size().total() == 0)
+      e.effect->add_wrench(situation, e.theta.data(), sum);
+  Body out;
+  out.mass = vehicle.mass + sum.mass;
+  const Mat3 lever = vehicle.mass * skew(vehicle.center_of_mass);
+  const Mat3 A = out.mass * Mat3::Identity() + sum.inertia.topLeftCorner<3, 3>();
+  const Mat3 B = sum.inertia.topRightCorner<3, 3>() - lever;
+  const Mat3 C = sum.inertia.bottomLeftCorner<3, 3>() + lever;
+  const Mat3 D =
+      vehicle.inertia - lever * skew(vehicle.center_of_mass) + sum.inertia.bottomRightCorner<3, 3>();
+  const Mat3 about_centre = D - C * A.inverse() * B;
+  out.moments =
+      Eigen::SelfAdjointEigenSolver<Mat3>(0.5 * (about_centre + about_centre.transpose())).eigenvalues();
+  return out;
+}
+
+Status check_body(const vehicle::Vehicle& vehicle, const physics::Model& model, const PlantConfig& config) {
+  physics::Situation situation;
+  const std::vector<double> still(vehicle.rotors.size(), 0.0);
+  physics::prepare(vehicle, config.initial, config.initial_alpha, still, {}, config.environment, situation);
+  const Body body = body_of(vehicle, model, situation);
+  if (!(body.mass > 0))
+    return bad_input("leaves a mass of " + number(body.mass, "kg") + ", must be above 0 kg",
+                     "effects.payload_mass.mass", "Take away less than the vehicle has");
+  if (body.moments[0] > 0 && body.excess() <= 1e-9 * body.moments[2]) return {};
+  // the parameter without which the body would be closest to a possible one
+  double least = std::numeric_limits<double>::infinity();
+  std::string where = "inertia", is;
+  for (std::size_t i = 0; i < model.effects.size(); ++i)
+    for (std::size_t k = 0; k < model.effects[i].theta.size(); ++k) {
+      const physics::Effect& effect = *model.effects[i].effect;
+      const physics::Parameter& p = effect.info().parameters[k];
+      physics::Model without = model;
+      without.effects[i].theta[k] = p.neutral;
+      const double left = body_of(vehicle, without, situation).excess();
+      if (left >= least) continue;
+      least = left;
+      where = field(effect, k);
+      is = "is " + number(model.effects[i].theta[k], p.unit) + " and ";
+    }
+  const auto kgm2 = [](double value) { return number(value, "kg m2"); };
+  const std::string limit = body.moments[0] > 0 ? "the largest may be at most the sum of the others, " +
+                                                      kgm2(body.moments[0] + body.moments[1])
+                                                : std::string("each must be above 0 kg m2");
+  return bad_input(is + "leaves principal moments of inertia of " + number(body.moments[0], "1") + ", " +
+                       number(body.moments[1], "1") + " and " + kgm2(body.moments[2]) +
+                       " about the centre of mass; " + limit,
+                   where, "Bring it closer to " + std::string("zero, or give the vehicle its true inertia"));
+}
+
+}  // namespace
+
+Status check_model(const vehicle::Vehicle& vehicle, const physics::Model& model, const PlantConfig& config) {
+  for (const physics::ActiveEffect& e : model.effects)
+    if (auto ok = check_bounds(e); !ok) return ok;
+  if (auto ok = check_twice(model); !ok) return ok;
+  for (const physics::ActiveEffect& e : model.effects)
+    if (auto ok = check_idle(vehicle, e, config); !ok) return ok;
+  return check_body(vehicle, model, config);
+}
+
+}  // namespace omniflight::simulation
