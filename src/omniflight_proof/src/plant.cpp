@@ -11,8 +11,26 @@
 namespace omniflight::proof {
 namespace {
 
-constexpr double kHeldArmature = 1e6;  // kg, kg m2: nothing that hangs from it moves a held body
-constexpr double kSettleDamping = 10;  // joints are damped that much more while ropes come to rest
+constexpr double kHeldArmature = 1e6;   // kg, kg m2: nothing that hangs from it moves a held body
+constexpr double kSettleDamping = 10;   // joints are damped that much more while ropes come to rest
+constexpr double kFarthestStart = 900;  // m
+
+/// The state that left its range, with value, unit and range; empty when none did. Where numbers are no
+/// longer finite, all of them go in one step, and the first is named.
+std::string what_left(const RigidState& s) {
+  if (const std::string what = what_is_not_finite(s); !what.empty()) return what + " (reasonable: finite)";
+  const struct {
+    const char *name, *unit;
+    double size;
+  } states[] = {{"position", "m", s.p_WB.norm()},
+                {"velocity", "m/s", s.v_WB_W.norm()},
+                {"angular velocity", "rad/s", s.w_WB_B.norm()}};
+  for (const auto& [name, unit, size] : states)
+    if (!(size <= 1e3))
+      return "the size of the " + std::string(name) + " is " + std::to_string(size) + ' ' + unit +
+             " (reasonable: at most 1000 " + unit + ')';
+  return {};
+}
 
 }  // namespace
 
@@ -150,8 +168,16 @@ Result<MujocoPlant> MujocoPlant::create(const vehicle::Vehicle& vehicle, const W
                                         const PlantOptions& options) {
   if (auto ok = vehicle::validate(vehicle); !ok) return Failure(ok.error());
   if (auto ok = validate(world); !ok) return Failure(ok.error());
-  if (!is_finite(options.initial) || options.initial.p_WB.norm() > 900)
-    return bad_input("is not finite, or further than 900 m away", "initial");
+  if (!is_finite(options.initial))
+    return bad_input("is not finite: " + what_is_not_finite(options.initial), "initial",
+                     "Give a finite start");
+  if (!(options.initial.p_WB.norm() <= kFarthestStart))
+    return bad_input("is " + std::to_string(options.initial.p_WB.norm()) + " m from the origin, at most " +
+                         std::to_string(kFarthestStart) + " m are allowed",
+                     "initial", "Start closer");
+  if (!std::isfinite(options.initial_alpha))
+    return bad_input("is " + std::to_string(options.initial_alpha) + " rad", "initial_alpha",
+                     "Give a finite tilt");
   const double ratio = options.step / world.timestep;
   if (!(options.step > 0 && options.step <= 0.02) || std::abs(ratio - std::round(ratio)) > 1e-6 ||
       ratio < 0.999)
@@ -243,11 +269,11 @@ Status MujocoPlant::step(bool held) {
   }
   ++k.steps;
   k.read_state();
-  if (!is_finite(k.state) || k.state.p_WB.norm() > 1e3 || k.state.w_WB_B.norm() > 1e3)
-    return fail(ErrorCode::incomplete,
-                "the integration left every reasonable range (|p| <= 1000 m, |w| <= 1000 rad/s) at t = " +
-                    std::to_string(k.time()) + " s",
-                "mujoco_plant", "Check gains, world and timestep_s");
+  if (const std::string left = what_left(k.state); !left.empty())
+    return fail(
+        ErrorCode::incomplete,
+        "the integration left every reasonable range: " + left + " at t = " + std::to_string(k.time()) + " s",
+        "mujoco_plant", "Check gains, world and timestep_s");
   return {};
 }
 
