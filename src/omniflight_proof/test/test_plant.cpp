@@ -146,10 +146,25 @@ TEST(Plant, RefusesWhatIsNotPhysicalByFieldAndUnit) {
   world = {};
   world.slung_ball = SlungBall{.length = 2};
   EXPECT_NE(refusal(world).find("below the floor"), std::string::npos) << refusal(world);
-  EXPECT_NE(refusal({}, {.p_WB = Vec3(0, NAN, 1)}).find("initial: is not finite"), std::string::npos);
+  EXPECT_NE(refusal({}, {.p_WB = Vec3(0, NAN, 1)}).find("initial: is not finite: position y is nan m"),
+            std::string::npos)
+      << refusal({}, {.p_WB = Vec3(0, NAN, 1)});
+  EXPECT_NE(refusal({}, {.w_WB_B = Vec3(0, 0, INFINITY)}).find("angular velocity z is inf rad/s"),
+            std::string::npos);
+  EXPECT_NE(refusal({}, {.p_WB = Vec3(0, 0, 950)})
+                .find("initial: is 950.000000 m from the origin, at most 900.000000 m"),
+            std::string::npos)
+      << refusal({}, {.p_WB = Vec3(0, 0, 950)});
+  const auto tilted = MujocoPlant::create(v, {}, {.initial_alpha = NAN});
+  ASSERT_FALSE(tilted);
+  EXPECT_NE(tilted.error().text().find("initial_alpha: is nan rad"), std::string::npos);
   vehicle::Vehicle light = v;
   light.mass = -1;
-  EXPECT_FALSE(MujocoPlant::create(light, {}, {}));
+  const auto lifted = MujocoPlant::create(light, {}, {});
+  ASSERT_FALSE(lifted);
+  EXPECT_NE(lifted.error().text().find("mass: is -1.000000 kg, must be finite and above 0 kg"),
+            std::string::npos)
+      << lifted.error().text();
 }
 
 TEST(Plant, RefusesCommandsThatAreNoNumbers) {
@@ -169,7 +184,28 @@ TEST(Plant, StopsWhenTheIntegrationExplodes) {
   Status ok;
   for (int k = 0; k < 2000 && ok; ++k) ok = plant.step();
   ASSERT_FALSE(ok);
-  EXPECT_NE(ok.error().text().find("left every reasonable range"), std::string::npos) << ok.error().text();
+  const std::string text = ok.error().text();
+  EXPECT_NE(text.find("left every reasonable range: "), std::string::npos) << text;
+  EXPECT_NE(text.find(" is "), std::string::npos) << text;
+  EXPECT_NE(text.find(" at t = "), std::string::npos) << text;
+}
+
+TEST(Plant, NamesTheStateThatLeavesItsRangeWithValueUnitAndRange) {
+  const auto stopped = [](const RigidState& start) {
+    MujocoPlant plant = make({}, start);
+    Status ok;
+    for (int k = 0; k < 20000 && ok; ++k) ok = plant.step();
+    return ok ? std::string("flies on") : ok.error().text();
+  };
+  const auto expect = [](const std::string& text, const char* words) {
+    EXPECT_NE(text.find(words), std::string::npos) << text;
+  };
+  // it falls for ever; sideways fast; spins fast
+  expect(stopped({.p_WB = Vec3(0, 0, 1)}), "the size of the position is 1000.");
+  expect(stopped({.p_WB = Vec3(0, 0, 1)}), " m (reasonable: at most 1000 m) at t = 14.");
+  expect(stopped({.p_WB = Vec3(0, 0, 1), .v_WB_W = Vec3(2000, 0, 0)}), "the size of the velocity is 2000.");
+  expect(stopped({.p_WB = Vec3(0, 0, 1), .w_WB_B = Vec3(0, 0, 1500)}),
+         "the size of the angular velocity is 1500.000000 rad/s (reasonable: at most 1000 rad/s)");
 }
 
 }  // namespace
