@@ -88,6 +88,17 @@ struct MujocoPlant::Impl {
     const double half = 0.5 * m()->opt.timestep * m()->opt.timestep;
     Eigen::Map<Vec3>(d()->qpos) -= half * Eigen::Map<const Vec3>(d()->qacc);
   }
+  /// What made mj_step put everything back to the beginning, which it does by itself; empty when nothing did.
+  std::string what_restarted() const {
+    const std::pair<int, const char*> kinds[] = {
+        {mjWARN_BADQPOS, "position"}, {mjWARN_BADQVEL, "velocity"}, {mjWARN_BADQACC, "acceleration"}};
+    for (const auto& [warning, name] : kinds)
+      if (d()->warning[warning].number > 0)
+        return std::string("the ") + name + " of joint coordinate " +
+               std::to_string(d()->warning[warning].lastinfo + 1) +
+               " is not finite or beyond 1e10 (m, rad and s)";
+    return {};
+  }
   Status bend_chains();
   void settle();
   void restart(std::uint64_t seed);
@@ -209,10 +220,16 @@ Result<MujocoPlant> MujocoPlant::create(const vehicle::Vehicle& vehicle, const W
   impl->put(impl->options.initial);
   if (auto ok = impl->bend_chains(); !ok) return Failure(ok.error());
   impl->settle();
+  if (const std::string what = impl->what_restarted(); !what.empty())
+    return bad_input("is " + std::to_string(world.timestep) +
+                         " s, with which ropes and loads do not come to rest: " + what,
+                     "timestep_s", "Take a smaller one");
   impl->start_qpos.assign(impl->d()->qpos, impl->d()->qpos + impl->m()->nq);
   for (const mjtNum q : impl->start_qpos)
     if (!std::isfinite(q))
-      return bad_input("do not come to rest with this time step", "timestep_s", "Take a smaller one");
+      return bad_input(
+          "is " + std::to_string(world.timestep) + " s, with which ropes and loads do not come to rest",
+          "timestep_s", "Take a smaller one");
   impl->restart(options.seed);
   return MujocoPlant(std::move(impl));
 }
@@ -269,7 +286,9 @@ Status MujocoPlant::step(bool held) {
   }
   ++k.steps;
   k.read_state();
-  if (const std::string left = what_left(k.state); !left.empty())
+  std::string left = k.what_restarted();
+  if (left.empty()) left = what_left(k.state);
+  if (!left.empty())
     return fail(
         ErrorCode::incomplete,
         "the integration left every reasonable range: " + left + " at t = " + std::to_string(k.time()) + " s",
