@@ -73,6 +73,30 @@ class MujocoPlant(system.SystemTest):
         self.assertGreater(flight["position_rmse_m"], 0, "two worlds never agree to the bit")
         self.assertTrue((self.dir / "check" / "report.html").stat().st_size > 10000)
 
+    def test_the_cable_weighs_its_law_and_the_report_shows_its_hysteresis(self):
+        # the shipped cable with half the links, which takes a sixth of the time
+        shipped = (system.CONFIGS / "proof_worlds" / "cable.yaml").read_text()
+        self.assertIn("links: 32", shipped)
+        cable = self.write("cable.yaml", shipped.replace("links: 32", "links: 16"))
+        done = subprocess.run([PROOF / "omniflight_proof_crosscheck", "--no-flights", "--cable", cable, "--json", "--out",
+                               "check"], cwd=self.dir, text=True, capture_output=True, timeout=60)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        check = json.loads(done.stdout)
+        self.assertEqual(check["flights"], [])
+        rests = check["hung_mass"]
+        self.assertEqual([(r["height_m"], r["direction"]) for r in rests],
+                         [(h, "down") for h in (1.6, 1.3, 1.0, 0.7, 0.5)] + [(h, "up") for h in (0.7, 1.0, 1.3, 1.6)])
+        for rest in rests:
+            # what is above the floor, of a cable of 1.28 m fixed 0.12 m below the body
+            law = 0.15 * min(1.28, rest["height_m"] - 0.12)
+            self.assertAlmostEqual(rest["law_kg"], law, places=9)
+            self.assertLess(abs(rest["mass_kg"] / law - 1), 0.05, rest)
+        self.assertGreater(check["hysteresis"], 0.005, "links that rub on a floor do not go down as they go up")
+        self.assertLess(check["hysteresis"], 0.15)
+        page = (self.dir / "check" / "report.html").read_text()
+        for words in ("Hung mass over height", "going down", "going up", f"{100 * check['hysteresis']:.1f} %"):
+            self.assertIn(words, page)
+
     def test_agrees_with_the_simulator_on_trajectory_1(self):
         self.crosscheck("trajectory_1")
 

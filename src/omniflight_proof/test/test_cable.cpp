@@ -23,6 +23,21 @@ TEST(Cable, HungMassFollowsTheHeight) {
   EXPECT_NEAR(measured->rests[0].expected, 0.15 * (1.5 - 0.12), 1e-12);
 }
 
+TEST(Cable, HysteresisIsTheWidestGapBetweenDownAndUpOverTheLargestLaw) {
+  // down by the law, up with 0.01 kg more below 1 m: a gap of 0.01 over a largest 0.2 kg
+  HungMass made;
+  for (int k = 0; k <= 200; ++k) {
+    const double way = 0.01 * std::abs(100 - k), height = 0.6 + way;
+    made.height.push_back(height);
+    made.mass.push_back(0.125 * height + (k > 100 && height < 1 ? 0.01 : 0));
+  }
+  made.rests = {{1.6, 0.2, 0.2, false}, {0.6, 0.075, 0.075, false}, {1.6, 0.2, 0.2, true}};
+  EXPECT_NEAR(made.hysteresis(), 0.05, 1e-3);
+  for (std::size_t k = 0; k < made.mass.size(); ++k) made.mass[k] = 0.125 * made.height[k];
+  EXPECT_LT(made.hysteresis(), 1e-3);
+  EXPECT_EQ(HungMass{}.hysteresis(), 0);
+}
+
 TEST(Cable, LiesOnTheFloorAndNotInIt) {
   World world;
   world.cable = Cable{.length = 1.44, .links = 16};
