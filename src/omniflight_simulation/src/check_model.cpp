@@ -1,7 +1,9 @@
 #include "check_model.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 namespace omniflight::simulation {
@@ -69,8 +71,7 @@ Status check_idle(const vehicle::Vehicle& vehicle, const physics::ActiveEffect& 
                   [](const auto& track) { return track.t_s.size() == 1 || track.t_s.back() >= 0; });
   if (!flies_along && std::find(signals.begin(), signals.end(), "neighbour") != signals.end())
     return bad_input(
-        "needs the signal 'neighbour', and no track of one reaches the time of the simulation, " +
-            std::string("which begins at 0 s"),
+        "needs the signal 'neighbour', and no track of one reaches the time of the simulation, from 0 s on",
         "effects." + info.id,
         "Give where it flies: `omniflight fly --neighbour FILE` (t_s, px_m, py_m, pz_m), or "
         "PlantConfig::neighbours");
@@ -125,7 +126,9 @@ Status check_body(const vehicle::Vehicle& vehicle, const physics::Model& model, 
   if (!(body.mass > 0))
     return bad_input("leaves a mass of " + number(body.mass, "kg") + ", must be above 0 kg",
                      "effects.payload_mass.mass", "Take away less than the vehicle has");
-  if (body.moments[0] > 0 && body.excess() <= 1e-9 * body.moments[2]) return {};
+  const double rounding = 1e-9 * body.moments[2];
+  const bool definite = body.moments[0] > rounding;
+  if (definite && body.excess() <= rounding) return {};
   // the parameter without which the body would be closest to a possible one
   double least = std::numeric_limits<double>::infinity();
   std::string where = "inertia", is;
@@ -142,13 +145,15 @@ Status check_body(const vehicle::Vehicle& vehicle, const physics::Model& model, 
       is = "is " + number(model.effects[i].theta[k], p.unit) + " and ";
     }
   const auto kgm2 = [](double value) { return number(value, "kg m2"); };
-  const std::string limit = body.moments[0] > 0 ? "the largest may be at most the sum of the others, " +
-                                                      kgm2(body.moments[0] + body.moments[1])
-                                                : std::string("each must be above 0 kg m2");
+  const std::string limit = definite ? "the largest may be at most the sum of the others, " +
+                                           kgm2(body.moments[0] + body.moments[1])
+                                     : std::string("each must be above 0 kg m2");
   return bad_input(is + "leaves principal moments of inertia of " + number(body.moments[0], "1") + ", " +
                        number(body.moments[1], "1") + " and " + kgm2(body.moments[2]) +
                        " about the centre of mass; " + limit,
-                   where, "Bring it closer to " + std::string("zero, or give the vehicle its true inertia"));
+                   where,
+                   "Bring it closer to zero, or add the inertia that goes with it (com_offset keeps that "
+                   "about the body origin)");
 }
 
 }  // namespace

@@ -187,6 +187,11 @@ TEST(Plant, RefusesAnInertiaThatNoBodyHas) {
   both.effects.push_back(with("inertia_error", {0, 0, 0.002}).effects[0]);
   EXPECT_EQ(of(with("inertia_error", {0, 0, 0.002})), "accepted");
   expect_words(of(both), {"effects.com_offset.z", "at most the sum of the others"});
+  // a rod without thickness keeps the triangle inequality and cannot be turned about its axis
+  v.inertia.diagonal() = Vec3(0.010, 0.012, 0.012);
+  expect_words(of(with("inertia_error", {-0.010, 0, 0})),
+               {"effects.inertia_error.xx: is -0.01 kg m2", "above 0"});
+  v.inertia.diagonal() = Vec3(0.010, 0.012, 0.018);
   // about the centre of mass: a payload at the origin of a vehicle whose own centre is elsewhere makes it
   // larger
   v.center_of_mass.z() = 0.05;
