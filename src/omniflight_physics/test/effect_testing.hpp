@@ -84,6 +84,26 @@ inline Vec6 wrench_of(const char* id, const Situation& s, const std::vector<doub
   return w.at(s);
 }
 
+/// Wrench with the accelerations of the situation, from a memory.
+inline Vec6 remembered(const char* id, const Situation& s, const std::vector<double>& theta,
+                       const std::vector<double>& memory) {
+  const Effect* e = find_effect(id);
+  EXPECT_EQ(static_cast<int>(memory.size()), e->memory_size().total());
+  Wrench w;
+  e->add_memory_wrench(s, theta.data(), memory.data(), w);
+  return w.at(s);
+}
+
+/// Rate of the continuous part of a memory.
+inline std::vector<double> rate_of(const char* id, const Situation& s, const std::vector<double>& theta,
+                                   const std::vector<double>& memory) {
+  const Effect* e = find_effect(id);
+  EXPECT_EQ(static_cast<int>(memory.size()), e->memory_size().total());
+  std::vector<double> rate(static_cast<std::size_t>(e->memory_size().continuous));
+  e->state_rate(s, theta.data(), memory.data(), rate.data());
+  return rate;
+}
+
 /// Parameter values at which the effect is nothing; shape parameters as given.
 inline std::vector<double> neutral_of(const char* id) {
   std::vector<double> out;

@@ -5,16 +5,6 @@
 namespace omniflight::physics::testing {
 namespace {
 
-/// Wrench with the accelerations of the situation, from a memory.
-Vec6 remembered(const char* id, const Situation& s, const std::vector<double>& theta,
-                const std::vector<double>& memory) {
-  const Effect* e = find_effect(id);
-  EXPECT_EQ(static_cast<int>(memory.size()), e->memory_size().total());
-  Wrench w;
-  e->add_memory_wrench(s, theta.data(), memory.data(), w);
-  return w.at(s);
-}
-
 const std::vector<double> kLoad{0.3, 0.8, 0.2, 0.05, -0.02, -0.1};
 
 TEST(SlungLoad, PullsWithTheTensionThatItsOwnMotionNeeds) {
