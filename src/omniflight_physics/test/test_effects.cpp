@@ -103,18 +103,49 @@ TEST(Effects, NeutralParametersAreExactlyNothing) {
   }
 }
 
+/// States in which every effect acts and every parameter counts, in one at least: below a neighbour, with a
+/// reversed rotor; nearly at rest; low, as in a rope that still carries it; high, at the end of a rope; and
+/// higher than a cable is long.
+std::vector<Situation> acting_states() {
+  static const vehicle::Vehicle v = cube();
+  std::vector<Situation> out;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    Situation s = random_situation(seed);
+    RigidState body = s.body;
+    if (seed == 1) body.v_WB_W *= 0.02;
+    if (seed == 2) body.p_WB.z() = 0.7;
+    if (seed == 3) body.p_WB.z() = 2.4, body.v_WB_W.z() = 0.4;
+    if (seed == 4) body.p_WB.z() = 6.0;
+    std::array<double, 8> speed, acceleration;
+    for (std::size_t i = 0; i < 8; ++i) {
+      speed[i] = s.rotors[i].speed;
+      acceleration[i] = s.rotors[i].acceleration;
+    }
+    speed[seed] = -500;
+    prepare(v, body, s.alpha, speed, acceleration, {}, s);
+    s.neighbour_count = 1;
+    s.neighbours[0].p_WN = s.body.p_WB + Vec3(0.05, -0.1, 0.6);
+    out.push_back(s);
+  }
+  return out;
+}
+
 TEST(Effects, DerivativeIsThatOfTheWrench) {
   for (const Effect* e : builtin_effects()) {
     if (!e->acts_on_wrench()) continue;
-    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-      const Situation s = random_situation(seed);
-      const auto theta = typical(*e);
+    const auto theta = typical(*e);
+    double acts = 0;
+    std::vector<double> counts(theta.size(), 0.0);
+    for (const Situation& s : acting_states()) {
       std::array<double, 6> value;
       std::array<double, 6 * kMaxParameters> J;
       e->wrench_with_jacobian(s, theta.data(), value.data(), J.data());
       Wrench direct;
       e->add_wrench(s, theta.data(), direct);
-      EXPECT_LT((direct.at(s) - Eigen::Map<const Vec6>(value.data())).norm(), 1e-12) << e->info().id;
+      EXPECT_LT((direct.at(s) - Eigen::Map<const Vec6>(value.data())).norm(),
+                1e-12 * (1 + direct.at(s).norm()))
+          << e->info().id;
+      acts = std::max(acts, direct.at(s).norm());
       for (std::size_t k = 0; k < theta.size(); ++k) {
         const double h = 1e-6 * std::max(1e-3, std::abs(theta[k]));
         auto up = theta, down = theta;
@@ -126,8 +157,12 @@ TEST(Effects, DerivativeIsThatOfTheWrench) {
         const Vec6 numeric = (a.at(s) - b.at(s)) / (2 * h);
         const Vec6 exact = Eigen::Map<const Vec6>(J.data() + 6 * k);
         EXPECT_LT((numeric - exact).norm(), 1e-6 * (1 + exact.norm())) << e->info().id << " " << k;
+        counts[k] = std::max(counts[k], numeric.norm());
       }
     }
+    EXPECT_GT(acts, 1e-3) << e->info().id << " is nothing in every state";
+    for (std::size_t k = 0; k < theta.size(); ++k)
+      EXPECT_GT(counts[k], 1e-3) << e->info().id << " does not know its " << e->info().parameters[k].name;
   }
 }
 

@@ -27,20 +27,27 @@ Actuation ideal_drive() {
   return a;
 }
 
-/// A motion that excites memories: the states of `six_states` are no motion, this one is smooth.
+/// A motion that excites memories: the states of `six_states` are no motion, this one is smooth. It rises out
+/// of a rope that carries it to the end of another, below a neighbour, one rotor reversed.
 std::vector<Situation> smooth_motion(double period, int samples) {
   std::vector<Situation> out;
   for (int k = 0; k < samples; ++k) {
     const double t = period * k;
     RigidState body;
-    body.p_WB = Vec3(0.1 * std::sin(5 * t), 0.05 * std::cos(4 * t), 1.0 + 0.1 * std::sin(3 * t));
-    body.v_WB_W = Vec3(0.5 * std::cos(5 * t), -0.2 * std::sin(4 * t), 0.3 * std::cos(3 * t));
+    body.p_WB = Vec3(0.1 * std::sin(5 * t), 0.05 * std::cos(4 * t), 1.4 - 0.55 * std::cos(10 * t));
+    body.v_WB_W = Vec3(0.5 * std::cos(5 * t), -0.2 * std::sin(4 * t), 5.5 * std::sin(10 * t));
     body.q_WB = exp_rotation(Vec3(0.2 * std::sin(2 * t), 0.1, 0.3));
     std::vector<double> speed(8, 700 + 150 * std::sin(20 * t));
+    speed[2] = -500;
+    body.w_WB_B = Vec3(0.4 * std::cos(2 * t), 0.2, -0.3);
     out.push_back(situation(cube(), body, 0.3, speed));
     out.back().t = t;
+    for (std::size_t i = 0; i < 8; ++i)
+      out.back().rotors[i].acceleration = i == 2 ? 0 : 150 * 20 * std::cos(20 * t);
     out.back().a_WB_B = Vec3(2 * std::sin(6 * t), 1 - std::cos(5 * t), std::sin(4 * t));
     out.back().dw_WB_B = Vec3(std::sin(t), 0, std::cos(t));
+    out.back().neighbour_count = 1;
+    out.back().neighbours[0].p_WN = body.p_WB + Vec3(0.1, -0.05, 0.7);
   }
   return out;
 }
@@ -177,6 +184,8 @@ TEST(Library, ReplaysOfARecordedMotionHaveTheirExactDerivative) {
     const std::vector<double> theta = values(*e, &Parameter::typical);
     std::vector<double> value(rows), up(rows), down(rows), jacobian(rows * theta.size());
     e->replay(motion, 0.005, theta.data(), value.data(), jacobian.data());
+    EXPECT_GT(Eigen::Map<const Eigen::VectorXd>(value.data(), static_cast<Eigen::Index>(rows)).norm(), 1e-3)
+        << e->info().id << " is nothing all along";
     for (std::size_t k = 0; k < theta.size(); ++k) {
       const double h = 1e-6 * std::max(0.1, std::abs(theta[k]));
       std::vector<double> more = theta, less = theta;
