@@ -18,8 +18,8 @@ TEST(TiltEfficiency, IsTheHandFormulaInEveryFrame) {
   }
 }
 
-TEST(TiltEfficiency, HasTheMultiplierOfTheThesis) {
-  // 0.35 at 0 deg, 0.70 at 60 deg
+TEST(TiltEfficiency, IsAStraightLineThroughTwoMultipliers) {
+  // 0.35 left at 0 deg and 0.70 at 60 deg, one reading of section 5.3 of the thesis
   const std::vector<double> theta{0.65, 0.35 / (kPi / 3)};
   for (const auto& [alpha, eta] : {std::pair{0.0, 0.35}, {kPi / 6, 0.525}, {kPi / 3, 0.70}}) {
     const Situation s = hover(1.0, alpha);
