@@ -134,6 +134,29 @@ TEST(Library, DeclaresChannelsBoundsAndAliasesThatExist) {
   }
 }
 
+TEST(Library, MovesNoChannelThatItDoesNotDeclare) {
+  const char* channels[] = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
+  for (const Effect* e : builtin_effects()) {
+    if (!e->acts_on_wrench() && e->memory_size().total() == 0) continue;
+    const EffectInfo& info = e->info();
+    const std::vector<double> theta = values(*e, &Parameter::typical);
+    for (Situation s : six_states()) {  // tilted far: what is horizontal in the world is not so in the body
+      s.neighbour_count = 1;
+      s.neighbours[0].p_WN = s.body.p_WB + Vec3(0.05, 0, 0.6);
+      std::vector<double> memory = memory_of(*e, s, theta);
+      Random random(1);
+      if (!memory.empty()) e->advance(s, theta.data(), 0.001, random, memory.data());
+      Wrench w;
+      if (e->acts_on_wrench()) e->add_wrench(s, theta.data(), w);
+      if (!memory.empty()) e->add_memory_wrench(s, theta.data(), memory.data(), w);
+      for (int k = 0; k < 6; ++k)
+        if (std::find(info.channels.begin(), info.channels.end(), channels[k]) == info.channels.end()) {
+          EXPECT_LT(std::abs(w.at(s)[k]), 1e-12) << info.id << " " << channels[k];
+        }
+    }
+  }
+}
+
 TEST(Library, NeutralIsExactlyNothingAtEveryStage) {
   for (const Effect* e : builtin_effects()) {
     const std::vector<double> theta = values(*e, &Parameter::neutral);
