@@ -88,6 +88,8 @@ Result<Campaign> load_campaign(const std::string& path) {
   for (auto e : yaml->children("expect", 0, 1000))
     c.expected.push_back({one_of(e, "variant", variant_names), one_of(e, "effect", effect_names),
                           e.choice<bool>("verdict", {{"flown", true}, {"lost", false}})});
+  if (auto further = yaml->optional_child("investigate"))
+    c.more_flights = static_cast<int>(further->number("flights", files::between(0, 10)));
   if (auto ok = yaml->finish(); !ok) return Failure(ok.error());
   for (const auto& mission : missions)
     for (const auto& vehicle : vehicles)

@@ -25,6 +25,7 @@ struct Campaign {
   std::string name, question;
   std::vector<Case> cases;
   std::vector<Expectation> expected;
+  int more_flights = -1;  ///< of the investigation of each flown case at most; -1: none is made
 };
 
 /// Reads omniflight.campaign/1. Refuses unknown keys, names nobody has, and more than 10000 flights.
@@ -35,6 +36,7 @@ struct Outcome {
   Case flight;
   std::string verdict, reason;  ///< verdict empty: not flown (interrupted)
   nlohmann::json json;          ///< flight.json
+  std::string investigation;    ///< what was found, in words; empty: nobody asked
   bool flown() const { return verdict == "flown"; }
 };
 

@@ -178,6 +178,12 @@ Status write_campaign_page(const Campaign& c, const std::vector<Outcome>& outcom
     page.table(t);
   }
   page.section("Side by side").table(side_by_side(outcomes));
+  report::Table found;
+  found.caption = "What all flights of a case say together, and after how many";
+  found.columns = {{.name = "flight"}, {.name = "found"}};
+  for (const Outcome& o : outcomes)
+    if (!o.investigation.empty()) found.rows.push_back({o.flight.name, o.investigation});
+  if (!found.rows.empty()) page.section("What the recordings say").table(found);
   page.section("Ranking").table(ranking(rows));
   report::Bars error{.title = "Position RMSE of flights flown to the end", .unit = "mm"},
       power{.title = "Mean power of flights flown to the end", .unit = "W"};

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "campaign.hpp"
+#include "investigation.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
 #include "verbs.hpp"
@@ -13,19 +14,8 @@
 namespace omniflight::cli {
 namespace {
 
-/// flight.json of an earlier run, when it tells of exactly this flight.
-std::optional<nlohmann::json> complete(const Case& one) {
-  const auto text = files::read_file(one.options.out + "/flight.json", files::kMegabyte);
-  if (!text) return std::nullopt;
-  const auto j = nlohmann::json::parse(*text, nullptr, false);
-  const auto print = fingerprint(one.options);
-  if (!print || !j.is_object() || j.value("schema", "") != "omniflight.flight/1" ||
-      j.value("inputs_sha256", "") != *print || !j.value("complete", false))
-    return std::nullopt;
-  return j;
-}
-
 nlohmann::json to_json(const Campaign& campaign, const std::vector<Outcome>& outcomes,
+                       const std::vector<std::optional<Investigation>>& investigations,
                        const std::vector<Judgement>& judgements, std::size_t kept) {
   nlohmann::json j{{"schema", "omniflight.campaign_result/1"}, {"name", campaign.name},
                    {"planned", campaign.cases.size()},         {"kept", kept},
@@ -39,6 +29,8 @@ nlohmann::json to_json(const Campaign& campaign, const std::vector<Outcome>& out
                             {"verdict", o.verdict},
                             {"reason", o.reason},
                             {"flight", o.json}});
+  for (std::size_t k = 0; k < investigations.size(); ++k)
+    if (investigations[k]) j["flights"][k]["investigation"] = to_json(*investigations[k]);
   for (const Judgement& e : judgements)
     j["expectations"].push_back({{"variant", e.expected.variant},
                                  {"effect", e.expected.effect},
@@ -46,6 +38,24 @@ nlohmann::json to_json(const Campaign& campaign, const std::vector<Outcome>& out
                                  {"flights", e.flights},
                                  {"as_expected", e.as_expected}});
   return j;
+}
+
+/// Of every flown case, one after another: each uses all processors.
+Result<std::vector<std::optional<Investigation>>> investigate_all(const Campaign& campaign,
+                                                                  const std::vector<Outcome>& outcomes,
+                                                                  bool keep, const Common& common) {
+  std::vector<std::optional<Investigation>> out(outcomes.size());
+  if (campaign.more_flights < 0) return out;
+  Progress progress("diagnosing and flying on", static_cast<double>(outcomes.size()), "cases", common.quiet);
+  for (std::size_t k = 0; k < outcomes.size() && !interrupted(); ++k) {
+    if (outcomes[k].flown()) {
+      auto found = investigate(outcomes[k].flight, campaign.more_flights, keep);
+      if (!found) return Failure(found.error());
+      out[k] = std::move(*found);
+    }
+    progress.update(static_cast<double>(k + 1));
+  }
+  return out;
 }
 
 struct Options {
@@ -74,7 +84,7 @@ Result<int> run(const Options& o, const Common& common) {
     for (std::size_t k = next++; k < outcomes.size() && !interrupted(); k = next++) {
       Outcome& outcome = outcomes[k];
       outcome.flight = campaign->cases[k];
-      if (auto before = o.resume ? complete(outcome.flight) : std::nullopt) {
+      if (auto before = o.resume ? flown_before(outcome.flight.options) : std::nullopt) {
         outcome.json = std::move(*before);
         ++kept;
       } else if (auto result = fly(outcome.flight.options)) {
@@ -97,7 +107,11 @@ Result<int> run(const Options& o, const Common& common) {
     return r.verdict.empty() || r.reason == "interrupted";
   });
   const auto judgements = judge(*campaign, outcomes);
-  const nlohmann::json j = to_json(*campaign, outcomes, judgements, kept.load());
+  const auto investigations = investigate_all(*campaign, outcomes, o.resume, common);
+  if (!investigations) return Failure(investigations.error());
+  for (std::size_t k = 0; k < outcomes.size(); ++k)
+    if (const auto& found = (*investigations)[k]) outcomes[k].investigation = in_words(*found);
+  const nlohmann::json j = to_json(*campaign, outcomes, *investigations, judgements, kept.load());
   if (auto ok = files::write_file_atomic(out + "/campaign.json", j.dump(2) + "\n"); !ok)
     return Failure(ok.error());
   if (auto ok = write_campaign_page(*campaign, outcomes, judgements, out); !ok) return Failure(ok.error());
@@ -108,6 +122,8 @@ Result<int> run(const Options& o, const Common& common) {
           "campaign {}: {} of {} flights flown to the end ({} kept from before); report: {}/report.html",
           campaign->name, flown, campaign->cases.size(), kept.load(), out));
   for (const Judgement& e : judgements) say(common, "  " + e.words());
+  for (const Outcome& r : outcomes)
+    if (!r.investigation.empty()) say(common, "  " + r.flight.name + ": " + r.investigation);
   const bool met = std::all_of(judgements.begin(), judgements.end(), [](const Judgement& e) {
     return e.flights > 0 && e.as_expected == e.flights;
   });

@@ -99,6 +99,23 @@ class Campaigns(system.SystemTest):
         self.assertIn("lost at", page)
         self.assertIn("case_b with tilt_mismatch: 1 of 1 flights lost, as expected", page)
 
+    def test_the_loop_is_closed_until_one_answer_is_left(self):
+        # a load that one calm flight cannot tell from weak thrust
+        campaign = system.CONFIGS / "campaigns/told_apart.yaml"
+        done = self.run_command("campaign", campaign, "--out", "campaign", timeout=400)
+        flight = self.json("campaign/campaign.json")["flights"][0]
+        rounds = flight["investigation"]["rounds"]
+        self.assertGreaterEqual(len(rounds), 2)
+        self.assertGreater(len(rounds[0]["findings"][0]), 1, "one flight is not enough")
+        self.assertIn("payload_mass", rounds[0]["findings"][0])
+        self.assertGreater(rounds[0]["predicted_separation_sigma"], 2)
+        self.assertEqual([f[0] for f in rounds[-1]["findings"]], ["payload_mass"])
+        self.assertEqual(rounds[-1]["findings"], [["payload_mass"]])
+        self.assertEqual(flight["investigation"]["ended"], "one answer is left")
+        self.assertIn("one answer is left", done.stdout)
+        self.assertTrue((self.dir / "campaign" / flight["name"] / "next1/flight.mcap").is_file())
+        self.assertIn("What the recordings say", (self.dir / "campaign/report.html").read_text())
+
     def test_what_is_not_as_expected_is_told(self):
         text = FOUR.format(mission=self.short_mission()).replace("seeds: [1, 2]", "seeds: [1]")
         file = self.write("hope.yaml", text + "expect:\n  - {variant: pd, verdict: lost}\n  - {variant: pid, verdict: flown}\n")

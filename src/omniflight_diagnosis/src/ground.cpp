@@ -65,13 +65,27 @@ Ground find_ground(const Eigen::MatrixXd& p, bool has_position, const Eigen::Mat
   const bool turns_over =
       v.tilt.kind != vehicle::TiltKind::none ||
       std::any_of(v.rotors.begin(), v.rotors.end(), [](const auto& r) { return r.bidirectional; });
+  const auto upright = [&](Eigen::Index i) {
+    return 1 - 2 * (q(i, 1) * q(i, 1) + q(i, 2) * q(i, 2)) / q.row(i).squaredNorm();
+  };
+  const auto carries = [&](Eigen::Index from, Eigen::Index to) {
+    double sum = 0;
+    for (Eigen::Index k = from; k < to; ++k) sum += lift[static_cast<std::size_t>(k)];
+    return sum / static_cast<double>(to - from) > 0.4;
+  };
+  // upright again and carried for a second: it was a flip
+  const auto lands_on_its_feet = [&](Eigen::Index i) {
+    Eigen::Index since = 0;
+    for (Eigen::Index k = i; k < std::min(n, i + 3 * second); ++k) {
+      since = upright(k) > 0.7 ? since + 1 : 0;
+      if (since >= second) return carries(k + 1 - second, k + 1);
+    }
+    return false;
+  };
   for (Eigen::Index i = 0; i + second < n; ++i) {
-    const double upright = 1 - 2 * (q(i, 1) * q(i, 1) + q(i, 2) * q(i, 2)) / q.row(i).squaredNorm();
-    const bool over = !turns_over && upright < -0.17 && !g.resting[static_cast<std::size_t>(i)];
+    const bool over = !turns_over && upright(i) < -0.17 && !g.resting[static_cast<std::size_t>(i)];
     if (!(force.row(i).norm() > 5 * o.environment.gravity) && !over) continue;
-    double after = 0;
-    for (Eigen::Index k = i + second / 2; k < i + second; ++k) after += lift[static_cast<std::size_t>(k)];
-    if (after / (0.5 * static_cast<double>(second)) > 0.4 && !over) continue;
+    if (over ? lands_on_its_feet(i) : carries(i + second / 2, i + second)) continue;
     std::fill(g.crashed.begin() + i, g.crashed.end(), 1);
     break;
   }

@@ -14,7 +14,8 @@ struct Ground {
 /// All matrices have one row a sample of a uniform grid: position [m], rotor speed [rad/s], specific force
 /// [m/s^2, body], attitude (w, x, y, z). Standing: nothing moves for 0.3 s and the rotors carry less than
 /// 85 % of the weight, or they carry less than 30 % at the lowest place; up to a centimetre above that height
-/// it still stands. Crash: a shock beyond 5 g or a turn past 100 deg after which the rotors stop.
+/// it still stands. Crash: a shock beyond 5 g after which the rotors stop, or a turn past 100 deg (of a
+/// vehicle that cannot fly so) after which it is not carried upright again within 3 s.
 Ground find_ground(const Eigen::MatrixXd& position, bool has_position, const Eigen::MatrixXd& rotor_speed,
                    const Eigen::MatrixXd& specific_force, const Eigen::MatrixXd& attitude, double rate_hz,
                    const vehicle::Vehicle& vehicle, const Options& options);

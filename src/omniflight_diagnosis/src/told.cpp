@@ -147,12 +147,6 @@ void apply(const Told& told, Options& o) {
     o.tolerance.accelerometer_vertical = std::min(b, 0.1);
   }
   if (const auto* v = get("sensors.gyro.bias_radps")) o.tolerance.gyro_bias = std::max(1e-4, largest(*v));
-  // who knows gains and the noise of the air has weighed and balanced the vehicle as well
-  if (get("controller.kp") && get("ambient.turbulence_force_rms_N")) {
-    o.tolerance.thrust_scale = 0.001;
-    o.tolerance.world_force = 0.0005;
-    o.tolerance.torque_trim = 0.001;
-  }
   if (const auto* v = get("tolerance.thrust_scale")) o.tolerance.thrust_scale = (*v)[0];
   if (const auto* v = get("tolerance.world_force")) o.tolerance.world_force = (*v)[0];
   if (const auto* v = get("tolerance.torque_trim")) o.tolerance.torque_trim = (*v)[0];

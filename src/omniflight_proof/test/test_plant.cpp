@@ -155,7 +155,7 @@ TEST(Plant, RefusesWhatIsNotPhysicalByFieldAndUnit) {
                 .find("initial: is 950.000000 m from the origin, at most 900.000000 m"),
             std::string::npos)
       << refusal({}, {.p_WB = Vec3(0, 0, 950)});
-  const auto tilted = MujocoPlant::create(v, {}, {.initial_alpha = NAN});
+  const auto tilted = MujocoPlant::create(v, {}, {.initial = {}, .initial_alpha = NAN});
   ASSERT_FALSE(tilted);
   EXPECT_NE(tilted.error().text().find("initial_alpha: is nan rad"), std::string::npos);
   vehicle::Vehicle light = v;
