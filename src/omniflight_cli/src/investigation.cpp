@@ -113,6 +113,7 @@ Result<Investigation> investigate(const Case& flown, int most, bool keep) {
     if (!said) return Failure(said.error());
     said->flight = fs::path(recordings.back()).parent_path().filename().string();
     const bool open = said->open(), proposed = said->separation_sigma > 0;
+    const bool same = !out.rounds.empty() && said->findings == out.rounds.back().findings;
     out.rounds.push_back(std::move(*said));
     if (interrupted())
       out.ended = "stopped";
@@ -120,6 +121,8 @@ Result<Investigation> investigate(const Case& flown, int most, bool keep) {
       out.ended = out.rounds.back().findings.empty() ? "nothing is left to tell apart" : "one answer is left";
     else if (!proposed)
       out.ended = "no flight that fits the test bed would tell more";
+    else if (same)
+      out.ended = "the last flight told no more than those before";
     else if (round == most)
       out.ended = fmt::format("{} more were allowed", count(static_cast<std::size_t>(most)));
     if (!out.ended.empty()) return out;
