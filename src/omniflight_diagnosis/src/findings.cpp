@@ -92,7 +92,7 @@ void add_wrench_findings(const Problem& problem, const Naming& naming, Diagnosis
 Finding finding_of(const SensorFault& fault) {
   Finding out;
   out.effect = fault.effect;
-  out.probability = 0.99;
+  out.probability = fault.probability;
   out.stage = physics::Stage::sensing;
   out.channels = {fault.channel};
   out.sentence = fault.sentence;

@@ -23,6 +23,7 @@ TEST(AttachmentTorque, IsTheTorqueOfAHungCableAtItsAttachment) {
                                 [&] {
                                   Situation still = s;
                                   still.a_WB_B.setZero();
+                                  still.body.v_WB_W.setZero();  // weight alone, nothing is being lifted
                                   return still;
                                 }(),
                                 {0.2, 0.3, 5.0})

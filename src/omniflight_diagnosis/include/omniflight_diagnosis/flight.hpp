@@ -22,6 +22,7 @@ struct SensorFault {
   std::string channel;  ///< "rotor1_speed", "vbat"
   std::string sentence;
   double share = 0;  ///< of the flight
+  double probability = 0.99;
 };
 
 /// Uninterrupted samples [begin, end) of the grid that may be used.
