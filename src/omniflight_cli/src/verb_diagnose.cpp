@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <thread>
@@ -231,7 +232,8 @@ Action add_diagnose(CLI::App& verb, Common& common) {
       "--refly-recorded", o->refly_recorded,
       "Fly the recorded reference again in the simulator with the told gains, without and with the model");
   verb.add_option("--budget-s", o->budget_s, "Time to stay within [s]")->check(not_negative(false));
-  verb.add_option("--jobs", o->jobs, "Threads of the search; the answer is the same (default: processors)")
+  verb.add_option("--jobs", o->jobs,
+                  "Threads of the search; the answer is the same (default: processors, up to 4)")
       ->check(CLI::Range(1, 64));
   verb.add_flag("--check", o->check,
                 "Only say what these recordings can and cannot tell; takes seconds and fits nothing");
@@ -254,8 +256,10 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     if (auto ok = take_told(*o, *fit, *vehicle, options, common); !ok) return Failure(ok.error());
     if (auto ok = take_neighbours(*o, *fit, *held_out, options); !ok) return Failure(ok.error());
     ablate(o->ablation, options);
+    constexpr unsigned kDefaultMost = 4;  // each keeps a copy of the flight, and less and less is won
     options.threads =
-        o->jobs > 0 ? o->jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+        o->jobs > 0 ? o->jobs
+                    : static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, kDefaultMost));
     const auto elapsed = [begin] {
       return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     };
