@@ -49,6 +49,7 @@ Model every(bool in_lanes) {
   for (const physics::Effect* e : physics::builtin_effects()) {
     if (in_lanes ? !simulation::flies_in_lanes(*e) : !e->acts_on_wrench() || e->memory_size().total() > 0)
       continue;
+    if (e->info().id == "neighbour_downwash") continue;  // refused, since nobody else flies here
     m.effects.push_back({e, {}});
     for (const auto& p : e->info().parameters)
       m.effects.back().theta.push_back(p.neutral == p.typical ? p.typical
