@@ -49,7 +49,6 @@ Result<Round> round_of(const std::string& folder) {
   if (!j.is_object()) return bad_input("is no diagnosis", path);
   Round r;
   r.verdict = j.value("verdict", "");
-  r.summary = j.value("summary", "");
   for (const auto& f : j.value("findings", nlohmann::json::array())) {
     r.findings.push_back({f.value("effect", "")});
     for (const auto& other : f.value("cannot_be_told_apart_from", nlohmann::json::array()))

@@ -7,8 +7,8 @@ namespace omniflight::cli {
 
 /// What all flights up to this one say together.
 struct Round {
-  std::string flight;            ///< folder of the newest
-  std::string verdict, summary;  ///< of diagnosis.json
+  std::string flight;   ///< folder of the newest
+  std::string verdict;  ///< of diagnosis.json
   std::vector<std::vector<std::string>>
       findings;                 ///< effects that cannot be told apart, the first the likeliest
   double separation_sigma = 0;  ///< predicted of the proposed flight; 0: none was proposed

@@ -86,10 +86,8 @@ class Search {
   Fit quick(const Fit& base, const Effect* effect) const { return quick(problem_, base, effect); }
 
   Fit quick(const Problem& problem, const Fit& base, const Effect* effect) const {
-    for (const Fit& f : alone_)
-      if (f.effects.back().effect == effect)
-        return quick_with(problem, base, *effect, o_, &f.effects.back().theta);
-    return quick_with(problem, base, *effect, o_);
+    const Fit* own = alone_fit(effect);
+    return quick_with(problem, base, *effect, o_, own ? &own->effects.back().theta : nullptr);
   }
 
   /// One more effect beside those of a model.
@@ -122,7 +120,7 @@ class Search {
       bool worth = false, stuck = false, blind = false;
     };
     const auto previews = workers_.map<Preview>(able.size(), [&](const Problem& problem, std::size_t k) {
-      const Fit fit = current.effects.empty() ? alone_fit(able[k]) : quick(problem, current, able[k]);
+      const Fit fit = current.effects.empty() ? *alone_fit(able[k]) : quick(problem, current, able[k]);
       Preview p{.gain = score(fit, costs_) - score(current, costs_)};
       p.worth = tested(fit, costs_) - tested(current, costs_) > -3.0;
       p.stuck = p.worth && at_limit(problem, fit.effects.back());
@@ -170,9 +168,11 @@ class Search {
     by_gain(trials);
   }
 
-  const Fit& alone_fit(const Effect* effect) const {
-    return *std::find_if(alone_.begin(), alone_.end(),
-                         [&](const Fit& f) { return f.effects[0].effect == effect; });
+  /// nullptr where time was up before it was tried.
+  const Fit* alone_fit(const Effect* effect) const {
+    const auto own = std::find_if(alone_.begin(), alone_.end(),
+                                  [&](const Fit& f) { return f.effects.back().effect == effect; });
+    return own == alone_.end() ? nullptr : &*own;
   }
 
   /// Adds the effect that gains most until none earns its parameters, of laws with at most `width` of them.

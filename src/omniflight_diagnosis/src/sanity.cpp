@@ -102,6 +102,22 @@ struct Motion {
   bool acc_from_rotors = false;                        ///< thrust over mass stands in for a missing one
 };
 
+/// Sum of the nominal thrusts at a row of speeds and a tilt [rad] that may be unknown, body axes [N].
+template <class Row>
+Vec3 thrust_of(const vehicle::Vehicle& vehicle, const Row& speed, double tilt) {
+  Vec3 f = Vec3::Zero();
+  for (int k = 0; k < vehicle.rotor_count(); ++k)
+    f += vehicle.rotors[static_cast<std::size_t>(k)].thrust(speed[k]) *
+         vehicle.rotor_axis(k, std::isfinite(tilt) ? tilt : 0.0);
+  return f;
+}
+
+/// The 90 % quantile of the body's rate [rad/s]; 0 where nobody measured it.
+double turning(const Recording& r) {
+  const Signal* gyro = r.find("gyro");
+  return gyro ? quantile(norms(*gyro), 0.9) : 0.0;
+}
+
 /// Thrust of the measured or commanded rotors over mass, body axes [m/s2].
 std::optional<Signal> specific_thrust(const Recording& r, const vehicle::Vehicle& vehicle) {
   const Signal *speed = first_of(r, {"rotor_speed", "rotor_command"}), *alpha = r.find("alpha");
@@ -111,10 +127,8 @@ std::optional<Signal> specific_thrust(const Recording& r, const vehicle::Vehicle
   out.t_s = speed->t_s;
   out.values = Eigen::MatrixXd::Zero(speed->size(), 3);
   for (Eigen::Index i = 0; i < speed->size(); ++i) {
-    const double a = tilt.size() > 0 && std::isfinite(tilt(i, 0)) ? tilt(i, 0) : 0.0;
-    for (int k = 0; k < vehicle.rotor_count(); ++k)
-      out.values.row(i) += vehicle.rotors[static_cast<std::size_t>(k)].thrust(speed->values(i, k)) /
-                           vehicle.mass * vehicle.rotor_axis(k, a).transpose();
+    const Vec3 f = thrust_of(vehicle, speed->values.row(i), tilt.size() > 0 ? tilt(i, 0) : 0.0);
+    out.values.row(i) = f.transpose() / vehicle.mass;
   }
   return out;
 }
@@ -305,14 +319,9 @@ Lift lift(const Recording& r, const Signal* speed, const vehicle::Vehicle& vehic
   const Eigen::MatrixXd tilt = alpha ? recording::resample(*alpha, t) : Eigen::MatrixXd();
   std::vector<double> thrust;
   for (std::size_t i = 0; i < t.size(); ++i) {
-    double a = tilt.size() > 0 ? tilt(static_cast<Eigen::Index>(i), 0) : 0.0;
-    if (!std::isfinite(a)) a = 0;
-    Vec3 f = Vec3::Zero();
-    for (int k = 0; k < vehicle.rotor_count(); ++k)
-      f += vehicle.rotors[static_cast<std::size_t>(k)].thrust(
-               speed->values(static_cast<Eigen::Index>(i * stride), k)) *
-           vehicle.rotor_axis(k, a);
-    thrust.push_back(f.norm());
+    const double a = tilt.size() > 0 ? tilt(static_cast<Eigen::Index>(i), 0) : 0.0;
+    const auto row = static_cast<Eigen::Index>(i * stride);
+    thrust.push_back(thrust_of(vehicle, speed->values.row(row), a).norm());
   }
   out.top = quantile(thrust, 0.95);
   std::vector<double> flying;
@@ -347,9 +356,9 @@ void check_modelled(const Recording& r, const vehicle::Vehicle& vehicle, const O
   if (!source || source->kind != SpeedSource::modelled) return;
   const Lift l = lift(r, &source->speed, vehicle, o);
   constexpr double kLeast = 0.25, kMost = 4.0;  // full drive may be more or less than the file says
-  const double turning = quantile(r.find("gyro") ? norms(*r.find("gyro")) : std::vector<double>{0.0}, 0.9);
-  const bool still = way.up >= 0 && !way.moved() && turning < 0.15;
-  const bool stands = still && std::max(way.up, way.across) < 0.005 && turning < 0.05;  // no hover is so calm
+  const double rate = turning(r);
+  const bool still = way.up >= 0 && !way.moved() && rate < 0.15;
+  const bool stands = still && std::max(way.up, way.across) < 0.005 && rate < 0.05;  // no hover is so calm
   if (stands || l.top < (still ? 2 * kLeast : kLeast))
     out.push_back(format(
         "%sthe motors are driven to %.0f %% of the weight at most: this vehicle never flew, or '%s' (mass "
@@ -373,8 +382,7 @@ void check_vehicle(const Recording& r, const vehicle::Vehicle& vehicle, const Op
     out.emplace_back("the rotors never turn: this vehicle never flew");
     return;
   }
-  if (known && !way.moved() && l.ratio < 0.9 &&
-      quantile(r.find("gyro") ? norms(*r.find("gyro")) : std::vector<double>{0.0}, 0.9) < 0.15) {
+  if (known && !way.moved() && l.ratio < 0.9 && turning(r) < 0.15) {
     out.push_back(
         format("nothing moves (%.0f mm) and the rotors carry %.0f %% of the weight at most: this vehicle "
                "never flew",

@@ -119,4 +119,15 @@ recording::Recording fly(const vehicle::Vehicle& vehicle, const std::vector<phys
   return out;
 }
 
+void drive_by_duty(recording::Recording& r, const vehicle::Vehicle& v, double full) {
+  recording::Signal duty = r.signals["rotor_speed"];
+  duty.name = "pwm";
+  for (Eigen::Index i = 0; i < duty.size(); ++i)
+    for (Eigen::Index k = 0; k < duty.width(); ++k)
+      duty.values(i, k) = std::pow(
+          full * std::abs(duty.values(i, k)) / v.rotors[static_cast<std::size_t>(k)].max_speed(), 1 / 0.85);
+  r.signals.erase("rotor_speed");
+  r.signals["pwm"] = duty;
+}
+
 }  // namespace omniflight::diagnosis::test

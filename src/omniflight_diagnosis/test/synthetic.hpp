@@ -32,4 +32,7 @@ Quat attitude(double t, const Flown& f);
 recording::Recording fly(const vehicle::Vehicle& vehicle, const std::vector<physics::ActiveEffect>& effects,
                          const Flown& f);
 
+/// Duty cycles in place of the rotor speeds: `full` at the largest speed of the vehicle file.
+void drive_by_duty(recording::Recording& recording, const vehicle::Vehicle& vehicle, double full);
+
 }  // namespace omniflight::diagnosis::test

@@ -119,23 +119,10 @@ TEST(BadInput, AnAttitudeTurnedRoundIsToldByTheThrustWhereThereIsNoImu) {
   EXPECT_SAYS(answer(r, v), "body<-world");
 }
 
-/// Duty cycles in place of the rotor speeds; full drive gives the largest speed of the file.
-recording::Recording driven_by_duty(const vehicle::Vehicle& v) {
-  recording::Recording r = good(v);
-  recording::Signal duty = r.signals["rotor_speed"];
-  duty.name = "pwm";
-  for (Eigen::Index i = 0; i < duty.size(); ++i)
-    for (Eigen::Index k = 0; k < duty.width(); ++k)
-      duty.values(i, k) =
-          std::pow(std::abs(duty.values(i, k)) / v.rotors[static_cast<std::size_t>(k)].max_speed(), 1 / 0.85);
-  r.signals.erase("rotor_speed");
-  r.signals["pwm"] = duty;
-  return r;
-}
-
 TEST(BadInput, MotorsThatOnlyIdleOrCarryAnotherVehicleAreToldByTheirDuty) {
   const vehicle::Vehicle v = omnimorph();
-  recording::Recording r = driven_by_duty(v);
+  recording::Recording r = good(v);
+  test::drive_by_duty(r, v, 1.0);
   EXPECT_EQ(answer(r, v).find("cannot be used"), std::string::npos) << answer(r, v);
   vehicle::Vehicle heavy = v, light = v;
   heavy.mass *= 10;

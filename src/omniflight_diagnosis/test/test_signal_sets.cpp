@@ -29,24 +29,12 @@ vehicle::Vehicle load(const char* name) {
   return *v;
 }
 
-/// Duty cycles in place of the rotor speeds.
-void keep_only_duty(recording::Recording& r, const vehicle::Vehicle& v) {
-  recording::Signal duty = r.signals["rotor_speed"];
-  duty.name = "pwm";
-  for (Eigen::Index i = 0; i < duty.size(); ++i)
-    for (Eigen::Index k = 0; k < duty.width(); ++k)
-      duty.values(i, k) = std::pow(
-          0.7 * std::abs(duty.values(i, k)) / v.rotors[static_cast<std::size_t>(k)].max_speed(), 1 / 0.85);
-  r.signals.erase("rotor_speed");
-  r.signals["pwm"] = duty;
-}
-
 TEST(SignalSets, DutyCyclesAloneCarryAWrenchAnalysisWithoutAFalseMass) {
   const vehicle::Vehicle v = load("omnimorph");
   test::Flown flown;
   flown.duration_s = 20;
   recording::Recording r = test::fly(v, {}, flown);
-  keep_only_duty(r, v);
+  test::drive_by_duty(r, v, 0.7);
   const auto d = diagnose(std::span(&r, 1), {}, v);
   ASSERT_TRUE(d) << d.error().text();
   EXPECT_EQ(d->verdict, Verdict::nothing_missing) << d->summary;
@@ -93,7 +81,7 @@ TEST(SignalSets, WhatOnlyTorquesTellIsNotOfferedWithoutThem) {
   EXPECT_TRUE(offered("rotor_axis_misalignment"));
   EXPECT_TRUE(offered("com_offset"));
   EXPECT_TRUE(offered("rotor_drag"));
-  keep_only_duty(r, v);
+  test::drive_by_duty(r, v, 0.7);
   EXPECT_FALSE(offered("rotor_axis_misalignment"));
   EXPECT_FALSE(offered("com_offset"));
   EXPECT_TRUE(offered("rotor_drag"));

@@ -12,9 +12,8 @@ class CablePendulum final : public MemoryEffect<CablePendulum, 4> {
         .id = "cable_pendulum",
         .term = "hung cable with one pendulum mode",
         .equation =
-            "dF = -R^T lambda [s (g + a_z) + max(v_z, 0)^2] e3 + R^T [mu (wn^2 x + 2 zeta wn dx) - (lambda s "
-            "- "
-            "mu) a]_xy, d2x = -a_xy - 2 zeta wn dx - wn^2 x",
+            "dF = -R^T lambda [s (g + a_z) + max(v_z, 0)^2] e3 "
+            "+ R^T [mu (wn^2 x + 2 zeta wn dx) - (lambda s - mu) a]_xy, d2x = -a_xy - 2 zeta wn dx - wn^2 x",
         .latex =
             R"(\Delta F_{xy} = \mu(\omega_1^2x+2\zeta\omega_1\dot x)-(\lambda s-\mu)a_{xy},\ \ddot x+2\zeta\omega_1\dot x+\omega_1^2x=-a_{xy},\ \omega_1=\tfrac{2.4048}{2}\sqrt{g/s},\ \mu=\tfrac{4}{2.4048^2}\lambda s)",
         .source =

@@ -12,9 +12,8 @@ class HungCable final : public WrenchEffect<HungCable> {
         .id = "hung_cable",
         .term = "hung cable, altitude-dependent weight",
         .equation =
-            "s = clamp(h - h0, 0, L), dF = -R^T lambda [s (g + a_z) + max(v_z, 0)^2] e3, the last where 0 < "
-            "s "
-            "< L",
+            "s = clamp(h - h0, 0, L), dF = -R^T lambda [s (g + a_z) + max(v_z, 0)^2] e3, "
+            "the last where 0 < s < L",
         .latex =
             R"(\Delta F = -R^T \lambda\big[s\,(g + \ddot z) + \max(\dot z,0)^2\big] e_3,\quad s = \mathrm{clamp}(h-h_0, 0, L))",
         .source =
