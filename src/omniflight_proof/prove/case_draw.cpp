@@ -54,9 +54,8 @@ class Dealer {
         flights_({"designed", "designed", "designed", "designed", "designed", "designed", "T2", "T1"},
                  draw(o.salt, "deck flights")),
         null_flights_({"designed", "T2", "T1"}, draw(o.salt, "deck null flights")),
-        decoys_(
-            {"quick flight", "retuned controller", "noisy sensors", "slow turbulence", "strong turbulence"},
-            draw(o.salt, "deck decoys")),
+        decoys_({"quick flight", kRetuned, "noisy sensors", "slow turbulence", "strong turbulence"},
+                draw(o.salt, "deck decoys")),
         random_(draw(o.salt, "combinations")) {}
 
   CasePlan single(const std::string& level) {
@@ -191,6 +190,10 @@ std::vector<CasePlan> draw_cases(const DrawOptions& o, const std::vector<Mechani
     }
   }
   for (int k = 0; k < o.nulls; ++k) out.push_back(dealer.nominal(k));
+  // gains are told: as many effects fly retuned as nominal flights do, so that they give nothing away
+  Random retuned = draw(o.salt, "retuned");
+  for (CasePlan& plan : out)
+    if (!plan.parts.empty() && retuned.uniform() < kDecoyShare / kDecoys) plan.decoy = kRetuned;
   Random shuffle = draw(o.salt, "order");
   for (std::size_t k = out.size(); k > 1; --k) std::swap(out[k - 1], out[shuffle.next() % k]);
   for (std::size_t k = 0; k < out.size(); ++k) out[k].id = fmt::format("case-{:04}", k + 1);

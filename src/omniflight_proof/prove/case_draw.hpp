@@ -9,6 +9,10 @@
 
 namespace omniflight::proof {
 
+inline constexpr const char* kRetuned = "retuned controller";  ///< a decoy, and as often beside an effect
+inline constexpr double kDecoyShare = 0.25;                    ///< of nominal cases
+inline constexpr double kDecoys = 5;                           ///< kinds, equally often
+
 struct DrawOptions {
   std::string salt;
   bool sealed = true;  ///< false: the tuning box, with other magnitudes and shapes
@@ -19,7 +23,8 @@ struct DrawOptions {
 
 struct CasePlan {
   std::string id = {};
-  std::string level, flight, decoy;
+  std::string level, flight;
+  std::string decoy;  ///< what is hard about the flight; of cases with effects only kRetuned
   Kind kind = Kind::null;
   double magnitude = 0;                 ///< sigma
   std::vector<std::size_t> parts = {};  ///< indices into the mechanisms

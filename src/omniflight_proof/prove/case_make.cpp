@@ -45,24 +45,25 @@ void calibrate(FlightSetup& s, const vehicle::Vehicle& vehicle, Random random) {
   }
 }
 
-/// What an operator may know; true as far as it goes. Every number has the same width.
-std::string told_yaml(const FlightSetup& s) {
+/// What an operator may know before a flight: gains, and what this laboratory usually has of noise and
+/// turbulence. A decoy's are others, which nobody wrote down: the file must not tell what kind of case it is.
+/// Every number has the same width.
+std::string told_yaml(const control::ControllerConfig& gains) {
   const auto number = [](double x) { return fmt::format("{:<12.6f}", x); };
   const auto gain = [&](const Vec3& v) {
     return "[" + number(v.x()) + ", " + number(v.y()) + ", " + number(v.z()) + "]";
   };
-  const Turbulence& t = *s.world.turbulence;
-  const SensorConfig& c = s.sensors;
+  const SensorConfig c = laboratory();
   return "rates_hz: {imu: 250, mocap: 125, rotor_speed: 125}\nsensors:\n  accelerometer: {noise_rms_mps2: " +
          number(c.accelerometer_noise) + ", bias_mps2: " + number(kBiasKnown) +
          "}\n  gyro: {noise_rms_radps: " + number(c.gyro_noise) + ", bias_radps: " + number(kGyroBiasKnown) +
          "}\n  mocap: {position_noise_m: " + number(c.mocap_position_noise) +
          ", attitude_noise_rad: " + number(c.mocap_attitude_noise) +
          "}\n  rotor_speed: {method: half_period, tick_us: 1}\nambient: {turbulence_force_rms_N: " +
-         number(t.force_rms) + ", turbulence_torque_rms_Nm: " + number(t.torque_rms) +
-         ", correlation_time_s: " + number(t.correlation_time) + "}\ncontroller:\n  kp: " + gain(s.told.kp) +
-         "\n  kv: " + gain(s.told.kv) + "\n  ki: " + gain(s.told.ki) + "\n  kR: " + gain(s.told.kR) +
-         "\n  kw: " + gain(s.told.kw) + "\n  kI: " + gain(s.told.kI) +
+         number(kForceNoise) + ", turbulence_torque_rms_Nm: " + number(kTorqueNoise) +
+         ", correlation_time_s: " + number(kNoiseTime) + "}\ncontroller:\n  kp: " + gain(gains.kp) +
+         "\n  kv: " + gain(gains.kv) + "\n  ki: " + gain(gains.ki) + "\n  kR: " + gain(gains.kR) +
+         "\n  kw: " + gain(gains.kw) + "\n  kI: " + gain(gains.kI) +
          "\ntolerance: {thrust_scale: " + number(kScaleKnown) + ", world_force: " + number(kLevelKnown) +
          ", torque_trim: " + number(kTrimKnown) + "}\nenvironment: {floor_z_m: 0, air_density_kgpm3: 1.2}\n";
 }
@@ -97,7 +98,7 @@ std::vector<std::string> add_nuisances(FlightSetup& s, Random& random) {
 }
 
 void add_decoy(FlightSetup& s, const std::string& decoy) {
-  if (decoy == "retuned controller") {
+  if (decoy == kRetuned) {
     s.flown.kp *= 0.6;
     s.flown.kv *= 0.8;
     s.flown.ki *= 0.5;
@@ -257,7 +258,7 @@ Result<MadeCase> make(const vehicle::Vehicle& vehicle, const std::vector<Mechani
   auto gz = gzip_of_size(recording::to_csv(flown->recording), (next ? 2 : 1) * kRecordingBytes, padding);
   if (!gz) return Failure(gz.error());
   out.recording = std::move(*gz);
-  out.told = told_yaml(s);
+  out.told = told_yaml(s.told);
   if (next) out.truth = {};
   return out;
 }

@@ -30,6 +30,11 @@ json to_json(const Score& s) {
   return j;
 }
 
+json to_json(const LeakResult& l) {
+  return {
+      {"accuracy", l.accuracy}, {"chance", l.chance}, {"p_value", l.p_value}, {"most_telling", l.feature}};
+}
+
 std::string shown(const Score& s) {
   if (s.n == 0) return "-";
   if (!s.is_rate) return fmt::format("{:.3g} {}", s.value, s.unit);
@@ -95,10 +100,9 @@ json to_json(const ProofResult& r) {
           {"baselines", baselines},
           {"confusion", r.scores.confusion},
           {"leak_test",
-           {{"accuracy", r.leak.accuracy},
-            {"chance", r.leak.chance},
-            {"p_value", r.leak.p_value},
-            {"most_telling", r.leak.feature}}},
+           {{"must", fmt::format("p >= {}", kLeakMust)},
+            {"which_effect", to_json(r.leak)},
+            {"whether_any", to_json(r.leak_whether)}}},
           {"runtime",
            {{"median_s", number_or_null(r.median_s)}, {"longest_s", r.longest_s}, {"sum_s", r.analysis_s}}},
           {"cases", cases}};
@@ -170,11 +174,15 @@ Status write_report(const ProofResult& r, const std::filesystem::path& file) {
     for (const auto& said : m.columns) m.values.back().push_back(row.count(said) ? row.at(said) : 0);
   }
   page.section("Confusion").matrix(m);
-  page.section("Leak test")
-      .paragraph(fmt::format(
-          "Guessing the hidden effect from names, sizes, times and order of the files: {:.1f} % right, "
-          "chance {:.1f} %, p = {:.2f} (most telling: {}).",
-          100 * r.leak.accuracy, 100 * r.leak.chance, r.leak.p_value, r.leak.feature));
+  Page& leaks = page.section("Leak test");
+  for (const auto& [what, leak] :
+       {std::pair("which effect is hidden", r.leak), {"whether any is", r.leak_whether}})
+    leaks.paragraph(
+        fmt::format("Guessing {} from names, sizes, times and order of the files and from what is told "
+                    "beside them: {:.1f} % "
+                    "right, chance {:.1f} %, p = {:.2f} (most telling: {}). {}",
+                    what, 100 * leak.accuracy, 100 * leak.chance, leak.p_value, leak.feature,
+                    leak.p_value < kLeakMust ? "It leaks: what follows proves nothing." : ""));
   std::vector<Judged> cases = r.scores.cases;
   std::stable_sort(cases.begin(), cases.end(),
                    [](const Judged& a, const Judged& b) { return a.badness > b.badness; });

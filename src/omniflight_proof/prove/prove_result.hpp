@@ -14,7 +14,8 @@ namespace omniflight::proof {
 struct ProofResult {
   Scores scores;
   std::map<std::string, Scores> baselines;  ///< by name
-  LeakResult leak;
+  LeakResult leak;                          ///< which effect is hidden
+  LeakResult leak_whether;                  ///< whether any is
   nlohmann::json commitment, probe;
   std::string truth_sha256, answers_sha256, answers_next_sha256, salt, box, ablation = "none";
   double analysis_s = 0;  ///< wall time of all diagnoses together

@@ -64,8 +64,10 @@ Status check_frozen(const Places& places, ProofResult& result) {
 }
 
 /// What somebody who only sees the folders would have to guess.
+constexpr const char* kNothing = "nothing";
+
 std::string label(const Truth& t) {
-  return t.effects.empty() ? "nothing" : t.effects.size() > 1 ? "several" : t.effects[0].id;
+  return t.effects.empty() ? kNothing : t.effects.size() > 1 ? "several" : t.effects[0].id;
 }
 
 void print(const Scores& scores) {
@@ -138,16 +140,23 @@ Result<int> run(const Places& places) {
   if (!outside) return Failure(outside.error());
   std::map<std::string, std::string> labels;
   for (const Truth& t : seal->cases) labels[t.id] = label(t);
-  std::vector<std::string> in_order;
-  for (const auto& o : *outside) in_order.push_back(labels[o.id]);
-  result.leak = guess(*outside, in_order);
+  std::vector<std::string> which, whether;
+  for (const auto& o : *outside) {
+    which.push_back(labels[o.id]);
+    whether.emplace_back(labels[o.id] == kNothing ? kNothing : "something");
+  }
+  result.leak = guess(*outside, which);
+  result.leak_whether = guess(*outside, whether);
 
   if (auto ok = files::write_file_atomic(places.out / "proof.json", to_json(result).dump(1) + "\n"); !ok)
     return Failure(ok.error());
   if (auto ok = write_report(result, places.out / "report.html"); !ok) return Failure(ok.error());
   print(result.scores);
-  std::cout << fmt::format("guessing from the outside: {:.1f} % right, chance {:.1f} %, p = {:.2f}\n",
-                           100 * result.leak.accuracy, 100 * result.leak.chance, result.leak.p_value);
+  for (const auto& [what, leak] :
+       {std::pair("which effect", result.leak), {"whether any", result.leak_whether}})
+    std::cout << fmt::format("guessing from the outside {}: {:.1f} % right, chance {:.1f} %, p = {:.2f}{}\n",
+                             what, 100 * leak.accuracy, 100 * leak.chance, leak.p_value,
+                             leak.p_value < kLeakMust ? "  IT LEAKS: " + leak.feature : "");
   if (!result.probe.value("sealed", false))
     std::cout << "NOT SEALED: the analysis could have read the truth\n";
   return 0;

@@ -1,10 +1,12 @@
 #include "score_leak.hpp"
 
+#include <fmt/format.h>
 #include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <numeric>
 
@@ -65,9 +67,31 @@ double accuracy(const Neighbours& near, const std::vector<int>& labels, int clas
   return static_cast<double>(right) / static_cast<double>(std::max<std::size_t>(1, near.size()));
 }
 
+struct Told {
+  std::vector<double> numbers;
+  std::string keys;  ///< the text without its numbers
+};
+/// A number begins after a blank or a bracket and goes on to the next blank, comma or bracket.
+Told split_numbers(const std::string& text) {
+  Told out;
+  for (std::size_t k = 0; k < text.size();) {
+    const bool begins = k == 0 || text[k - 1] == ' ' || text[k - 1] == '[';
+    char* end = nullptr;
+    const double value = begins ? std::strtod(text.c_str() + k, &end) : 0;
+    if (begins && end != text.c_str() + k && text[k] != ' ' && text[k] != '\n') {
+      out.numbers.push_back(value);
+      k = static_cast<std::size_t>(end - text.c_str());
+    } else {
+      if (text[k] != ' ') out.keys += text[k];
+      ++k;
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
-const std::vector<std::string>& outside_features() {
+std::string outside_feature(std::size_t place) {
   static const std::vector<std::string> names{"number in the name",
                                               "place in the listing",
                                               "files",
@@ -80,13 +104,15 @@ const std::vector<std::string>& outside_features() {
                                               "inode",
                                               "owner and mode",
                                               "gzip header"};
-  return names;
+  return place < names.size() ? names[place]
+                              : fmt::format("number {} of told.yaml", place - names.size() + 1);
 }
 
 Result<std::vector<Outside>> look_from_outside(const fs::path& cases) {
   std::vector<Outside> out;
   std::error_code ec;
   double place = 0;
+  std::string keys;
   for (const auto& entry : fs::directory_iterator(cases, ec)) {  // in the order of the file system
     ++place;
     if (!entry.is_directory(ec)) continue;
@@ -94,6 +120,7 @@ Result<std::vector<Outside>> look_from_outside(const fs::path& cases) {
     std::string digits;
     for (const char c : one.id)
       if (c >= '0' && c <= '9') digits += c;
+    Told told;
     double count = 0, bytes = 0, blocks = 0, beside = 0, modified = 0, changed = 0, inode = 0, mode = 0,
            header = 0;
     for (const auto& file : fs::directory_iterator(entry.path(), ec)) {
@@ -113,8 +140,16 @@ Result<std::vector<Outside>> look_from_outside(const fs::path& cases) {
           header = header * 7 + static_cast<unsigned char>((*text)[k]);
       } else {
         beside += static_cast<double>(s.st_size);
+        if (file.path().filename() == "told.yaml") {
+          const auto text = files::read_file(file.path(), 1 << 16);
+          if (!text) return Failure(text.error());
+          told = split_numbers(*text);
+        }
       }
     }
+    if (told.keys != (out.empty() ? told.keys : keys))
+      return bad_input("has other keys than the other cases", (entry.path() / "told.yaml").string());
+    keys = told.keys;
     struct stat s {};
     stat(entry.path().c_str(), &s);
     one.features = {digits.empty() ? 0 : std::stod(digits),
@@ -129,6 +164,7 @@ Result<std::vector<Outside>> look_from_outside(const fs::path& cases) {
                     inode,
                     mode,
                     header};
+    one.features.insert(one.features.end(), told.numbers.begin(), told.numbers.end());
     out.push_back(std::move(one));
   }
   if (ec) return bad_input("cannot be listed: " + ec.message(), cases.string());
@@ -154,7 +190,7 @@ LeakResult guess(const std::vector<Outside>& cases, const std::vector<std::strin
   std::vector<std::string> names;
   for (std::size_t f = 0; f < columns.size(); ++f) {
     views.push_back(neighbours({columns[f]}, n, random));
-    names.push_back(f < outside_features().size() ? outside_features()[f] : "feature");
+    names.push_back(outside_feature(f));
   }
   views.push_back(neighbours(columns, n, random));
   names.emplace_back("all together");

@@ -15,10 +15,11 @@ struct Outside {
   std::string id;
   std::vector<double> features;
 };
-/// Names of the features, in order.
-const std::vector<std::string>& outside_features();
+/// Name of a feature by its place.
+std::string outside_feature(std::size_t place);
 /// Of one case folder: number in the name, place in the listing, files, sizes, times of every kind (relative
-/// to the first case), inode order, owner, mode, gzip header.
+/// to the first case), inode order, owner, mode, gzip header, the numbers of told.yaml. Errors: cases whose
+/// told.yaml have not the same keys.
 Result<std::vector<Outside>> look_from_outside(const std::filesystem::path& cases);
 
 struct LeakResult {
@@ -29,6 +30,8 @@ struct LeakResult {
 };
 /// Nearest neighbours in one feature at a time, and in all together; the best of them counts, in the shuffles
 /// too. labels[i] belongs to cases[i]. Deterministic.
+/// What still passes for chance.
+inline constexpr double kLeakMust = 0.01;
 LeakResult guess(const std::vector<Outside>& cases, const std::vector<std::string>& labels,
                  int shuffles = 200);
 

@@ -81,6 +81,8 @@ def main():
              "must and goal stand beside what came out")
         need({"false alarms", "right effect, top-1", "two effects exact"} <= {s["name"] for s in proof["scores"]},
              "the table has its lines")
+        leak = proof["leak_test"]
+        need(all(leak[k]["p_value"] >= 0.01 for k in ("which_effect", "whether_any")), f"nothing but the data tells: {leak}")
         need(len(proof["baselines"]) >= 6, "baselines were judged on the same cases")
         flown_again = [json.loads(p.read_text())["fit"] for p in out.glob("answers/case-*/diagnosis.json")]
         need(all(len(f["closed_loop"]) == 6 and f["power"]["simulated_after_W"] > 100 for f in flown_again),

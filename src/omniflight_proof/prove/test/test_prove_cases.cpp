@@ -156,6 +156,27 @@ TEST(Case, LooksTheSameFromTheOutsideWhateverIsInIt) {
   EXPECT_GT(r->duration_s, 55);
 }
 
+TEST(Case, WhatIsToldDoesNotSayWhatKindOfCaseItIs) {
+  const auto v = omnimorph();
+  const auto m = mechanisms(v);
+  const auto plans =
+      draw_cases({.salt = "a salt of a test", .sealed = true, .cases = 240, .nulls = 300, .level = ""}, m);
+  int nominal = 0, hidden = 0;
+  for (const CasePlan& p : plans)
+    if (p.decoy == kRetuned) ++(p.parts.empty() ? nominal : hidden);
+  EXPECT_NEAR(nominal, 300 * kDecoyShare / kDecoys, 1);
+  EXPECT_GE(hidden, 6);
+  EXPECT_LE(hidden, 22);
+  std::set<std::string> told;
+  for (const char* decoy : {"", "noisy sensors", "slow turbulence", "strong turbulence"}) {
+    CasePlan p{.id = "case-0001", .level = "L6", .flight = "T1", .decoy = decoy, .kind = Kind::decoy};
+    auto made = make_case(v, m, p, "a salt of a test", true);
+    ASSERT_TRUE(made) << made.error().text();
+    told.insert(made->told);
+  }
+  EXPECT_EQ(told.size(), 1u);
+}
+
 constexpr const char* kNext = R"(schema: omniflight.mission/1
 name: ascent
 alpha_deg: 42

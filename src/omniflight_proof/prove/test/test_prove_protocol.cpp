@@ -310,7 +310,7 @@ std::vector<Outside> cases_like(int n, bool telling, std::vector<std::string>& l
     const int kind = static_cast<int>(random.next() % 4);
     labels.push_back(std::string("kind") + static_cast<char>('0' + kind));
     Outside o{"case-" + std::to_string(k), {}};
-    for (std::size_t f = 0; f < outside_features().size(); ++f) o.features.push_back(random.uniform());
+    for (std::size_t f = 0; f < 20; ++f) o.features.push_back(random.uniform());
     o.features[3] = telling ? 1000 + 10 * kind + random.uniform() : 1000;
     out.push_back(o);
   }
@@ -326,6 +326,26 @@ TEST(Leak, TheClassifierFindsALeakAndOnlyALeak) {
   EXPECT_EQ(found_out.feature, "bytes");
   const auto fair = cases_like(80, false, fair_labels);
   EXPECT_GT(guess(fair, fair_labels).p_value, 0.02);
+}
+
+TEST(Leak, WhatIsToldIsLookedAtToo) {
+  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "prove_told";
+  std::filesystem::remove_all(folder);
+  const auto put = [&](const std::string& id, const std::string& told) {
+    std::filesystem::create_directories(folder / id);
+    ASSERT_TRUE(files::write_file_atomic(folder / id / "told.yaml", told));
+  };
+  put("case-1", "kp: [12.5    , -3e-2]\nnoise: {a_1: 0.08}\n");
+  put("case-2", "kp: [7       , 4    ]\nnoise: {a_1: 0.24}\n");
+  const auto seen = look_from_outside(folder);
+  ASSERT_TRUE(seen) << seen.error().text();
+  ASSERT_EQ(seen->size(), 2u);
+  const auto& f = seen->at(0).features;
+  ASSERT_GE(f.size(), 3u);
+  EXPECT_EQ(std::vector<double>(f.end() - 3, f.end()), (std::vector<double>{12.5, -0.03, 0.08}));
+  EXPECT_EQ(outside_feature(f.size() - 1), "number 3 of told.yaml");
+  put("case-3", "kp: [7       , 4    ]\nother: {a_1: 0.24}\n");
+  EXPECT_FALSE(look_from_outside(folder));
 }
 
 }  // namespace
