@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "ablation.hpp"
 #include "diagnosis_page.hpp"
 #include "flight.hpp"
 #include "omniflight_core/progress.hpp"
@@ -27,22 +28,6 @@ struct Options {
   int jobs = 0;
   bool check = false, refly_recorded = false;
 };
-
-/// What a proof leaves out to see what it is worth.
-void ablate(const std::string& what, diagnosis::Options& options) {
-  if (what == "no-whitening") {
-    options.ar_order = 0;
-  } else if (what == "no-gate") {
-    options.min_share = options.min_magnitude = 0;
-  } else if (what == "no-tolerance") {
-    auto& t = options.tolerance;
-    for (double* sigma : {&t.thrust_scale, &t.accelerometer_lateral, &t.accelerometer_vertical,
-                          &t.world_force, &t.torque_trim, &t.rotor_clock})
-      *sigma *= 1e-3;
-  } else if (what == "no-instruments") {
-    options.refly.clear();
-  }
-}
 
 Result<std::vector<recording::Recording>> load_all(const std::vector<std::string>& paths,
                                                    const std::string& map) {
@@ -240,9 +225,9 @@ Action add_diagnose(CLI::App& verb, Common& common) {
   verb.add_option("--told", o->told, "What is known beside the recording (default: told.yaml beside it)");
   add_csv_map(verb, o->map);
   verb.add_option("--ablation", o->ablation,
-                  "Leave a safeguard out, to see what it is worth: no-whitening | no-gate | no-tolerance | "
-                  "no-instruments")
-      ->check(CLI::IsMember({"no-whitening", "no-gate", "no-tolerance", "no-instruments"}));
+                  "Leave a safeguard out, or give something wrong, to see what an answer is worth:\n" +
+                      ablations_help())
+      ->check(CLI::IsMember(ablations()));
   verb.add_option("--test-bed", o->test_bed, "Where the proposed next flight has to fit");
   return [o, &common]() -> Result<int> {
     const auto begin = std::chrono::steady_clock::now();
@@ -252,10 +237,11 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     if (!fit) return Failure(fit.error());
     auto held_out = load_all(o->held_out, o->map);
     if (!held_out) return Failure(held_out.error());
+    ablate_input(o->ablation, *fit, *vehicle);
     diagnosis::Options options;
     if (auto ok = take_told(*o, *fit, *vehicle, options, common); !ok) return Failure(ok.error());
     if (auto ok = take_neighbours(*o, *fit, *held_out, options); !ok) return Failure(ok.error());
-    ablate(o->ablation, options);
+    ablate_options(o->ablation, options);
     constexpr unsigned kDefaultMost = 4;  // each keeps a copy of the flight, and less and less is won
     options.threads =
         o->jobs > 0 ? o->jobs

@@ -13,8 +13,8 @@ namespace omniflight::cli {
 namespace {
 
 struct Options {
-  std::string seal, reveal, vehicle, level, salt, ablation;
-  int cases = 240, nulls = 300, jobs = 0;
+  std::string seal, reveal, vehicle, level, salt;
+  int cases = 240, nulls = 300, jobs = 0, ablations = -1;
   double limit_s = 600;
   bool tuning = false, allow_unsealed = false, no_baselines = false, no_second = false;
 };
@@ -53,9 +53,9 @@ Action add_prove(CLI::App& verb, Common& common) {
   verb.add_option("--jobs", o->jobs, "At once; default: processors")->check(CLI::Range(1, 64));
   verb.add_option("--limit-s", o->limit_s, "Time of one diagnosis [s]")->check(not_negative(false));
   verb.add_option("--salt", o->salt, "For tests only; a proof draws its own");
-  verb.add_option("--ablation", o->ablation,
-                  "Prove an analysis without one of its safeguards: no-whitening | no-gate | no-tolerance | "
-                  "no-instruments");
+  verb.add_option("--ablations", o->ablations,
+                  "Cases that are diagnosed again with every ablation; default: a tenth of all")
+      ->check(CLI::Range(0, 100000));
   verb.add_flag("--no-second", o->no_second, "Do not fly what is proposed for ambiguous cases");
   verb.add_flag("--tuning", o->tuning, "Other parameter boxes and magnitudes, for developing");
   verb.add_flag("--no-baselines", o->no_baselines, "Leave the textbook methods out");
@@ -79,7 +79,7 @@ Action add_prove(CLI::App& verb, Common& common) {
     add("--reveal", o->reveal);
     add("--vehicle", o->vehicle);
     add("--salt", o->salt);
-    add("--ablation", o->ablation);
+    if (o->ablations >= 0) add("--ablations", std::to_string(o->ablations));
     if (o->jobs > 0) add("--jobs", std::to_string(o->jobs));
     if (o->tuning) a.emplace_back("--tuning");
     if (o->no_second) a.emplace_back("--no-second");

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "omniflight_core/random.hpp"
+
 namespace omniflight::diagnosis {
 
 std::vector<int> blocks_of(const Problem& problem, int& count) {
@@ -16,6 +18,13 @@ std::vector<int> blocks_of(const Problem& problem, int& count) {
     count += parts;
   }
   return block;
+}
+
+std::vector<int> random_folds(const Problem& problem, int& count) {
+  std::vector<int> fold = blocks_of(problem, count);
+  Random random(1, "folds");
+  for (std::size_t n = fold.size(); n > 1; --n) std::swap(fold[n - 1], fold[random.next() % n]);
+  return fold;
 }
 
 }  // namespace omniflight::diagnosis

@@ -91,7 +91,8 @@ Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, con
   Eigen::MatrixXd F(X.rows(), R.cols() + 1);
   F << R, own;  // shape kept, amplitude free
   int count = 0;
-  const std::vector<int> block = blocks_of(problem, count);
+  const std::vector<int> block =
+      options.random_folds ? random_folds(problem, count) : blocks_of(problem, count);
   const int n = problem.samples();
   std::vector<Eigen::MatrixXd> H(static_cast<std::size_t>(count), Eigen::MatrixXd::Zero(F.cols(), F.cols()));
   std::vector<Eigen::VectorXd> g(static_cast<std::size_t>(count), Eigen::VectorXd::Zero(F.cols()));

@@ -221,6 +221,26 @@ BaselineAnswer stepwise(const BaselineData& d, bool whiten) {
   return a;
 }
 
+BaselineAnswer oracle(const BaselineData& d, const std::vector<std::string>& ids) {
+  std::vector<int> columns;
+  std::vector<const Term*> chosen;
+  for (const Term& t : d.terms)
+    if (std::find(ids.begin(), ids.end(), t.id) != ids.end()) {
+      chosen.push_back(&t);
+      for (int k = 0; k < t.columns(); ++k) columns.push_back(t.first + k);
+    }
+  Fit fit;
+  MatrixXd e = d.residual;
+  for (int round = 0; round < 4 && !columns.empty(); ++round) {
+    const Filters filters = autoregression(e, 8);
+    fit = solve(assemble(d, columns, filters, spread(filtered(e, filters))));
+    e = remainder(d, columns, fit.value);
+  }
+  std::vector<NamedTerm> terms;
+  for (const Term* t : chosen) terms.push_back(named(*t, columns, fit, 0));
+  return answer(std::move(terms));
+}
+
 BaselineAnswer black_box(const BaselineData& d) {
   constexpr int knots = 6, blocks = 6;
   const int k = static_cast<int>(d.features.cols());

@@ -28,6 +28,9 @@ BaselineAnswer thresholded(const BaselineData& data, double threshold = 0.1);
 /// Forward stepwise by BIC over terms (Klein and Morelli); whiten: autoregressive residuals of order 8,
 /// fitted anew at every step.
 BaselineAnswer stepwise(const BaselineData& data, bool whiten);
+/// The terms that are there and no others, generalised least squares with autoregressive noise of order 8:
+/// what a fit can know at best. ids: of the terms; those that the library has not are passed over.
+BaselineAnswer oracle(const BaselineData& data, const std::vector<std::string>& ids);
 /// Piecewise-linear splines in every variable alone, ridge; a mismatch when it explains more than 2 % of
 /// held-out blocks in some channel. Names nothing.
 BaselineAnswer black_box(const BaselineData& data);

@@ -59,9 +59,12 @@ Confined run_of(const AnalyseOptions& o, const std::string& name, const fs::path
   const fs::path in = o.places.cases() / name;
   c.arguments = {o.command, "diagnose", (in / "flight.csv.gz").string()};
   if (o.second) c.arguments.push_back((o.places.next() / name / "flight.csv.gz").string());
-  c.arguments.insert(c.arguments.end(), {"--vehicle", o.vehicle, "--out", part.string(), "--quiet",
-                                         "--refly-recorded", "--jobs", "1"});
-  c.arguments.insert(c.arguments.end(), o.more.begin(), o.more.end());
+  c.arguments.insert(c.arguments.end(),
+                     {"--vehicle", o.vehicle, "--out", part.string(), "--quiet", "--jobs", "1"});
+  if (o.ablation.empty())
+    c.arguments.emplace_back("--refly-recorded");
+  else
+    c.arguments.insert(c.arguments.end(), {"--ablation", o.ablation});
   return c;
 }
 
@@ -139,6 +142,7 @@ Status check_confinement(const AnalyseOptions& o) {
 Status analyse(const AnalyseOptions& o) {
   auto names = case_names(o.flights());
   if (!names) return Failure(names.error());
+  if (o.most > 0 && names->size() > o.most) names->resize(o.most);
   std::error_code ec;
   fs::create_directories(o.answers(), ec);
   const fs::path working = o.places.out / "working";
@@ -147,7 +151,9 @@ Status analyse(const AnalyseOptions& o) {
   for (const auto& n : *names)
     if (!fs::exists(o.answers() / n)) open.push_back(n);
   const std::size_t before = names->size() - open.size();
-  Progress progress(o.second ? "diagnosing with the proposed flights" : "diagnosing",
+  Progress progress(!o.ablation.empty() ? "diagnosing with " + o.ablation
+                    : o.second          ? "diagnosing with the proposed flights"
+                                        : "diagnosing",
                     static_cast<double>(names->size()), "cases", o.quiet);
   progress.update(static_cast<double>(before));
   std::list<Running> running;

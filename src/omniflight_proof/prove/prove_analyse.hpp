@@ -19,10 +19,15 @@ struct AnalyseOptions {
   int jobs = 1;
   double limit_s = 600;  ///< a case
   bool quiet = false;
-  bool second = false;            ///< the flights in OUT/next, each together with the one before
-  std::vector<std::string> more;  ///< further arguments of diagnose
+  bool second = false;   ///< the flights in OUT/next, each together with the one before
+  std::string ablation;  ///< of the diagnosis; empty: whole
+  std::size_t most = 0;  ///< cases, the first by name; 0: all
   std::filesystem::path flights() const { return second ? places.next() : places.cases(); }
-  std::filesystem::path answers() const { return second ? places.answers_next() : places.answers(); }
+  std::filesystem::path answers() const {
+    return !ablation.empty() ? places.ablations() / ablation
+           : second          ? places.answers_next()
+                             : places.answers();
+  }
 };
 
 /// Runs the probe inside the confinement and writes OUT/probe.json. With a confinement, any leak is an error;

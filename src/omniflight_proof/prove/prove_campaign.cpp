@@ -20,9 +20,13 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+/// Of `omniflight diagnose --ablation`.
+constexpr const char* kAblations[] = {"no-whitening", "no-gate",   "no-tolerance",  "no-instruments",
+                                      "random-folds", "late-pose", "wrong-inertia", "commands-only"};
+
 struct Options {
-  std::string out = "runs/proof", seal, reveal, vehicle = "omnimorph", level, salt, command, ablation;
-  int cases = 240, nulls = 300, jobs = 0;
+  std::string out = "runs/proof", seal, reveal, vehicle = "omnimorph", level, salt, command;
+  int cases = 240, nulls = 300, jobs = 0, ablations = -1;
   double limit_s = 600;
   bool tuning = false, allow_unsealed = false, baselines = true, second = true, quiet = false,
        as_json = false;
@@ -122,7 +126,22 @@ Status second_round(const Options& o, const Places& places, AnalyseOptions a) {
   return {};
 }
 
+/// The textbook fit that is told what is hidden: how well sizes can be known at all. Only after the answers
+/// are frozen.
+Status ask_oracle(const Options& o, const Places& places) {
+  if (!o.baselines || fs::exists(places.oracle())) return {};
+  auto baselines = program("omniflight_proof_baselines");
+  if (!baselines) return Failure(baselines.error());
+  const std::string vehicle =
+      (places.out / "vehicle" / (fs::path(o.vehicle).stem().string() + ".yaml")).string();
+  return ended(run({*baselines, places.cases().string(), "--vehicle", vehicle, "--oracle",
+                    places.truth().string(), "--out", places.oracle().string()},
+                   true),
+               "the oracle");
+}
+
 Status open_and_score(const Options& o, const Places& places) {
+  if (auto ok = ask_oracle(o, places); !ok) return ok;
   auto scorer = program("omniflight_proof_score");
   if (!scorer) return Failure(scorer.error());
   std::vector<std::string> a{*scorer, "--out", o.out, "--seal", places.seal.string()};
@@ -135,13 +154,21 @@ Status open_and_score(const Options& o, const Places& places) {
   return {};
 }
 
-/// A campaign is whole or of one ablation; the answers in a folder never mix.
-Status keep_to_ablation(const Options& o, const Places& places) {
-  const fs::path file = places.out / "ablation.txt";
-  const std::string wanted = o.ablation.empty() ? "none\n" : o.ablation + "\n";
-  if (auto before = files::read_file(file, 1000); before && *before != wanted)
-    return bad_input("was begun with ablation " + *before, places.out.string(), "Use another --out");
-  return files::write_file_atomic(file, wanted);
+/// The first cases by their shuffled number once more with every ablation, behind the same wall.
+Status ablate(const Options& o, const Places& places, AnalyseOptions a) {
+  const int asked = o.ablations < 0 ? (o.cases + o.nulls) / 10 : o.ablations;
+  if (asked > 0 && !fs::exists(places.frozen_ablations())) {
+    a.most = static_cast<std::size_t>(asked);
+    for (const char* id : kAblations) {
+      a.ablation = id;
+      if (auto ok = analyse(a); !ok) return ok;
+    }
+  }
+  if (asked == 0 && !fs::exists(places.ablations())) return {};
+  auto frozen = freeze(places.ablations(), places.frozen_ablations());
+  if (!frozen) return Failure(frozen.error());
+  say(o, "answers of the ablations frozen: SHA-256 " + *frozen);
+  return {};
 }
 
 Result<int> prove(const Options& o) {
@@ -179,8 +206,6 @@ Result<int> prove(const Options& o) {
     a.vehicle = (places.out / "vehicle" / (fs::path(o.vehicle).stem().string() + ".yaml")).string();
     a.jobs = o.jobs > 0 ? o.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
     a.limit_s = o.limit_s;
-    if (!o.ablation.empty()) a.more = {"--ablation", o.ablation};
-    if (auto ok = keep_to_ablation(o, places); !ok) return Failure(ok.error());
     a.quiet = o.quiet;
     auto confinement = choose_confinement(places.seal, o.allow_unsealed);
     if (!confinement) return Failure(confinement.error());
@@ -201,6 +226,8 @@ Result<int> prove(const Options& o) {
   say(o, "answers frozen: SHA-256 " + *frozen);
   if (!only_open && o.second)
     if (auto ok = second_round(o, places, a); !ok) return Failure(ok.error());
+  if (!only_open)
+    if (auto ok = ablate(o, places, a); !ok) return Failure(ok.error());
   if (!o.seal.empty() && o.reveal.empty()) {
     say(o, "the seal stays closed; open it with: omniflight prove --out " + o.out + " --reveal " + o.seal);
     return 0;
@@ -238,9 +265,9 @@ int main(int argc, char** argv) {
   app.add_option("--limit-s", o.limit_s, "Time of one diagnosis [s]")->check(CLI::Range(1.0, 86400.0));
   app.add_option("--salt", o.salt, "For tests only; a proof draws its own");
   app.add_option("--command", o.command, "The omniflight to prove; default: of this workspace");
-  app.add_option("--ablation", o.ablation,
-                 "An analysis without one of its safeguards; take the salt of the whole one's result")
-      ->check(CLI::IsMember({"no-whitening", "no-gate", "no-tolerance", "no-instruments"}));
+  app.add_option("--ablations", o.ablations,
+                 "Cases that are diagnosed again with every ablation; default: a tenth of all")
+      ->check(CLI::Range(0, 100000));
   app.add_flag("--tuning", o.tuning, "Draw from the tuning box, not the sealed one");
   app.add_flag("--allow-unsealed", o.allow_unsealed,
                "Go on where the analysis cannot be confined; the result says so");

@@ -6,8 +6,10 @@
 //   OUT/answers/case-0001/{diagnosis.json, run.json, ...}
 //   OUT/answers.sha256                               freezes the answers; its own hash is printed
 //   OUT/next/case-0001/..., OUT/answers_next/case-0001/..., OUT/answers_next.sha256   the flight an answer
-//   asked for OUT/proof.json, OUT/report.html                  after the seal was opened SEAL/truth.json mode
-//   600, in a folder of mode 700
+//   asked for
+//   OUT/ablations/late-pose/case-0001/..., OUT/ablations.sha256   answers without a safeguard, of some cases
+//   OUT/oracle.json, OUT/proof.json, OUT/report.html   after the seal was opened
+//   SEAL/truth.json   mode 600, in a folder of mode 700
 #pragma once
 
 #include <filesystem>
@@ -24,6 +26,9 @@ struct Places {
   std::filesystem::path next() const { return out / "next"; }
   std::filesystem::path answers_next() const { return out / "answers_next"; }
   std::filesystem::path frozen_next() const { return out / "answers_next.sha256"; }
+  std::filesystem::path ablations() const { return out / "ablations"; }
+  std::filesystem::path frozen_ablations() const { return out / "ablations.sha256"; }
+  std::filesystem::path oracle() const { return out / "oracle.json"; }
   std::filesystem::path truth() const { return seal / "truth.json"; }
 };
 

@@ -35,6 +35,16 @@ json to_json(const LeakResult& l) {
       {"accuracy", l.accuracy}, {"chance", l.chance}, {"p_value", l.p_value}, {"most_telling", l.feature}};
 }
 
+json to_json(const std::map<std::string, Scores>& others) {
+  json out = json::object();
+  for (const auto& [name, scores] : others) {
+    json t = json::array();
+    for (const auto& s : scores.table) t.push_back(to_json(s));
+    out[name] = {{"scores", t}, {"confusion", scores.confusion}, {"cases", scores.cases.size()}};
+  }
+  return out;
+}
+
 std::string shown(const Score& s) {
   if (s.n == 0) return "-";
   if (!s.is_rate) return fmt::format("{:.3g} {}", s.value, s.unit);
@@ -56,12 +66,31 @@ constexpr const char* kCompared[] = {"false alarms",
                                      "two effects exact",
                                      "three effects exact",
                                      "out of library: unknown, stage and variable right",
-                                     "parameter error, median"};
+                                     "parameter error, median",
+                                     "95 % interval covers"};
+
+report::Table side_by_side(const std::string& name, const Scores& own,
+                           const std::map<std::string, Scores>& others, const std::string& title) {
+  using namespace report;
+  Table t{{{"score"}, {"must"}, {.name = name, .align = Align::right}}, {}, title};
+  for (const auto& [other, ignored] : others) t.columns.push_back({.name = other, .align = Align::right});
+  for (const char* line : kCompared) {
+    const Score* first = find(own, line);
+    if (!first) continue;
+    std::vector<Cell> row{Cell(line), Cell(first->must), Cell(shown(*first))};
+    for (const auto& [other, scores] : others) {
+      const Score* s = find(scores, line);
+      row.emplace_back(s ? shown(*s) : std::string("-"));
+    }
+    t.rows.push_back(row);
+  }
+  return t;
+}
 
 }  // namespace
 
 json to_json(const ProofResult& r) {
-  json table = json::array(), cases = json::array(), baselines = json::object();
+  json table = json::array(), cases = json::array();
   for (const auto& s : r.scores.table) table.push_back(to_json(s));
   for (const Judged& j : r.scores.cases)
     cases.push_back({{"case", j.id},
@@ -81,11 +110,6 @@ json to_json(const ProofResult& r) {
                      {"exact", j.exact},
                      {"set_size", j.set_size},
                      {"held_out_explained", number_or_null(j.explained)}});
-  for (const auto& [name, scores] : r.baselines) {
-    json t = json::array();
-    for (const auto& s : scores.table) t.push_back(to_json(s));
-    baselines[name] = {{"scores", t}, {"confusion", scores.confusion}};
-  }
   return {{"schema", "omniflight.proof/1"},
           {"sealed", r.probe.value("sealed", false)},
           {"confinement", r.probe},
@@ -93,11 +117,12 @@ json to_json(const ProofResult& r) {
           {"truth_sha256", r.truth_sha256},
           {"answers_sha256", r.answers_sha256},
           {"answers_next_sha256", r.answers_next_sha256},
+          {"ablations_sha256", r.ablations_sha256},
           {"salt", r.salt},
           {"box", r.box},
-          {"ablation", r.ablation},
           {"scores", table},
-          {"baselines", baselines},
+          {"baselines", to_json(r.baselines)},
+          {"ablations", to_json(r.ablations)},
           {"confusion", r.scores.confusion},
           {"leak_test",
            {{"must", fmt::format("p >= {}", kLeakMust)},
@@ -131,7 +156,6 @@ Status write_report(const ProofResult& r, const std::filesystem::path& file) {
               {"answers, SHA-256", r.answers_sha256},
               {"confinement", r.probe.value("confinement", "?")},
               {"parameter boxes", r.box},
-              {"left out of the analysis", r.ablation},
               {"median diagnosis", fmt::format("{:.1f}", r.median_s), "s"},
               {"longest diagnosis", fmt::format("{:.1f}", r.longest_s), "s"}});
   Table scores{
@@ -143,21 +167,16 @@ Status write_report(const ProofResult& r, const std::filesystem::path& file) {
                                                      : std::string("-")),
                            Cell(s.must), Cell(s.goal), Cell(to_string(s.verdict))});
   page.section("Scores").table(scores);
-  if (!r.baselines.empty()) {
-    Table t{{{"score"}, {"must"}, {"omniflight"}}, {}, "The same sealed cases, judged by the same program"};
-    for (const auto& [name, ignored] : r.baselines)
-      t.columns.push_back({.name = name, .align = Align::right});
-    for (const char* line : kCompared) {
-      const Score* own = find(r.scores, line);
-      if (!own) continue;
-      std::vector<Cell> row{Cell(line), Cell(own->must), Cell(shown(*own))};
-      for (const auto& [name, b] : r.baselines) {
-        const Score* s = find(b, line);
-        row.emplace_back(s ? shown(*s) : std::string("-"));
-      }
-      t.rows.push_back(row);
-    }
-    page.section("Against textbook methods").table(t);
+  if (!r.baselines.empty())
+    page.section("Against textbook methods")
+        .table(side_by_side("omniflight", r.scores, r.baselines,
+                            "The same sealed cases, judged by the same program"));
+  if (const auto whole = r.ablations.find(kWhole); whole != r.ablations.end()) {
+    auto others = r.ablations;
+    others.erase(kWhole);
+    page.section("Without a safeguard, or with something wrong that was not told")
+        .table(side_by_side(kWhole, whole->second, others,
+                            fmt::format("Ablations, {} cases", whole->second.cases.size())));
   }
   Matrix m{.title = "First answer by hidden effect (single effects, unknown ones, nominal flights)",
            .value_label = "cases",

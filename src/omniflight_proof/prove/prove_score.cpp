@@ -56,6 +56,11 @@ Status check_frozen(const Places& places, ProofResult& result) {
   auto first = frozen_hash(places.answers(), places.frozen());
   if (!first) return Failure(first.error());
   result.answers_sha256 = *first;
+  if (fs::exists(places.ablations())) {
+    auto third = frozen_hash(places.ablations(), places.frozen_ablations());
+    if (!third) return Failure(third.error());
+    result.ablations_sha256 = *third;
+  }
   if (!fs::exists(places.answers_next())) return {};
   auto second = frozen_hash(places.answers_next(), places.frozen_next());
   if (!second) return Failure(second.error());
@@ -68,6 +73,44 @@ constexpr const char* kNothing = "nothing";
 
 std::string label(const Truth& t) {
   return t.effects.empty() ? kNothing : t.effects.size() > 1 ? "several" : t.effects[0].id;
+}
+
+Answer answer_in(const fs::path& folder) {
+  auto text = files::read_file(folder / "diagnosis.json", std::size_t{64} << 20);
+  if (text) return read_answer(*text);
+  Answer none;
+  none.problem = "no diagnosis.json";
+  return none;
+}
+
+/// The analysis without a safeguard each, and whole on the same cases.
+void judge_ablations(const Places& places, const Seal& seal, const std::map<std::string, Answer>& whole,
+                     ProofResult& result) {
+  std::error_code ec;
+  std::vector<Truth> some;
+  for (const auto& folder : fs::directory_iterator(places.ablations(), ec)) {
+    std::map<std::string, Answer> said;
+    some.clear();
+    for (const Truth& t : seal.cases)
+      if (fs::is_directory(folder.path() / t.id, ec)) {
+        some.push_back(t);
+        said[t.id] = answer_in(folder.path() / t.id);
+      }
+    result.ablations[folder.path().filename().string()] = score(some, said);
+  }
+  if (!some.empty()) result.ablations[kWhole] = score(some, whole);
+}
+
+Status judge_baselines(const fs::path& file, const Seal& seal, ProofResult& result) {
+  auto baselines = read_json(file, std::size_t{256} << 20);
+  if (!baselines) return Failure(baselines.error());
+  const json methods = baselines->value("baselines", json::object());
+  for (const auto& [name, cases] : methods.items()) {
+    std::map<std::string, Answer> said;
+    for (const auto& [id, answer] : cases.items()) said[id] = read_answer(answer.dump());
+    result.baselines[name] = score(seal.cases, said);
+  }
+  return {};
 }
 
 void print(const Scores& scores) {
@@ -103,12 +146,7 @@ Result<int> run(const Places& places) {
   std::vector<double> times;
   for (const Truth& t : seal->cases) {
     const fs::path folder = places.answers() / t.id;
-    auto text = files::read_file(folder / "diagnosis.json", std::size_t{64} << 20);
-    Answer a;
-    if (text)
-      a = read_answer(*text);
-    else
-      a.problem = "no diagnosis.json";
+    Answer a = answer_in(folder);
     if (auto ran = read_json(folder / "run.json")) {
       const double s = ran->value("seconds", 0.0);
       times.push_back(s);
@@ -121,21 +159,15 @@ Result<int> run(const Places& places) {
     answers[t.id] = std::move(a);
   }
   result.median_s = median(times);
-  if (auto ablation = files::read_file(places.out / "ablation.txt", 1000))
-    result.ablation = ablation->substr(0, ablation->find('\n'));
   std::map<std::string, Answer> second;
   for (const Truth& t : seal->cases)
     if (auto text = files::read_file(places.answers_next() / t.id / "diagnosis.json", std::size_t{64} << 20))
       second[t.id] = read_answer(*text);
   result.scores = score(seal->cases, answers, second);
-  if (auto baselines = read_json(places.answers() / "baselines.json", std::size_t{256} << 20)) {
-    const json methods = baselines->value("baselines", json::object());
-    for (const auto& [name, cases] : methods.items()) {
-      std::map<std::string, Answer> said;
-      for (const auto& [id, answer] : cases.items()) said[id] = read_answer(answer.dump());
-      result.baselines[name] = score(seal->cases, said);
-    }
-  }
+  for (const fs::path& file : {places.answers() / "baselines.json", places.oracle()})
+    if (fs::exists(file))
+      if (auto ok = judge_baselines(file, *seal, result); !ok) return Failure(ok.error());
+  judge_ablations(places, *seal, answers, result);
   auto outside = look_from_outside(places.cases());
   if (!outside) return Failure(outside.error());
   std::map<std::string, std::string> labels;

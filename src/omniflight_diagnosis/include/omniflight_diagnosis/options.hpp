@@ -55,10 +55,11 @@ struct Options {
   double min_share = 0.04;       ///< of the residual energy of its best channel that an effect must remove
   double min_magnitude = 0.001;  ///< RMS of an effect over weight (or weight times lever)
   int max_effects = 6;
-  int threads = 1;  ///< the search runs on; the answer is the same
+  int threads = 1;                   ///< the search runs on; the answer is the same
   std::vector<std::string> only;     ///< candidate ids; empty: the whole library
   std::vector<std::string> exclude;  ///< ids that are not offered
   bool rollouts = true;
+  bool random_folds = false;  ///< an ablation: samples left out are drawn one by one, as if noise were white
 
   /// Other multirotors during the flight, on the recording's clock.
   std::vector<physics::NeighbourTrack> neighbours;

@@ -34,7 +34,7 @@ def main():
     folder.chmod(0o755)
     out, seal = folder / "out", folder / "seal"
     command = [str(programs / "omniflight_proof_campaign"), "--out", str(out), "--seal", str(seal), "--cases", cases,
-               "--nulls", nulls, "--salt", "the salt of the subset", "--command", str(omniflight), "--jobs", "2"]
+               "--nulls", nulls, "--salt", "the salt of the subset", "--command", str(omniflight), "--jobs", "2", "--ablations", "1"]
     score = [str(programs / "omniflight_proof_score"), "--out", str(out), "--seal", str(seal)]
     try:
         # killed while it diagnoses, then resumed
@@ -71,7 +71,8 @@ def main():
         need(not any(b"payload" in p.read_bytes() or b"truth" in p.read_bytes() for p in out.glob("cases/*/told.yaml")),
              "nothing beside a recording tells what is hidden")
 
-        opened = subprocess.run(score, capture_output=True, text=True)
+        reveal = [command[0], "--out", str(out), "--reveal", str(seal)]
+        opened = subprocess.run(reveal, env=environment, capture_output=True, text=True)
         print(opened.stdout)
         need(opened.returncode == 0, "opened and scored")
         proof = json.loads((out / "proof.json").read_text())
@@ -92,6 +93,10 @@ def main():
         need(flown <= proposed, "only what was proposed was flown again")
         need({p.name for p in out.glob("answers_next/*")} == flown, "and analysed: " + str(sorted(flown)))
         need(not flown or proof["answers_next_sha256"], "those answers were frozen, too")
+        whole = proof["ablations"].pop("nothing left out")
+        need(len(proof["ablations"]) == 8 and all(a["cases"] == whole["cases"] == 1 for a in proof["ablations"].values()),
+             "every ablation was judged on the same cases")
+        need("B6 oracle, told what is hidden" in proof["baselines"], "the oracle was asked")
         need("<h1" in (out / "report.html").read_text(), "there is a report")
         by_name = {s["name"]: s for s in proof["scores"]}
         need(by_name["refused"]["k"] == 0, "every case was answered")

@@ -1,0 +1,63 @@
+#include "ablation.hpp"
+
+namespace omniflight::cli {
+namespace {
+
+struct Ablation {
+  const char *id, *text;
+};
+constexpr Ablation kAblations[] = {
+    {"no-whitening", "noise counts as white"},
+    {"no-gate", "no least share and size of an effect"},
+    {"no-tolerance", "the vehicle file is exact"},
+    {"no-instruments", "effects see the flown states, not the reference flown again"},
+    {"random-folds", "held-out samples are drawn one by one, not in blocks"},
+    {"late-pose", "the pose is 20 ms later than it says"},
+    {"wrong-inertia", "the vehicle file has 10 % too much inertia"},
+    {"commands-only", "rotor speeds are not recorded"},
+};
+constexpr double kLate = 0.020;  ///< s
+constexpr double kHeavy = 1.1;
+
+}  // namespace
+
+const std::vector<std::string>& ablations() {
+  static const std::vector<std::string> ids = [] {
+    std::vector<std::string> out;
+    for (const Ablation& a : kAblations) out.emplace_back(a.id);
+    return out;
+  }();
+  return ids;
+}
+
+std::string ablations_help() {
+  std::string out;
+  for (const Ablation& a : kAblations) out += std::string(out.empty() ? "" : "\n") + a.id + ": " + a.text;
+  return out;
+}
+
+void ablate_input(const std::string& id, std::vector<recording::Recording>& recordings,
+                  vehicle::Vehicle& vehicle) {
+  if (id == "wrong-inertia") vehicle.inertia *= kHeavy;
+  for (recording::Recording& r : recordings) {
+    if (id == "commands-only") r.signals.erase("rotor_speed");
+    if (id != "late-pose") continue;
+    for (const char* name : {"position", "attitude", "velocity"})
+      if (const auto s = r.signals.find(name); s != r.signals.end())
+        for (double& t : s->second.t_s) t += kLate;
+  }
+}
+
+void ablate_options(const std::string& id, diagnosis::Options& options) {
+  if (id == "no-whitening") options.ar_order = 0;
+  if (id == "no-gate") options.min_share = options.min_magnitude = 0;
+  if (id == "no-instruments") options.refly.clear();
+  if (id == "random-folds") options.random_folds = true;
+  if (id != "no-tolerance") return;
+  auto& t = options.tolerance;
+  for (double* sigma : {&t.thrust_scale, &t.accelerometer_lateral, &t.accelerometer_vertical, &t.world_force,
+                        &t.torque_trim, &t.rotor_clock})
+    *sigma *= 1e-3;
+}
+
+}  // namespace omniflight::cli
