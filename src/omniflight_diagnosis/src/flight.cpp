@@ -268,7 +268,11 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   const Eigen::MatrixXd q = take(turned ? turned->seen : *attitude_used, "attitude");
   Signal rotor_squares = *rotor;
   rotor_squares.values = squares(rotor->values);
-  Eigen::MatrixXd speed = roots(take(rotor_squares, rotor->name));
+  const auto spun = o.refly.empty() && !f.speed_from_command
+                        ? halves_of(rotor_squares, o.cutoff_hz, Repeats::kept)
+                        : std::nullopt;
+  Eigen::MatrixXd speed = roots(take(spun ? spun->subtracted : rotor_squares, rotor->name));
+  Eigen::MatrixXd seen_speed = spun ? roots(take(spun->seen, rotor->name)) : speed;
   if (f.speed_from_command) speed = modelled_speed(speed, grid.rate_hz, vehicle);
   const Eigen::MatrixXd p =
       position ? take(moved ? moved->seen : *position, "position") : Eigen::MatrixXd::Zero(fine, 3);
@@ -284,7 +288,7 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   if (!velocity && !position) f.notes.push_back("No velocity: drag is not offered.");
   Eigen::MatrixXd w =
       gyro ? take(*gyro, "gyro")
-           : rate_from_attitude(turned ? on_grid(turned->differentiated, grid, o).x : q, grid.rate_hz);
+           : rate_from_attitude(turned ? on_grid(turned->subtracted, grid, o).x : q, grid.rate_hz);
   f.has_gyro = gyro != nullptr;
   const Eigen::MatrixXd dw = differentiate(w, grid.rate_hz);
   Eigen::MatrixXd force;
@@ -298,7 +302,7 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
       f.notes.push_back("'acc' follows the world's axes, not the body's: it was turned into the body.");
     }
   } else {
-    force = differentiate(moved ? differentiate(on_grid(moved->differentiated, grid, o).x, grid.rate_hz) : v,
+    force = differentiate(moved ? differentiate(on_grid(moved->subtracted, grid, o).x, grid.rate_hz) : v,
                           grid.rate_hz);
     for (Eigen::Index i = 0; i < fine; ++i)
       force.row(i) =
@@ -319,7 +323,7 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
       f.alignment.push_back(
           {"rotor_speed (torque)", "gyro", lag->lag_s, lag->se_s, 0, 0, std::sqrt(lag->explained)});
     if (lag && std::abs(lag->lag_s) > kLeastTorqueLag + 3 * lag->se_s)
-      speed = delayed(speed, lag->lag_s, grid.rate_hz);
+      for (Eigen::MatrixXd* s : {&speed, &seen_speed}) *s = delayed(*s, lag->lag_s, grid.rate_hz);
   }
   const Eigen::MatrixXd dspeed = differentiate(speed, grid.rate_hz);
   const Signal* reference = recording.find("ref_position");
@@ -329,6 +333,7 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   if (f.thrust_modelled) {
     const double scale = lift_scale(speed, force, p, position != nullptr, vehicle);
     speed *= std::sqrt(scale);
+    seen_speed *= std::sqrt(scale);
   }
   physics::Environment environment = o.environment;
   Ground contact = find_ground(p, position != nullptr, speed, force, q, grid.rate_hz, vehicle, o);
@@ -370,7 +375,7 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
     use[static_cast<std::size_t>(i)] = use[static_cast<std::size_t>(fine - 1 - i)] = 0;
 
   const std::vector<physics::NeighbourTrack> neighbours = neighbours_of(recording, o);
-  const Eigen::MatrixXd slow_speed = roots(low_pass(squares(speed), grid.rate_hz, o.effect_cutoff_hz));
+  const Eigen::MatrixXd slow_speed = roots(low_pass(squares(seen_speed), grid.rate_hz, o.effect_cutoff_hz));
 
   // decimate to the grid
   f.rate_hz = o.grid_hz;

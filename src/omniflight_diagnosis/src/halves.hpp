@@ -1,4 +1,4 @@
-// A pose that nothing but itself tells the acceleration of, in two halves with noise of their own.
+// A signal that stands on both sides of the regression, in two halves with noise of their own.
 #pragma once
 
 #include <optional>
@@ -7,15 +7,20 @@
 
 namespace omniflight::diagnosis {
 
-/// Every second sample each. Inertia times twice differentiated noise is what a spring to that noise looks
-/// like: with one pose on both sides of the regression a quiet flight without IMU has a spring.
+/// Every second sample each. A pose that nothing but itself tells the acceleration of: inertia times twice
+/// differentiated noise is what a spring to that noise looks like, and a quiet flight without IMU has a
+/// spring. Rotor speeds: less thrust for the same speed takes their noise out of the residual, and a quiet
+/// flight has rotors that are too weak.
 struct Halves {
-  recording::Signal seen;            ///< by the effects
-  recording::Signal differentiated;  ///< into rate and acceleration
+  recording::Signal seen;        ///< by the effects
+  recording::Signal subtracted;  ///< what makes the residual: rate, acceleration, nominal thrust
 };
 
-/// Samples that repeat the one before are left out. Nothing where half of the rest would be too slow for
-/// cutoff_hz.
-std::optional<Halves> halves_of(const recording::Signal& pose, double cutoff_hz);
+/// A pose that repeats the sample before is an old one; a rotor may well keep its speed.
+enum class Repeats { left_out, kept };
+
+/// Nothing where half of the samples would be too slow for cutoff_hz.
+std::optional<Halves> halves_of(const recording::Signal& signal, double cutoff_hz,
+                                Repeats repeats = Repeats::left_out);
 
 }  // namespace omniflight::diagnosis

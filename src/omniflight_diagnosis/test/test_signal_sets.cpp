@@ -66,6 +66,26 @@ TEST(SignalSets, APoseThatIsDifferentiatedHasNoSpringInItsNoise) {
   }
 }
 
+/// Less thrust for the same speed takes the noise of the speeds out of the residual.
+TEST(SignalSets, RotorSpeedsWithNoiseAreNotRotorsThatAreTooWeak) {
+  const vehicle::Vehicle v = load("crazyflie_brushless");
+  for (const std::uint64_t seed : {1, 2, 3, 4}) {
+    test::Flown f;
+    f.duration_s = 20, f.sway = 0.25, f.seed = seed;
+    f.force_noise_N = 1e-4, f.torque_noise_Nm = 2e-7;
+    recording::Recording r = test::fly(v, {}, f);
+    Random random(seed, "telemetry");
+    auto& p = r.signals["position"].values;
+    auto& s = r.signals["rotor_speed"].values;
+    for (Eigen::Index i = 0; i < p.size(); ++i) p.data()[i] += 1e-4 * random.normal();
+    for (Eigen::Index i = 0; i < s.size(); ++i) s.data()[i] += 8 * random.normal();
+    for (const char* name : {"acc", "velocity"}) r.signals.erase(name);
+    const auto d = diagnose(std::span(&r, 1), {}, v);
+    ASSERT_TRUE(d) << d.error().text();
+    EXPECT_TRUE(d->findings.empty()) << "seed " << seed << ": " << d->summary;
+  }
+}
+
 TEST(SignalSets, WhatOnlyTorquesTellIsNotOfferedWithoutThem) {
   const vehicle::Vehicle v = load("omnimorph");
   test::Flown flown;
