@@ -102,7 +102,11 @@ Result<FlightMetrics> assess(const Recording& r, const vehicle::Vehicle& vehicle
   if (const Signal* integral = r.find("integral")) {
     m.has_integral = true;
     const Signal part = recording::window(*integral, m.from, m.to);
-    if (part.size() > 0) m.mean_integral = part.values.colwise().mean().transpose();
+    if (part.size() > 0) {
+      m.mean_integral = part.values.colwise().mean().transpose();
+      m.rms_integral =
+          (part.values.colwise().squaredNorm() / static_cast<double>(part.size())).cwiseSqrt().transpose();
+    }
   }
   return m;
 }

@@ -31,6 +31,7 @@ struct FlightMetrics {
   double mean_power = 0;              ///< W, mechanical, from rotor speeds; 0 when there are none
   double thesis_power = 0;            ///< "W" of the thesis: c_tau [Nm/Hz^2] times speed [Hz]^3
   Vec6 mean_integral = Vec6::Zero();  ///< m/s^2, rad/s^2, integral action
+  Vec6 rms_integral = Vec6::Zero();   ///< likewise
   bool has_integral = false;
 };
 

@@ -93,7 +93,8 @@ class Ambient final : public simulation::Disturbance {
 };
 
 struct Tracked {
-  Vec6 sum = Vec6::Zero();
+  Vec6 sum = Vec6::Zero(), integrals = Vec6::Zero();
+  int integrated = 0;
   double power = 0;
   int n = 0, powers = 0;
   void add(const Reference& r, const Vec3& p, const Quat& q) {
@@ -107,6 +108,12 @@ struct Tracked {
       power += v.rotors[k].drag_ratio * v.rotors[k].thrust_coefficient * std::pow(std::abs(speed[k]), 3);
     ++powers;
   }
+  void add_integral(const Vec6& action) {
+    integrals += action.cwiseAbs2();
+    ++integrated;
+  }
+  /// Integral action, RMS; not a number where it was not recorded.
+  double integral(Eigen::Index axis) const { return std::sqrt(integrals[axis] / integrated); }
   Vec6 rmse() const { return (sum / std::max(1, n)).cwiseSqrt(); }
   double mean_power() const { return power / std::max(1, powers); }
 };
@@ -116,9 +123,13 @@ Tracked recorded(const recording::Recording& r, const vehicle::Vehicle& v, const
   const Eigen::MatrixXd p = recording::resample(r.signals.at("position"), asked.t, 0.1),
                         q = recording::resample(r.signals.at("attitude"), asked.t, 0.1),
                         s = recording::resample(r.signals.at("rotor_speed"), asked.t, 0.1);
+  const Signal* kept = r.find("integral");
+  const Eigen::MatrixXd integral =
+      kept && kept->width() == 6 ? recording::resample(*kept, asked.t, 0.1) : Eigen::MatrixXd();
   for (std::size_t i = 0; i < asked.t.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     if (asked.t[i] < asked.t.front() + kStart) continue;
+    if (integral.size() > 0 && integral.row(k).allFinite()) out.add_integral(integral.row(k).transpose());
     if (p.row(k).allFinite() && q.row(k).allFinite())
       out.add(asked.at(i), p.row(k).transpose(), Quat(q(k, 0), q(k, 1), q(k, 2), q(k, 3)).normalized());
     const Eigen::VectorXd speed = s.row(k).transpose();
@@ -200,6 +211,7 @@ class Loop {
       if (free && asked.t[at] >= asked.t.front() + kStart && at + 1 < asked.t.size()) {
         out.add(asked.at(at + 1), plant->body().p_WB, plant->body().q_WB);
         out.add_power(vehicle_, plant->rotor_speed());
+        out.add_integral(controller.integral_action());
       }
       if (free && !((plant->body().p_WB - r.p_WB).norm() < 2))
         return fail(ErrorCode::incomplete, "left its reference", "closed loop", "The model cannot be flown");
@@ -264,8 +276,12 @@ Status refly_recorded(const recording::Recording& r, const vehicle::Vehicle& veh
   const Tracked real = recorded(r, vehicle, *asked);
   const char* const names[] = {"px", "py", "pz", "roll", "pitch", "yaw"};
   for (int k = 0; k < 6; ++k)
-    d.fit.closed_loop.push_back(
-        {names[k], k < 3 ? "m" : "deg", real.rmse()[k], before->rmse()[k], after->rmse()[k]});
+    d.fit.closed_loop.push_back({names[k],
+                                 k < 3 ? "m" : "deg",
+                                 real.rmse()[k],
+                                 before->rmse()[k],
+                                 after->rmse()[k],
+                                 {real.integral(k), before->integral(k), after->integral(k)}});
   d.fit.power = {real.mean_power(), before->mean_power(), after->mean_power()};
   return {};
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <thread>
 
@@ -73,9 +74,17 @@ Result<Refit> refly(const Options& o, const std::string& out, const recording::R
   }
   Refit refit{true, compare(before->metrics, *recorded), compare(after->metrics, *recorded)};
   const char* const names[] = {"px", "py", "pz", "roll", "pitch", "yaw"};
+  const auto integral = [](const FlightMetrics& m, std::size_t axis) {
+    return m.has_integral ? m.rms_integral[static_cast<Eigen::Index>(axis)] : std::nan("");
+  };
   for (std::size_t k = 0; k < 6; ++k)
-    d.fit.closed_loop.push_back({names[k], refit.before[k].unit, refit.before[k].real,
-                                 refit.before[k].simulated, refit.after[k].simulated});
+    d.fit.closed_loop.push_back(
+        {names[k],
+         refit.before[k].unit,
+         refit.before[k].real,
+         refit.before[k].simulated,
+         refit.after[k].simulated,
+         {integral(*recorded, k), integral(before->metrics, k), integral(after->metrics, k)}});
   d.fit.power = {recorded->mean_power, before->metrics.mean_power, after->metrics.mean_power};
   return refit;
 }
@@ -321,6 +330,11 @@ Action add_diagnose(CLI::App& verb, Common& common) {
       for (const auto& in : d->inputs)
         for (const auto& w : in.excluded)
           say(common, fmt::format("  cut: {:.2f} s to {:.2f} s, {}", w.from_s, w.to_s, w.why));
+    for (const auto& c : d->fit.closed_loop)
+      if (std::isfinite(c.integral.real))
+        say(common,
+            fmt::format("  integral action {:5}: {:.4g} recorded, {:.4g} -> {:.4g} simulated, RMS", c.channel,
+                        c.integral.real, c.integral.simulated_before, c.integral.simulated_after));
     }
     if (!d->next_flight.mission.empty())
       say(common, fmt::format("  next flight: {}/{}, predicted separation {:.1f} sigma", out,

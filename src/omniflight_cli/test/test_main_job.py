@@ -52,6 +52,9 @@ class MainJob(system.SystemTest):
             self.assertLess(row["simulated_after"] / row["real"], 1.25, row)
         z = fit["closed_loop"][2]
         self.assertLess(z["simulated_before"] / z["real"], 0.5, "before the update the simulation is blind to it")
+        held = z["integral"]  # what the integrator carries shows it at once
+        self.assertGreater(held["ratio_before"], 5)
+        self.assertLess(abs(held["ratio_after"] - 1), 0.1)
         power = fit["power"]
         self.assertLess(abs(power["simulated_after_W"] / power["real_W"] - 1), 0.02)
         self.assertGreater(abs(power["simulated_before_W"] / power["real_W"] - 1), 0.2)

@@ -117,7 +117,14 @@ Json fit_report(const FitReport& f) {
                       {"unit", c.unit},
                       {"real", number(c.real)},
                       {"simulated_before", number(c.simulated_before)},
-                      {"simulated_after", number(c.simulated_after)}});
+                      {"simulated_after", number(c.simulated_after)},
+                      {"integral",
+                       {{"unit", c.unit == "m" ? "m/s2" : "rad/s2"},
+                        {"real", number(c.integral.real)},
+                        {"simulated_before", number(c.integral.simulated_before)},
+                        {"simulated_after", number(c.integral.simulated_after)},
+                        {"ratio_before", number(c.integral.real / c.integral.simulated_before)},
+                        {"ratio_after", number(c.integral.real / c.integral.simulated_after)}}}});
   Json out = {{"in_sample", channels(f.in_sample, false)},
               {"held_out", channels(f.held_out, true)},
               {"rollout", rollout},
