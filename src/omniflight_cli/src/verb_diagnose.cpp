@@ -211,6 +211,25 @@ Status write_next_flight(const Options& o, const std::string& out, diagnosis::Di
   return {};
 }
 
+/// Signals, clocks and motion of one recording, named where there are several.
+void say_intake(const Common& common, const diagnosis::Intake& in) {
+  say(common, "  " + in.recording + ":");
+  for (const auto& s : in.signals)
+    say(common, fmt::format("  {:22} {:6} samples, {:.1f} Hz, longest gap {:.3f} s [{}]", s.name, s.samples,
+                            s.rate_hz, s.longest_gap_s, s.unit));
+  for (const auto& a : in.alignment)
+    say(common, fmt::format("  clock: {} comes {:.1f} ms (+-{:.1f}) after {}, drifts {:.0f} ppm "
+                            "(+-{:.0f}), correlation {:.2f}",
+                            a.late, 1e3 * a.lag_s, 1e3 * a.lag_se, a.early, 1e6 * a.skew, 1e6 * a.skew_se,
+                            a.correlation));
+  for (const auto& e : in.excitation)
+    say(common, fmt::format("  moves: {:18} {:9.3g} to {:9.3g} {}, RMS {:.3g}", e.name, e.low, e.high, e.unit,
+                            e.rms));
+  for (const auto& f : in.sensors)
+    say(common, fmt::format("  sensor: {:14} {:32} {:.4g} {}", f.signal, f.quantity, f.value, f.unit));
+  for (const auto& m : in.missing) say(common, fmt::format("  missing: {}: {}", m.signal, m.costs));
+}
+
 }  // namespace
 
 Action add_diagnose(CLI::App& verb, Common& common) {
@@ -264,7 +283,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
       // the answer itself is written within what is left
       return interrupted() || (o->budget_s > 0 && elapsed() > 0.8 * o->budget_s);
     };
-    auto d = o->check ? diagnosis::check(fit->front(), *vehicle, options)
+    auto d = o->check ? diagnosis::check(*fit, *vehicle, options)
                       : diagnosis::diagnose(*fit, *held_out, *vehicle, options);
     if (!d) return Failure(d.error());
     progress.finish();
@@ -311,30 +330,21 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     for (const auto& c : d->fit.held_out)
       say(common, fmt::format("  held out: {} {}: {:.4g} -> {:.4g} {}, R2 {:.3f} -> {:.3f}", c.recording,
                               c.channel, c.rms_before, c.rms_after, c.unit, c.r2_before, c.r2_after));
-    if (refit.flown) {
-      say(common, "nominal simulation against the recording:\n" + to_text(refit.before));
-      say(common, "simulation with the model found against the recording:\n" + to_text(refit.after));
-    }
-    if (o->check) {
-      for (const auto& s : d->intake.signals)
-        say(common, fmt::format("  {:22} {:6} samples, {:.1f} Hz, longest gap {:.3f} s [{}]", s.name,
-                                s.samples, s.rate_hz, s.longest_gap_s, s.unit));
-      for (const auto& a : d->intake.alignment)
-        say(common, fmt::format("  clock: {} comes {:.1f} ms (+-{:.1f}) after {}, drifts {:.0f} ppm "
-                                "(+-{:.0f}), correlation {:.2f}",
-                                a.late, 1e3 * a.lag_s, 1e3 * a.lag_se, a.early, 1e6 * a.skew, 1e6 * a.skew_se,
-                                a.correlation));
-      for (const auto& e : d->intake.excitation)
-        say(common, fmt::format("  moves: {:18} {:9.3g} to {:9.3g} {}, RMS {:.3g}", e.name, e.low, e.high,
-                                e.unit, e.rms));
-      for (const auto& in : d->inputs)
-        for (const auto& w : in.excluded)
-          say(common, fmt::format("  cut: {:.2f} s to {:.2f} s, {}", w.from_s, w.to_s, w.why));
     for (const auto& c : d->fit.closed_loop)
       if (std::isfinite(c.integral.real))
         say(common,
             fmt::format("  integral action {:5}: {:.4g} recorded, {:.4g} -> {:.4g} simulated, RMS", c.channel,
                         c.integral.real, c.integral.simulated_before, c.integral.simulated_after));
+    if (refit.flown) {
+      say(common, "nominal simulation against the recording:\n" + to_text(refit.before));
+      say(common, "simulation with the model found against the recording:\n" + to_text(refit.after));
+    }
+    if (o->check) {
+      say_intake(common, d->intake);
+      for (const auto& in : d->further) say_intake(common, in);
+      for (const auto& in : d->inputs)
+        for (const auto& w : in.excluded)
+          say(common, fmt::format("  cut: {:.2f} s to {:.2f} s, {}", w.from_s, w.to_s, w.why));
     }
     if (!d->next_flight.mission.empty())
       say(common, fmt::format("  next flight: {}/{}, predicted separation {:.1f} sigma", out,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "findings.hpp"
 #include "omniflight_core/frames.hpp"
 #include "omniflight_physics/effect.hpp"
 #include "quantisation.hpp"
@@ -37,32 +38,6 @@ Estimate mean_of(const std::vector<double>& x) {
   out.scatter = std::sqrt(squares / (n - 1));
   out.se = out.scatter / std::sqrt(n);
   return out;
-}
-
-void add(Diagnosis& d, const char* id, const char* channel, const char* unit, const std::string& sentence,
-         std::vector<ParameterValue> parameters, double off, double noise) {
-  const physics::Effect* effect = physics::find_effect(id);
-  if (!effect) return;
-  Finding f;
-  f.effect = id;
-  f.probability = 0.99;
-  f.stage = effect->info().stage;
-  f.channels = {channel};
-  f.equation = effect->info().equation;
-  f.latex = effect->info().latex;
-  f.sentence = sentence;
-  f.parameters = std::move(parameters);
-  d.findings.push_back(std::move(f));
-  Mismatch m;
-  m.stage = effect->info().stage;
-  m.channel = channel;
-  m.frame = "body";
-  m.unit = unit;
-  m.where = "throughout";
-  m.rms = off;
-  m.noise_rms = noise;
-  m.p_value = std::erfc(off / std::max(1e-12, noise) / std::sqrt(2.0));
-  d.mismatch.push_back(std::move(m));
 }
 
 ParameterValue value_of(const char* name, const char* symbol, const char* unit, const Estimate& e) {
@@ -126,7 +101,8 @@ void leave_open(Diagnosis& d, const char* rival) {
 void judge_steps(const Recording& r, Diagnosis& d) {
   const auto step = speed_step(r);
   if (!step) return;
-  add(d, "command_quantisation", "rotor_speed", "rad/s",
+  add_sensor(
+      d, "command_quantisation", "rotor_speed", "rad/s",
       format("The rotors keep to speeds %.3g rad/s apart, or their telemetry does; their commands do not.",
              *step),
       {{"step", "q", "rad/s", *step, 0.98 * *step, 1.02 * *step}}, *step / std::sqrt(12.0), 0.01 * *step);
@@ -154,17 +130,18 @@ void judge_speeds(const Recording& r, Diagnosis& d) {
   if (2 * slow > static_cast<int>(known.size()) && common < 1 - kLeastGain) {
     // a battery empties; a telemetry that reads low does so from the first second to the last
     const bool empties = 2 * sinking > static_cast<int>(known.size());
-    add(d, "battery_sag", "rotor_speed", "1",
-        format("The rotors turn %.2f %% slower than they were ordered to, %s", 100 * (1 - common),
-               empties ? "and ever more so, as on a battery that gives way."
-                       : "as on a battery that gives way, or by a telemetry that reads low."),
-        {}, 1 - common, se);
+    add_sensor(d, "battery_sag", "rotor_speed", "1",
+               format("The rotors turn %.2f %% slower than they were ordered to, %s", 100 * (1 - common),
+                      empties ? "and ever more so, as on a battery that gives way."
+                              : "as on a battery that gives way, or by a telemetry that reads low."),
+               {}, 1 - common, se);
     if (!empties) leave_open(d, "rotor_speed_sensor_fault");
   }
   if (odd == 1) {
     const Estimate& g = gains[static_cast<std::size_t>(last)];
     const Estimate scale{g.value / common - 1, g.se, g.scatter};
-    add(d, "rotor_speed_sensor_fault", "rotor_speed", "1",
+    add_sensor(
+        d, "rotor_speed_sensor_fault", "rotor_speed", "1",
         format("Rotor %d turns %.2f %% %s than ordered by its own telemetry, the others do not: its sensor, "
                "or its motor.",
                last + 1, 100 * std::abs(scale.value), scale.value < 0 ? "slower" : "faster"),
@@ -215,7 +192,8 @@ void judge_voltage(const Recording& r, Diagnosis& d) {
     if (const auto c = voltage_exponent(*speed, u, v, k)) exponents.push_back(*c);
   const Estimate open_loop = mean_of(exponents);  // every rotor tells of the same battery
   if (!open_loop.is_not(0, 0.3)) return;
-  add(d, "battery_sag", "rotor_speed", "1",
+  add_sensor(
+      d, "battery_sag", "rotor_speed", "1",
       format(
           "Speeds follow duty cycle times the battery's voltage to the power %.2f: a model from duty cycle "
           "to speed needs the voltage.",
@@ -265,7 +243,8 @@ void judge_tilt(const Recording& r, double rate, Diagnosis& d) {
   }
   const Estimate lag = mean_of(lags);
   if (!lag.is_not(0, kLeastServo)) return;
-  add(d, "tilt_servo_lag", "alpha", "s",
+  add_sensor(
+      d, "tilt_servo_lag", "alpha", "s",
       format("The tilt follows its command %.0f ms late, the vehicle file has no such lag.", 1e3 * lag.value),
       {value_of("time_constant", "tau_a", "s", lag)}, lag.value, lag.se);
 }
@@ -343,9 +322,9 @@ void judge_gyro(const Recording& r, const Options& o, Diagnosis& d) {
     if (std::abs(b.value) > largest) largest = std::abs(b.value), noise = b.se;
   }
   if (beyond)
-    add(d, "gyro_error", "gyro", "rad/s",
-        format("The gyro is off by up to %.2g rad/s against the measured attitude.", largest),
-        std::move(parameters), largest, noise);
+    add_sensor(d, "gyro_error", "gyro", "rad/s",
+               format("The gyro is off by up to %.2g rad/s against the measured attitude.", largest),
+               std::move(parameters), largest, noise);
 }
 
 }  // namespace
@@ -378,11 +357,11 @@ void add_kinematics(const Kinematics& kinematics, Diagnosis& d) {
       text += format("%s%s %.3g %s", k > 0 ? ", " : "", p.name.c_str(), part.value[k], p.unit.c_str());
       if (std::abs(part.value[k]) > std::abs(part.value[largest])) largest = k;
     }
-    add(d, part.effect.c_str(), part.effect == "mocap_tilt" ? "position" : "acc",
-        parameters.front().unit.c_str(),
-        format("The accelerometer and the measured position do not tell of one motion; %s: %s.",
-               effect->info().term.c_str(), text.c_str()),
-        std::move(values), std::abs(part.value[largest]), part.se[largest]);
+    add_sensor(d, part.effect.c_str(), part.effect == "mocap_tilt" ? "position" : "acc",
+               parameters.front().unit.c_str(),
+               format("The accelerometer and the measured position do not tell of one motion; %s: %s.",
+                      effect->info().term.c_str(), text.c_str()),
+               std::move(values), std::abs(part.value[largest]), part.se[largest]);
     Finding& f = d.findings.back();
     f.cannot_be_told_apart_from = part.as_well;
     f.rivals = static_cast<int>(part.as_well.size());

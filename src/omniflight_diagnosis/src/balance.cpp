@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "faults.hpp"
 #include "findings.hpp"
 #include "text.hpp"
 #include "thrust_source.hpp"
+#include "together.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -18,8 +18,29 @@ using recording::Signal;
 struct Steady {
   Eigen::VectorXd thrust;
   double seconds = 0;
+  double alpha = 0;  ///< rad, tilt of the rotors
+  bool tilt_unknown = false;
   std::vector<Window> excluded;
 };
+
+constexpr double kSameTilt = 0.05;  // rad: tilts at which the torques of one thrust hardly differ
+
+/// Tilt of the rotors at these times [rad]: measured, else ordered, else as near to none as the vehicle can.
+Eigen::VectorXd tilt_of(const Recording& r, const vehicle::Vehicle& v, const std::vector<double>& t_s,
+                        bool& unknown) {
+  const Signal* alpha = r.find("alpha") ? r.find("alpha") : r.find("alpha_command");
+  unknown = v.tilt.kind != vehicle::TiltKind::none && !(alpha && alpha->width() == 1);
+  const double usual = std::clamp(0.0, v.tilt.min, std::max(v.tilt.min, v.tilt.max));
+  Eigen::VectorXd out = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(t_s.size()), usual);
+  if (!alpha || alpha->width() != 1) return out;
+  const Eigen::MatrixXd x = recording::resample(*alpha, t_s);
+  for (Eigen::Index i = 0; i < x.rows(); ++i)  // beyond its ends the nearest value holds
+    out[i] =
+        std::isfinite(x(i, 0))
+            ? x(i, 0)
+            : alpha->values(t_s[static_cast<std::size_t>(i)] < alpha->t_s.front() ? 0 : alpha->size() - 1, 0);
+  return out;
+}
 
 Steady steady_thrust(const Recording& r, const Signal& speed, const vehicle::Vehicle& v) {
   Steady out;
@@ -41,6 +62,10 @@ Steady steady_thrust(const Recording& r, const Signal& speed, const vehicle::Veh
   if (p && p->values.col(2).maxCoeff() - p->values.col(2).minCoeff() > 0.2)
     low = p->values.col(2).minCoeff() +
           std::min(0.15, 0.4 * (p->values.col(2).maxCoeff() - p->values.col(2).minCoeff()));
+  const Eigen::VectorXd tilt = tilt_of(r, v, speed.t_s, out.tilt_unknown);
+  std::vector<double> tilts(tilt.begin(), tilt.end());
+  std::nth_element(tilts.begin(), tilts.begin() + n / 2, tilts.end());
+  out.alpha = tilts[static_cast<std::size_t>(n / 2)];
   std::vector<std::vector<double>> kept(static_cast<std::size_t>(rotors));
   const double period = speed.median_period_s();
   double open = -1;
@@ -49,7 +74,7 @@ Steady steady_thrust(const Recording& r, const Signal& speed, const vehicle::Veh
     open = -1;
   };
   for (Eigen::Index i = 0; i < n; ++i) {
-    bool good = total[i] > 0.6 * usual && total[i] < 1.4 * usual;
+    bool good = total[i] > 0.6 * usual && total[i] < 1.4 * usual && std::abs(tilt[i] - out.alpha) < kSameTilt;
     if (x.size() > 0) good = good && x(i, 2) > low;
     if (w.size() > 0) good = good && std::hypot(w(i, 0), w(i, 1)) < 0.4 && std::abs(w(i, 2)) < 0.2;
     const double t = speed.t_s[static_cast<std::size_t>(i)];
@@ -85,49 +110,62 @@ ParameterValue value_of(const physics::Effect* effect, std::size_t at, const cha
 
 }  // namespace
 
-bool only_motors(const Recording& r) {
-  const bool attitude = r.find("attitude") || r.find("est_attitude");
-  const bool motion = r.find("acc") || r.find("velocity") || r.find("est_velocity") || r.find("position") ||
-                      r.find("est_position");
-  const bool motors =
-      r.find("rotor_speed") || r.find("rotor_command") || r.find("pwm") || r.find("motor_power");
-  return motors && !(attitude && motion);
-}
-
-Result<Diagnosis> diagnose_balance(const Recording& r, const vehicle::Vehicle& v, const Options& o) {
-  Recording chosen = r;  // commanded power, where logged, is closer to thrust than the duty cycle
-  if (r.find("motor_power") && !r.find("rotor_speed") && !r.find("rotor_command"))
-    chosen.signals.erase("pwm");
-  const auto source = thrust_source(chosen, v);
-  if (!source)
-    return bad_input("no motor signal ('rotor_speed', 'rotor_command', 'pwm' or 'motor_power')", r.file,
-                     "Record one of them, or name the columns with --map");
-  const Steady steady = steady_thrust(r, source->speed, v);
-  if (steady.seconds < 2 || !(steady.thrust.minCoeff() > 0))
-    return bad_input(format("only %.1f s of steady flight, at least 2 s are needed", steady.seconds), r.file,
-                     "Give a recording with some hover");
+Result<Diagnosis> diagnose_balance(std::span<const Recording> flown, const vehicle::Vehicle& v,
+                                   const Options& o) {
   Diagnosis d;
-  d.inputs.push_back({r.file, r.sha256, r.duration_s, {}, steady.excluded});
-  for (const std::string& name : r.signal_names())
-    if (name.rfind("truth_", 0) != 0) d.inputs.back().signals.push_back(name);
+  const int n = v.rotor_count();
+  // every flight's own shares count as long as it was steady
+  vehicle::AllocationMatrix A = vehicle::AllocationMatrix::Zero(6, n);
+  Eigen::VectorXd share = Eigen::VectorXd::Zero(n);
+  Vec6 wrench = Vec6::Zero();  // at thrusts that add up to one
+  double seconds = 0;
+  std::string notes;
+  std::optional<Error> refused;
+  for (const Recording& r : flown) {
+    Recording chosen = r;  // commanded power, where logged, is closer to thrust than the duty cycle
+    if (r.find("motor_power") && !r.find("rotor_speed") && !r.find("rotor_command"))
+      chosen.signals.erase("pwm");
+    const auto source = thrust_source(chosen, v);
+    if (!source)
+      return bad_input("no motor signal ('rotor_speed', 'rotor_command', 'pwm' or 'motor_power')", r.file,
+                       "Record one of them, or name the columns with --map");
+    const Steady steady = steady_thrust(r, source->speed, v);
+    d.inputs.push_back(input_of(r));
+    d.inputs.back().excluded = steady.excluded;
+    if (steady.seconds < 2 || !(steady.thrust.minCoeff() > 0)) {
+      refused = Error{ErrorCode::bad_input,
+                      format("only %.1f s of steady flight, at least 2 s are needed", steady.seconds), r.file,
+                      "Give a recording with some hover"};
+      d.left_out.push_back("the motors of " + r.file + " (" + refused->message + ")");
+      continue;
+    }
+    const Eigen::VectorXd part = steady.thrust / steady.thrust.sum();
+    const vehicle::AllocationMatrix own = v.allocation_matrix(steady.alpha);
+    share += steady.seconds * part;
+    wrench += steady.seconds * (own * part);
+    A += steady.seconds * own;
+    seconds += steady.seconds;
+    if (steady.tilt_unknown && notes.find("tilt angle") == std::string::npos)
+      notes += format(" No tilt angle: it is taken as %.2f rad.", steady.alpha);
+    if (notes.find(source->note) == std::string::npos) notes += " " + source->note;
+  }
+  if (!(seconds > 0)) return Failure(*refused);
+  share /= seconds, wrench /= seconds, A /= seconds;
 
   // imbalance over roll, pitch and yaw, each over weight times its mean arm
-  const int n = v.rotor_count();
-  const auto A = v.allocation_matrix(0);
+  const double lift = std::max(1e-9, wrench.head<3>().norm());  // of the thrusts' sum
   Vec3 arm = Vec3::Zero();
   for (int k = 0; k < n; ++k)
     for (int c = 0; c < 3; ++c) arm[c] += std::abs(A(3 + c, k)) / n;
-  const double total = steady.thrust.sum();
   Vec3 imbalance, sigma(o.tolerance.motor_lateral, o.tolerance.motor_lateral, o.tolerance.motor_yaw);
-  for (int c = 0; c < 3; ++c)
-    imbalance[c] = (A.row(3 + c) * steady.thrust)(0) / (total * std::max(1e-9, arm[c]));
+  for (int c = 0; c < 3; ++c) imbalance[c] = wrench[3 + c] / (lift * std::max(1e-9, arm[c]));
   const auto chi = [&](const Vec3& x) { return x.cwiseQuotient(sigma).squaredNorm(); };
   const double none = chi(imbalance), centre = std::pow(imbalance.z() / sigma.z(), 2);
   int rotor = -1;
   double best = none, extra = 0, extra_se = 0;
   for (int k = 0; k < n; ++k) {
     Vec3 u;
-    for (int c = 0; c < 3; ++c) u[c] = A(3 + c, k) / std::max(1e-9, arm[c]) / n;
+    for (int c = 0; c < 3; ++c) u[c] = A(3 + c, k) / (lift * std::max(1e-9, arm[c]) * n);
     const double H = u.cwiseQuotient(sigma).squaredNorm();
     const double e = u.cwiseQuotient(sigma).dot(imbalance.cwiseQuotient(sigma)) / H;
     if (e > 0 && chi(imbalance - e * u) < best) {
@@ -206,15 +244,11 @@ Result<Diagnosis> diagnose_balance(const Recording& r, const vehicle::Vehicle& v
         "Nothing is missing: the motors share the load as evenly as motors of one kind do (" + m.where + ").";
   }
   d.summary +=
-      " There is no attitude or no force in this recording: only the balance of the motors in steady flight "
+      " There is no attitude or no force: only the balance of the motors in steady flight "
       "was "
-      "judged; forces, drag, load and wind cannot be told. " +
-      source->note;
-  for (const SensorFault& fault : find_sensor_faults(r)) {
-    d.findings.push_back(finding_of(fault));
-    d.verdict = Verdict::explained;
-    d.summary += " " + fault.sentence;
-  }
+      "judged; forces, drag, load and wind cannot be told." +
+      notes;
+  for (const std::string& what : d.left_out) d.summary += " Left out: " + what + ".";
   return d;
 }
 

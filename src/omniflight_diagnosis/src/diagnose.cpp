@@ -16,15 +16,18 @@
 #include "intake.hpp"
 #include "lever.hpp"
 #include "locate.hpp"
+#include "missing.hpp"
 #include "naming.hpp"
 #include "offered.hpp"
 #include "propose.hpp"
 #include "remainder.hpp"
 #include "rollout.hpp"
 #include "sanity.hpp"
+#include "sensors_alone.hpp"
 #include "shooting.hpp"
 #include "single_rotor.hpp"
 #include "text.hpp"
+#include "together.hpp"
 #include "uncertainty.hpp"
 
 namespace omniflight::diagnosis {
@@ -63,17 +66,96 @@ std::vector<Eigen::MatrixXd> wrench_of(const Problem& problem, const Fit& model,
   return out;
 }
 
-/// The answer about a recording that cannot be believed.
-Diagnosis unusable(const recording::Recording& r, const std::vector<std::string>& against) {
-  Diagnosis d;
-  d.verdict = Verdict::unusable;
-  d.inputs.push_back({r.file, r.sha256, r.duration_s, {}, {}});
-  for (const std::string& name : r.signal_names())
-    if (name.rfind("truth_", 0) != 0) d.inputs.back().signals.push_back(name);
-  d.summary = "This recording cannot be used as it is:";
-  for (const std::string& text : against) d.summary += " " + text + ".";
-  d.summary += " Nothing was fitted.";
+/// The sensors of a recording that is not fitted.
+void add_other(const Diagnosis& one, Diagnosis& d) {
+  add_recording(one, one.inputs[0].file, d);
+  for (const Finding& f : one.findings) d.summary += " In " + one.inputs[0].file + ": " + f.sentence;
+  if (d.verdict == Verdict::nothing_missing && !d.findings.empty()) d.verdict = Verdict::explained;
+  d.inputs.push_back(one.inputs[0]);
+  d.further.push_back(one.intake);
+}
+
+/// No recording carries a wrench: the balance of the motors where they were recorded, and the sensors.
+Result<Diagnosis> without_a_wrench(std::span<const recording::Recording> fit, const vehicle::Vehicle& vehicle,
+                                   const Options& o) {
+  std::vector<recording::Recording> motors;
+  for (const recording::Recording& r : fit)
+    if (reach_of(r) == Reach::motors) motors.push_back(r);
+  if (motors.empty()) return diagnose_sensors(fit, vehicle, o, hindrance(fit[0]));
+  auto d = diagnose_balance(motors, vehicle, o);
+  if (!d) {
+    const bool others = std::any_of(fit.begin(), fit.end(), [](const recording::Recording& r) {
+      return r.find("acc") || r.find("gyro") || r.find("position") || r.find("attitude");
+    });
+    if (!others) return d;
+    return diagnose_sensors(fit, vehicle, o, hindrance(motors[0]) + ", and " + d.error().message);
+  }
+  const std::vector<Input> steady = d->inputs;
+  d->inputs.clear();
+  auto next = steady.begin();
+  for (const recording::Recording& r : fit) {
+    Diagnosis one = judge_sensors_of(r, vehicle, o);
+    if (reach_of(r) == Reach::motors)
+      one.inputs[0].excluded = (next++)->excluded;
+    else
+      d->left_out.push_back("the motors of " + r.file + " (" + hindrance(r) + ")");
+    add_other(one, *d);
+  }
+  d->intake = d->further.front();
+  d->further.erase(d->further.begin());
   return d;
+}
+
+/// Every flight's sensors against themselves and against each other.
+void add_sensors(std::span<const recording::Recording> fit, const std::vector<Flight>& flights,
+                 const vehicle::Vehicle& vehicle, const Options& o, Diagnosis& d) {
+  for (std::size_t k = 0; k < fit.size(); ++k) {
+    Diagnosis faults;
+    add_faults(flights[k].faults, flights[k].excluded, faults);
+    add_recording(faults, fit[k].file, d);
+  }
+  const std::vector<Finding> named = d.findings;  // what these explain is not asked again
+  for (std::size_t k = 0; k < fit.size(); ++k) {
+    Diagnosis one;
+    one.findings = named;
+    add_agreement(fit[k], vehicle, o, one);
+    one.findings.erase(one.findings.begin(),
+                       one.findings.begin() + static_cast<std::ptrdiff_t>(named.size()));
+    add_recording(one, fit[k].file, d);
+  }
+}
+
+/// Recordings of one reach, with what stands for them.
+struct Chosen {
+  std::vector<recording::Recording> fit, held_out;
+  Options options;
+  std::vector<Diagnosis> others;  ///< of those that carry none
+  std::vector<std::string> left_out;
+};
+
+/// Beside flights that carry a wrench, those that do not are judged by their sensors only.
+Chosen with_a_wrench(std::span<const recording::Recording> fit,
+                     std::span<const recording::Recording> held_out, const vehicle::Vehicle& vehicle,
+                     const Options& o) {
+  Chosen c;
+  c.options = o;
+  const bool again = o.refly.size() == fit.size();
+  if (again) c.options.refly.clear();
+  for (std::size_t k = 0; k < fit.size(); ++k) {
+    if (reach_of(fit[k]) == Reach::wrench) {
+      c.fit.push_back(fit[k]);
+      if (again) c.options.refly.push_back(o.refly[k]);
+      continue;
+    }
+    c.others.push_back(judge_sensors_of(fit[k], vehicle, o));
+    c.left_out.push_back("the wrench in " + fit[k].file + " (" + hindrance(fit[k]) + ")");
+  }
+  for (const recording::Recording& r : held_out)
+    if (reach_of(r) == Reach::wrench)
+      c.held_out.push_back(r);
+    else
+      c.left_out.push_back("the prediction of " + r.file + " (" + hindrance(r) + ")");
+  return c;
 }
 
 }  // namespace
@@ -83,14 +165,6 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
                            const Options& o) {
   if (fit.empty()) return bad_input("no recording to diagnose", "", "Name at least one recording");
   if (auto valid = vehicle::validate(vehicle); !valid) return tl::unexpected(valid.error());
-  Diagnosis d;
-  if (fit.size() == 1 && only_motors(fit[0])) {
-    if (auto against = objections(fit[0], vehicle, o); !against)
-      return tl::unexpected(against.error());
-    else if (!against->empty())
-      return unusable(fit[0], *against);
-    return diagnose_balance(fit[0], vehicle, o);
-  }
   for (const auto* list : {&fit, &held_out}) {
     for (const recording::Recording& r : *list) {
       auto against = objections(r, vehicle, o);
@@ -98,8 +172,20 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
       if (!against->empty()) return unusable(r, *against);
     }
   }
+  const auto lacks = [](const recording::Recording& r) { return reach_of(r) != Reach::wrench; };
+  if (std::all_of(fit.begin(), fit.end(), lacks)) return without_a_wrench(fit, vehicle, o);
+  if (std::any_of(fit.begin(), fit.end(), lacks) || std::any_of(held_out.begin(), held_out.end(), lacks)) {
+    const Chosen c = with_a_wrench(fit, held_out, vehicle, o);
+    auto d = diagnose(c.fit, c.held_out, vehicle, c.options);
+    if (!d) return d;
+    for (const Diagnosis& one : c.others) add_other(one, *d);
+    for (const std::string& what : c.left_out) d->summary += " Left out: " + what + ".";
+    d->left_out.insert(d->left_out.end(), c.left_out.begin(), c.left_out.end());
+    return d;
+  }
+  Diagnosis d;
   std::vector<Flight> flights, unseen;
-  Diagnosis of_sensors;
+  std::vector<Diagnosis> of_sensors(fit.size());
   for (const auto* list : {&fit, &held_out}) {
     for (const recording::Recording& r : *list) {
       auto f = prepare_flight(r, vehicle, o);
@@ -107,7 +193,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
       if (auto errors = judge_kinematics(r, o)) {
         attribute_lever(*f, vehicle, o, *errors);
         take_out(*errors, *f);
-        if (d.inputs.empty()) add_kinematics(*errors, of_sensors);
+        if (list == &fit) add_kinematics(*errors, of_sensors[flights.size()]);
       }
       d.inputs.push_back({f->file, f->sha256, f->duration_s, f->signals, f->excluded});
       (list == &fit ? flights : unseen).push_back(std::move(*f));
@@ -129,6 +215,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   const auto candidates = blind ? std::vector<const physics::Effect*>{} : offered_effects(used, vehicle, o);
   const auto hypotheses = with_single_rotors(candidates, vehicle);
   d.intake = describe(fit[0], flights[0]);
+  for (std::size_t k = 1; k < fit.size(); ++k) d.further.push_back(describe(fit[k], flights[k]));
   // where the flight can be flown again, effects are judged free of feedback; once more with what was found,
   // since a load moves the working point of the rotors
   std::vector<Flight> freed;
@@ -241,18 +328,15 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   std::vector<std::vector<ActuationFit>> actuation;
   for (std::size_t k = 0; k < fit.size(); ++k) {
     if (!flights[k].speed_from_command) actuation.push_back(fit_actuation(fit[k], vehicle, flights[k]));
-    if (k == 0)
-      for (Mismatch& m : locate_allocation(fit[k])) d.mismatch.push_back(std::move(m));
+    Diagnosis one;
+    one.mismatch = locate_allocation(fit[k]);
+    add_recording(one, fit[k].file, d);
   }
   add_actuation(actuation, d);
   if (o.has_controller) add_control(fit[0], o.controller, d);
-  add_faults(flights, d);
-  add_agreement(fit[0], vehicle, o, d);
+  add_sensors(fit, flights, vehicle, o, d);
   drop_what_a_sensor_explains(d);
-  for (Finding& f : of_sensors.findings) d.findings.push_back(std::move(f));
-  for (Mismatch& m : of_sensors.mismatch) d.mismatch.push_back(std::move(m));
-  for (auto& pair : of_sensors.next_flight.separates) d.next_flight.separates.push_back(std::move(pair));
-  for (auto& words : of_sensors.next_flight.manoeuvres) d.next_flight.manoeuvres.push_back(std::move(words));
+  for (std::size_t k = 0; k < fit.size(); ++k) add_recording(of_sensors[k], fit[k].file, d);
 
   // before and after, on what the fit saw and on what it did not see
   Eigen::VectorXd rest;
@@ -284,53 +368,6 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   else
     d.verdict = Verdict::nothing_missing;
   d.summary = summarise(d, flights);
-  return d;
-}
-
-Result<Diagnosis> check(const recording::Recording& r, const vehicle::Vehicle& vehicle, const Options& o) {
-  if (auto valid = vehicle::validate(vehicle); !valid) return tl::unexpected(valid.error());
-  auto against = objections(r, vehicle, o);
-  if (!against) return tl::unexpected(against.error());
-  if (!against->empty()) return unusable(r, *against);
-  Diagnosis d;
-  if (only_motors(r)) {
-    Flight none;
-    d.intake = describe(r, none);
-    d.inputs.push_back({r.file, r.sha256, r.duration_s, r.signal_names(), {}});
-    d.summary =
-        "No attitude or no force: only the balance of the motors in steady flight can be judged, that is a "
-        "weak or "
-        "damaged rotor and an offset centre of mass.";
-    return d;
-  }
-  auto flight = prepare_flight(r, vehicle, o);
-  if (!flight) return tl::unexpected(flight.error());
-  std::vector<Flight> flights;
-  flights.push_back(std::move(*flight));
-  const Flight& f = flights[0];
-  d.inputs.push_back({f.file, f.sha256, f.duration_s, f.signals, f.excluded});
-  const auto used = pointers(flights);
-  const Problem problem(used, vehicle, o);
-  d.intake = describe(r, f);
-  const auto candidates = offered_effects(used, vehicle, o);
-  describe_candidates(problem, candidates, d.intake);
-  add_faults(flights, d);
-  double cut = 0;
-  for (const Window& w : f.excluded) cut += w.to_s - w.from_s;
-  d.summary = format("%.1f s of %.1f s can be used (%zu windows cut out). ", f.usable() / f.rate_hz,
-                     f.duration_s, f.excluded.size());
-  for (const Finding& x : d.findings) d.summary += x.sentence + " ";
-  std::string blind;
-  for (const Detectability& x : d.intake.detectability)
-    if (x.sigma < 3) blind += (blind.empty() ? "" : ", ") + x.effect;
-  if (!blind.empty()) d.summary += "Of ordinary size, this flight cannot show: " + blind + ". ";
-  for (const auto& group : d.intake.alias_groups) {
-    d.summary += "Look alike: ";
-    for (std::size_t k = 0; k < group.size(); ++k) d.summary += (k > 0 ? ", " : "") + group[k];
-    d.summary += ". ";
-  }
-  for (const std::string& note : f.notes) d.summary += note + " ";
-  d.summary += "Nothing was fitted.";
   return d;
 }
 

@@ -89,6 +89,33 @@ void add_wrench_findings(const Problem& problem, const Naming& naming, Diagnosis
   }
 }
 
+void add_sensor(Diagnosis& d, const char* id, const std::string& channel, const char* unit,
+                const std::string& sentence, std::vector<ParameterValue> parameters, double off,
+                double noise) {
+  const physics::Effect* effect = physics::find_effect(id);
+  if (!effect) return;
+  Finding f;
+  f.effect = id;
+  f.probability = 0.99;
+  f.stage = effect->info().stage;
+  f.channels = {channel};
+  f.equation = effect->info().equation;
+  f.latex = effect->info().latex;
+  f.sentence = sentence;
+  f.parameters = std::move(parameters);
+  d.findings.push_back(std::move(f));
+  Mismatch m;
+  m.stage = effect->info().stage;
+  m.channel = channel;
+  m.frame = "body";
+  m.unit = unit;
+  m.where = "throughout";
+  m.rms = off;
+  m.noise_rms = noise;
+  m.p_value = std::erfc(off / std::max(1e-12, noise) / std::sqrt(2.0));
+  d.mismatch.push_back(std::move(m));
+}
+
 Finding finding_of(const SensorFault& fault) {
   Finding out;
   out.effect = fault.effect;
@@ -99,23 +126,22 @@ Finding finding_of(const SensorFault& fault) {
   return out;
 }
 
-void add_faults(const std::vector<Flight>& flights, Diagnosis& d) {
-  for (const Flight& f : flights)
-    for (const SensorFault& fault : f.faults) {
-      Finding finding = finding_of(fault);
-      finding.equation = "measured value does not follow the quantity";
-      d.findings.push_back(finding);
-      Mismatch m;
-      m.stage = physics::Stage::sensing;
-      m.channel = fault.channel;
-      m.frame = fault.effect == "rotor_speed_sensor_fault" ? "rotor" : "body";
-      m.unit = fault.effect == "rotor_speed_sensor_fault" ? "rad/s" : "V";
-      m.where = format("%.0f %% of the flight", 100 * fault.share);
-      m.p_value = 0;
-      for (const Window& w : f.excluded)
-        if (w.why.rfind(fault.channel, 0) == 0) m.windows_s.emplace_back(w.from_s, w.to_s);
-      d.mismatch.push_back(m);
-    }
+void add_faults(const std::vector<SensorFault>& faults, const std::vector<Window>& excluded, Diagnosis& d) {
+  for (const SensorFault& fault : faults) {
+    Finding finding = finding_of(fault);
+    finding.equation = "measured value does not follow the quantity";
+    d.findings.push_back(finding);
+    Mismatch m;
+    m.stage = physics::Stage::sensing;
+    m.channel = fault.channel;
+    m.frame = fault.effect == "rotor_speed_sensor_fault" ? "rotor" : "body";
+    m.unit = fault.effect == "rotor_speed_sensor_fault" ? "rad/s" : "V";
+    m.where = format("%.0f %% of the flight", 100 * fault.share);
+    m.p_value = 0;
+    for (const Window& w : excluded)
+      if (w.why.rfind(fault.channel, 0) == 0) m.windows_s.emplace_back(w.from_s, w.to_s);
+    d.mismatch.push_back(m);
+  }
 }
 
 void drop_what_a_sensor_explains(Diagnosis& d) {

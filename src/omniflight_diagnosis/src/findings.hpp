@@ -12,8 +12,14 @@ void add_wrench_findings(const Problem& problem, const Naming& naming, Diagnosis
 
 Finding finding_of(const SensorFault& fault);
 
-/// Sensors that were found to lie, as findings.
-void add_faults(const std::vector<Flight>& flights, Diagnosis& d);
+/// Sensors that were found to lie, as findings; what was cut out for it gives the windows.
+void add_faults(const std::vector<SensorFault>& faults, const std::vector<Window>& excluded, Diagnosis& d);
+
+/// An effect of sensing or of the motors with its mismatch: off by so much, where `noise` is one standard
+/// error.
+void add_sensor(Diagnosis& d, const char* id, const std::string& channel, const char* unit,
+                const std::string& sentence, std::vector<ParameterValue> parameters, double off,
+                double noise);
 
 /// A rotor whose telemetry reads low by a share e seems to lift 2 e more than its speed says: once its sensor
 /// is named, that is no effect of its own, nor is what cannot be told apart from it on the same rotor.

@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "imitation.hpp"
+#include "missing.hpp"
 #include "offered.hpp"
+#include "sensor_health.hpp"
 #include "state_variables.hpp"
 #include "statistics.hpp"
 
@@ -12,6 +14,9 @@ namespace omniflight::diagnosis {
 
 Intake describe(const recording::Recording& r, const Flight& f) {
   Intake out;
+  out.recording = r.file;
+  out.sensors = sensor_facts(r);
+  out.missing = missing_signals(r);
   for (const auto& [name, s] : r.signals) {
     if (s.empty() || name.rfind("truth_", 0) == 0) continue;
     SignalInfo info{name, s.unit, static_cast<int>(s.size()), 0, 0};

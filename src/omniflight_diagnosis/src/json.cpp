@@ -40,7 +40,8 @@ Json mismatches(const Diagnosis& d) {
                    {"where", m.where},
                    {"p_value", number(m.p_value)},
                    {"rms", number(m.rms)},
-                   {"noise_rms", number(m.noise_rms)}});
+                   {"noise_rms", number(m.noise_rms)},
+                   {"recordings", m.recordings}});
   }
   return out;
 }
@@ -62,7 +63,8 @@ Json findings(const Diagnosis& d) {
                    {"channels", f.channels},
                    {"sentence", f.sentence},
                    {"equation", f.equation},
-                   {"parameters", parameters}});
+                   {"parameters", parameters},
+                   {"recordings", f.recordings}});
   }
   return out;
 }
@@ -141,15 +143,16 @@ Json fit_report(const FitReport& f) {
   return out;
 }
 
-Json intake(const Diagnosis& d) {
-  Json signals = Json::array(), alignment = Json::array(), excitation = Json::array(), detect = Json::array();
-  for (const SignalInfo& s : d.intake.signals)
+Json intake(const Intake& in) {
+  Json signals = Json::array(), alignment = Json::array(), excitation = Json::array(), detect = Json::array(),
+       sensors = Json::array(), missing = Json::array();
+  for (const SignalInfo& s : in.signals)
     signals.push_back({{"name", s.name},
                        {"unit", s.unit},
                        {"samples", s.samples},
                        {"rate_hz", number(s.rate_hz)},
                        {"longest_gap_s", number(s.longest_gap_s)}});
-  for (const Alignment& a : d.intake.alignment)
+  for (const Alignment& a : in.alignment)
     alignment.push_back({{"early", a.early},
                          {"late", a.late},
                          {"lag_s", number(a.lag_s)},
@@ -157,20 +160,31 @@ Json intake(const Diagnosis& d) {
                          {"skew", number(a.skew)},
                          {"skew_standard_error", number(a.skew_se)},
                          {"correlation", number(a.correlation)}});
-  for (const Excitation& e : d.intake.excitation)
+  for (const Excitation& e : in.excitation)
     excitation.push_back({{"name", e.name},
                           {"unit", e.unit},
                           {"low", number(e.low)},
                           {"high", number(e.high)},
                           {"rms", number(e.rms)}});
-  for (const Detectability& x : d.intake.detectability)
+  for (const Detectability& x : in.detectability)
     detect.push_back({{"effect", x.effect}, {"sigma_at_ordinary_size", number(x.sigma)}});
-  return {{"signals", signals},
-          {"alignment", alignment},
-          {"excitation", excitation},
-          {"detectability", detect},
-          {"alias_groups", d.intake.alias_groups},
-          {"notes", d.intake.notes}};
+  for (const SensorFact& x : in.sensors)
+    sensors.push_back(
+        {{"signal", x.signal}, {"quantity", x.quantity}, {"value", number(x.value)}, {"unit", x.unit}});
+  for (const MissingSignal& x : in.missing) missing.push_back({{"signal", x.signal}, {"costs", x.costs}});
+  return {{"recording", in.recording}, {"signals", signals},
+          {"sensors", sensors},        {"missing", missing},
+          {"alignment", alignment},    {"excitation", excitation},
+          {"detectability", detect},   {"alias_groups", in.alias_groups},
+          {"notes", in.notes}};
+}
+
+/// The first recording's, and those of the others in a list of their own.
+Json intakes(const Diagnosis& d) {
+  Json out = intake(d.intake), further = Json::array();
+  for (const Intake& in : d.further) further.push_back(intake(in));
+  out["further"] = further;
+  return out;
 }
 
 }  // namespace
@@ -211,7 +225,7 @@ std::string to_json(const Diagnosis& d) {
         {"separations_sigma", separations},
         {"predicted_separation_sigma",
          d.next_flight.mission.empty() ? Json(nullptr) : number(d.next_flight.predicted_separation_sigma)}}},
-      {"intake", intake(d)},
+      {"intake", intakes(d)},
       {"left_out", d.left_out},
       {"runtime_s", number(d.runtime_s)}};
   return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -26,8 +26,9 @@ struct Mismatch {
   std::string channel, frame, unit;
   std::vector<std::pair<double, double>> windows_s;  ///< of the first flight in which it is seen
   std::string where;                                 ///< "grows with height above 0.62 m: -2.45 N per m"
-  double p_value = 1;                                ///< holds for coloured noise
-  double rms = 0, noise_rms = 0;                     ///< before, and what no term explains
+  double p_value = 1;             ///< holds for coloured noise; 0 where two computed numbers are compared
+  double rms = 0, noise_rms = 0;  ///< before, and what no term explains
+  std::vector<std::string> recordings;  ///< files in which a sensor shows it; empty: fitted over all
 };
 
 struct ParameterValue {
@@ -45,7 +46,8 @@ struct Finding {
   physics::Stage stage = physics::Stage::wrench;
   std::vector<std::string> channels;
   std::string sentence, equation, latex;
-  std::vector<ParameterValue> parameters;
+  std::vector<ParameterValue> parameters;  ///< of a sensor: in the first of `recordings`
+  std::vector<std::string> recordings;     ///< files in which a sensor shows it; empty: fitted over all
 };
 
 /// A term of the smallest correction that predicts what no effect explains: coefficient * (words - its mean).
@@ -78,12 +80,12 @@ struct RolloutFit {
   std::string channel, unit;
   double rmse_before = 0, rmse_after = 0;
 };
-struct ClosedLoop {
-  std::string channel, unit;
 /// RMS of one quantity in three flights; not a number where nobody recorded it.
 struct Flown3 {
   double real = std::nan(""), simulated_before = std::nan(""), simulated_after = std::nan("");
 };
+struct ClosedLoop {
+  std::string channel, unit;
   double real = 0, simulated_before = 0, simulated_after = 0;  ///< RMSE of the tracking
   /// Integral action of the axis [m/s^2 or rad/s^2]: it carries what integration hides from the tracking.
   Flown3 integral = {};
@@ -168,8 +170,21 @@ struct Detectability {
   std::string effect;
   double sigma = 0;  ///< length of its contribution at an ordinary size, in units of the noise
 };
+/// A number that a signal alone, or two that tell of one thing, give about the sensors.
+struct SensorFact {
+  std::string signal, quantity, unit;
+  double value = 0;
+};
+/// What cannot be said for want of a signal.
+struct MissingSignal {
+  std::string signal, costs;
+};
+/// Of one recording.
 struct Intake {
-  std::vector<SignalInfo> signals;  ///< of the first recording
+  std::string recording;  ///< file
+  std::vector<SignalInfo> signals;
+  std::vector<SensorFact> sensors;
+  std::vector<MissingSignal> missing;  ///< the one that would tell most first
   std::vector<Alignment> alignment;
   std::vector<Excitation> excitation;
   std::vector<Detectability> detectability;
@@ -187,7 +202,8 @@ struct Diagnosis {
   std::vector<Unexplained> unexplained;
   FitReport fit;
   NextFlight next_flight;
-  Intake intake;
+  Intake intake;                ///< of the first recording
+  std::vector<Intake> further;  ///< of the others that are fitted
   /// What the answer does without, and why: time, an interrupt, a proposal that fits nowhere.
   std::vector<std::string> left_out;
   double runtime_s = 0;  ///< set by the caller
@@ -201,16 +217,17 @@ struct Diagnosis {
 };
 
 /// Locates, names, models. `fit` recordings are fitted together; `held_out` ones are only predicted. With no
-/// held-out recording the last third of a single flight is held out as a block, and named so.
-/// Errors: no recording, or one that prepare_flight refuses.
+/// held-out recording the last third of a single flight is held out as a block, and named so. Recordings that
+/// lack what a wrench needs are judged by what they have: the balance of the motors, or the sensors alone,
+/// and then the verdict is unusable. Errors: no recording, or one that prepare_flight refuses.
 Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
                            std::span<const recording::Recording> held_out, const vehicle::Vehicle& vehicle,
                            const Options& options = {});
 
 /// Only looks: signals, rates, clocks, excitation, faults, and which effects this flight could show or tell
-/// apart. Takes seconds; fits nothing. findings holds sensor faults only; verdict is unusable or
-/// nothing_missing (nothing was asked).
-Result<Diagnosis> check(const recording::Recording& recording, const vehicle::Vehicle& vehicle,
+/// apart, of every recording. Takes seconds; fits nothing. findings holds sensor faults only; verdict is
+/// unusable (of one recording at least, which the summary names) or nothing_missing (nothing was asked).
+Result<Diagnosis> check(std::span<const recording::Recording> recordings, const vehicle::Vehicle& vehicle,
                         const Options& options = {});
 
 /// diagnosis.json, schema omniflight.diagnosis/1, pretty-printed.

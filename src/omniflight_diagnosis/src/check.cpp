@@ -1,0 +1,83 @@
+// What recordings could tell, before anything is fitted.
+#include "findings.hpp"
+#include "intake.hpp"
+#include "missing.hpp"
+#include "offered.hpp"
+#include "sanity.hpp"
+#include "sensors_alone.hpp"
+#include "text.hpp"
+#include "together.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+using recording::Recording;
+
+Diagnosis check_motors(const Recording& r, const vehicle::Vehicle& vehicle, const Options& o) {
+  Diagnosis d = judge_sensors_of(r, vehicle, o);
+  d.summary =
+      "No attitude or no force: only the balance of the motors in steady flight can be judged, that is a "
+      "weak or damaged rotor and an offset centre of mass.";
+  for (const Finding& x : d.findings) d.summary += " " + x.sentence;
+  return d;
+}
+
+Result<Diagnosis> check_one(const Recording& r, const vehicle::Vehicle& vehicle, const Options& o) {
+  auto against = objections(r, vehicle, o);
+  if (!against) return tl::unexpected(against.error());
+  if (!against->empty()) return unusable(r, *against);
+  const Reach reach = reach_of(r);
+  if (reach == Reach::sensors) return diagnose_sensors(std::span(&r, 1), vehicle, o, hindrance(r));
+  if (reach == Reach::motors) return check_motors(r, vehicle, o);
+  Diagnosis d;
+  auto flight = prepare_flight(r, vehicle, o);
+  if (!flight) return tl::unexpected(flight.error());
+  const Flight& f = *flight;
+  d.inputs.push_back({f.file, f.sha256, f.duration_s, f.signals, f.excluded});
+  const std::vector<const Flight*> used{&f};
+  const Problem problem(used, vehicle, o);
+  d.intake = describe(r, f);
+  const auto candidates = offered_effects(used, vehicle, o);
+  describe_candidates(problem, candidates, d.intake);
+  add_faults(f.faults, f.excluded, d);
+  d.summary = format("%.1f s of %.1f s can be used (%zu windows cut out). ", f.usable() / f.rate_hz,
+                     f.duration_s, f.excluded.size());
+  for (const Finding& x : d.findings) d.summary += x.sentence + " ";
+  std::string blind;
+  for (const Detectability& x : d.intake.detectability)
+    if (x.sigma < 3) blind += (blind.empty() ? "" : ", ") + x.effect;
+  if (!blind.empty()) d.summary += "Of ordinary size, this flight cannot show: " + blind + ". ";
+  for (const auto& group : d.intake.alias_groups) {
+    d.summary += "Look alike: ";
+    for (std::size_t k = 0; k < group.size(); ++k) d.summary += (k > 0 ? ", " : "") + group[k];
+    d.summary += ". ";
+  }
+  for (const std::string& note : f.notes) d.summary += note + " ";
+  d.summary += "Nothing was fitted.";
+  return d;
+}
+
+}  // namespace
+
+Result<Diagnosis> check(std::span<const Recording> recordings, const vehicle::Vehicle& vehicle,
+                        const Options& o) {
+  if (recordings.empty()) return bad_input("no recording to look at", "", "Name at least one recording");
+  if (auto valid = vehicle::validate(vehicle); !valid) return tl::unexpected(valid.error());
+  if (recordings.size() == 1) return check_one(recordings[0], vehicle, o);
+  Diagnosis d;
+  for (const Recording& r : recordings) {
+    auto one = check_one(r, vehicle, o);
+    if (!one) return one;
+    add_recording(*one, r.file, d);
+    d.inputs.insert(d.inputs.end(), one->inputs.begin(), one->inputs.end());
+    d.summary += (d.summary.empty() ? "" : " ") + r.file + ": " + one->summary;
+    if (one->verdict == Verdict::unusable) d.verdict = Verdict::unusable;
+    if (d.inputs.size() == 1)
+      d.intake = std::move(one->intake);
+    else
+      d.further.push_back(std::move(one->intake));
+  }
+  return d;
+}
+
+}  // namespace omniflight::diagnosis

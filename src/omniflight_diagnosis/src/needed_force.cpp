@@ -1,0 +1,142 @@
+#include "needed_force.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "omniflight_diagnosis/filter.hpp"
+#include "text.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+using recording::Recording;
+using recording::Signal;
+
+constexpr double kRate = 100, kCutoff = 6;  // Hz: a pose differentiated twice carries no more
+
+const Signal* first_of(const Recording& r, const char* measured, const char* estimated) {
+  return r.find(measured) ? r.find(measured) : r.find(estimated);
+}
+
+Quat quaternion(const Eigen::MatrixXd& q, Eigen::Index i) {
+  return Quat(q(i, 0), q(i, 1), q(i, 2), q(i, 3)).normalized();
+}
+
+/// On the grid, held through gaps and low-passed.
+Eigen::MatrixXd smooth(const Signal& s, const std::vector<double>& t) {
+  Eigen::MatrixXd x = recording::resample(s, t);
+  for (Eigen::Index i = 1; i < x.rows(); ++i)
+    if (!x.row(i).allFinite()) x.row(i) = x.row(i - 1);
+  if (recording::is_attitude(s.name))
+    for (Eigen::Index i = 1; i < x.rows(); ++i)
+      if (x.row(i).dot(x.row(i - 1)) < 0) x.row(i) = -x.row(i);
+  return low_pass(x, kRate, kCutoff);
+}
+
+Eigen::MatrixXd rate_of(const Eigen::MatrixXd& q) {
+  Eigen::MatrixXd w = Eigen::MatrixXd::Zero(q.rows(), 3);
+  for (Eigen::Index i = 1; i + 1 < q.rows(); ++i)
+    w.row(i) =
+        0.5 * kRate * log_rotation(quaternion(q, i - 1).conjugate() * quaternion(q, i + 1)).transpose();
+  return w;
+}
+
+/// The one direction in which all rotors push, whatever the tilt.
+std::optional<Vec3> only_axis(const vehicle::Vehicle& v) {
+  if (v.tilt.kind != vehicle::TiltKind::none) return std::nullopt;
+  for (int k = 1; k < v.rotor_count(); ++k)
+    if (v.rotor_axis(k, 0).dot(v.rotor_axis(0, 0)) < 0.9999) return std::nullopt;
+  return v.rotor_axis(0, 0);
+}
+
+}  // namespace
+
+std::optional<NeededForce> needed_force(const Recording& r, const vehicle::Vehicle& v, const Options& o) {
+  const Signal *acc = r.find("acc"), *gyro = r.find("gyro");
+  const Signal *p = first_of(r, "position", "est_position"), *q = first_of(r, "attitude", "est_attitude");
+  const Signal* force = acc ? acc : p;
+  if (!force) return std::nullopt;
+  double from = force->t_s.front(), to = force->t_s.back();
+  for (const Signal* s : {gyro, q})
+    if (s) from = std::max(from, s->t_s.front()), to = std::min(to, s->t_s.back());
+  if (!(to - from > 2) || to - from > 7200) return std::nullopt;
+  std::vector<double> t;
+  for (int i = 0; i < static_cast<int>((to - from) * kRate); ++i) t.push_back(from + i / kRate);
+  // specific force, in the body where that is known
+  Eigen::MatrixXd f = smooth(*force, t);
+  const Eigen::MatrixXd attitude = q ? smooth(*q, t) : Eigen::MatrixXd();
+  if (!acc) {
+    f = differentiate(differentiate(f, kRate), kRate);
+    f.col(2).array() += o.environment.gravity;
+    for (Eigen::Index i = 0; q && i < f.rows(); ++i)
+      f.row(i) = (quaternion(attitude, i).conjugate() * Vec3(f.row(i))).transpose();
+  }
+  const Eigen::Index edge = static_cast<Eigen::Index>(0.3 * kRate), n = f.rows() - 2 * edge;
+  const Eigen::VectorXd size = v.mass * f.middleRows(edge, n).rowwise().norm();
+  NeededForce out;
+  out.mean_N = size.mean();
+  std::vector<double> sorted(size.begin(), size.end());
+  std::sort(sorted.begin(), sorted.end());
+  out.most_N = sorted[static_cast<std::size_t>(0.995 * static_cast<double>(n - 1))];
+  for (const vehicle::Rotor& rotor : v.rotors) out.rotors_N += rotor.max_thrust;
+  const double least = 0.1 * v.mass * o.environment.gravity;
+  for (Eigen::Index i = 0; i < n;) {
+    Eigen::Index j = i;
+    while (j < n && size[j] < least) ++j;
+    if (static_cast<double>(j - i) > 0.1 * kRate)
+      out.falls_s.emplace_back(t[static_cast<std::size_t>(i + edge)],
+                               t[static_cast<std::size_t>(j - 1 + edge)]);
+    i = j + 1;
+  }
+  if (gyro || q) {
+    const Eigen::MatrixXd w = gyro ? smooth(*gyro, t) : low_pass(rate_of(attitude), kRate, kCutoff),
+                          dw = differentiate(w, kRate);
+    double squares = 0;
+    for (Eigen::Index i = edge; i < edge + n; ++i) {
+      const Vec3 rate = w.row(i).transpose();
+      squares += (v.inertia * Vec3(dw.row(i).transpose()) + rate.cross(v.inertia * rate)).squaredNorm();
+    }
+    out.torque_Nm = std::sqrt(squares / static_cast<double>(n));
+  }
+  const auto axis = only_axis(v);
+  out.one_axis = axis && (acc || q);
+  if (out.one_axis) {
+    double squares = 0;
+    for (Eigen::Index i = edge; i < edge + n; ++i) {
+      const Vec3 x = f.row(i).transpose();
+      squares += (x - x.dot(*axis) * *axis).squaredNorm();
+    }
+    out.sideways_N = v.mass * std::sqrt(squares / static_cast<double>(n));
+  }
+  return out;
+}
+
+std::string in_words(const NeededForce& x, const vehicle::Vehicle& v) {
+  std::string s = format(
+      "To move like this a vehicle of %.4g kg needs %.3g N on average and %.3g N at most; "
+      "its rotors give up to %.3g N together",
+      v.mass, x.mean_N, x.most_N, x.rotors_N);
+  s += x.most_N > x.rotors_N ? ", so that something else moved it, or its mass or max_thrust is wrong." : ".";
+  if (x.one_axis)
+    s += format(
+        " %.2g N of it (RMS) act across the axis of its rotors: air, a rope, or a sensor that is askew.",
+        x.sideways_N);
+  if (!x.falls_s.empty())
+    s += format(" It falls freely %zu times, first from %.2f to %.2f s.", x.falls_s.size(),
+                x.falls_s.front().first, x.falls_s.front().second);
+  return s;
+}
+
+std::vector<SensorFact> facts_of(const NeededForce& x) {
+  std::vector<SensorFact> out{{"motion", "force needed, mean", "N", x.mean_N},
+                              {"motion", "force needed, 99.5 % quantile", "N", x.most_N},
+                              {"motion", "force of all rotors at their limit", "N", x.rotors_N}};
+  if (x.torque_Nm > 0) out.push_back({"motion", "torque needed, RMS", "Nm", x.torque_Nm});
+  if (x.one_axis) out.push_back({"motion", "force across the axis of the rotors, RMS", "N", x.sideways_N});
+  double fall = 0;
+  for (const auto& [from, to] : x.falls_s) fall += to - from;
+  out.push_back({"motion", "time in free fall", "s", fall});
+  return out;
+}
+
+}  // namespace omniflight::diagnosis
