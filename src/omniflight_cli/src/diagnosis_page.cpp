@@ -251,9 +251,9 @@ void flight_path(report::Page& page, const Diagnosis& d, const recording::Record
   draw(s.after, "After: force that the model found does not explain");
 }
 
-void intake_section(report::Page& page, const Intake& in) {
+void intake_section(report::Page& page, const Intake& in, bool named) {
   if (in.signals.empty()) return;
-  page.section("What this recording can tell");
+  page.section(named ? "What " + in.recording + " can tell" : "What this recording can tell");
   report::Table signals;
   signals.caption = "Signals";
   signals.columns = {{.name = "signal"},
@@ -278,6 +278,20 @@ void intake_section(report::Page& page, const Intake& in) {
       clocks.rows.push_back(
           {a.late, a.early, 1e3 * a.lag_s, 1e3 * a.lag_se, 1e6 * a.skew, 1e6 * a.skew_se, a.correlation});
     page.table(clocks);
+  }
+  if (!in.sensors.empty()) {
+    report::Table sensors;
+    sensors.caption = "What the sensors say of themselves";
+    sensors.columns = {{.name = "signal"}, {.name = "quantity"}, {.name = "value"}, {.name = "unit"}};
+    for (const auto& x : in.sensors) sensors.rows.push_back({x.signal, x.quantity, x.value, x.unit});
+    page.table(sensors);
+  }
+  if (!in.missing.empty()) {
+    report::Table missing;
+    missing.caption = "What is missing, and what that costs; the most telling first";
+    missing.columns = {{.name = "signal"}, {.name = "cost"}};
+    for (const auto& x : in.missing) missing.rows.push_back({x.signal, x.costs});
+    page.table(missing);
   }
   if (!in.detectability.empty()) {
     report::Bars bars{.title = "How clearly an effect of ordinary size would show (sigma)"};
@@ -326,7 +340,8 @@ Status write_page(const Diagnosis& d, const Refit& refit, const recording::Recor
     if (const std::string left = diagnosis::stay_together(d.next_flight); !left.empty())
       page.paragraph("It would hardly tell apart: " + left + ".");
   }
-  intake_section(page, d.intake);
+  intake_section(page, d.intake, !d.further.empty());
+  for (const Intake& in : d.further) intake_section(page, in, true);
   if (!d.left_out.empty()) page.paragraph("Left out: " + list(d.left_out) + ".");
   page.section("Inputs");
   for (const auto& in : d.inputs) {
