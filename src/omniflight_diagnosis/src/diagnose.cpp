@@ -173,7 +173,13 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     }
   }
   const auto lacks = [](const recording::Recording& r) { return reach_of(r) != Reach::wrench; };
-  if (std::all_of(fit.begin(), fit.end(), lacks)) return without_a_wrench(fit, vehicle, o);
+  if (std::all_of(fit.begin(), fit.end(), lacks)) {
+    auto d = without_a_wrench(fit, vehicle, o);
+    for (const recording::Recording& r : held_out)
+      if (d)
+        d->left_out.push_back("the prediction of " + r.file + " (nothing was fitted that predicts a wrench)");
+    return d;
+  }
   if (std::any_of(fit.begin(), fit.end(), lacks) || std::any_of(held_out.begin(), held_out.end(), lacks)) {
     const Chosen c = with_a_wrench(fit, held_out, vehicle, o);
     auto d = diagnose(c.fit, c.held_out, vehicle, c.options);

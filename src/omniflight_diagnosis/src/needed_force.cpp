@@ -51,7 +51,7 @@ std::optional<Vec3> only_axis(const vehicle::Vehicle& v) {
 
 }  // namespace
 
-std::optional<NeededForce> needed_force(const Recording& r, const vehicle::Vehicle& v, const Options& o) {
+std::optional<MotionOnGrid> motion_on_grid(const Recording& r, const Options& o) {
   const Signal *acc = r.find("acc"), *gyro = r.find("gyro");
   const Signal *p = first_of(r, "position", "est_position"), *q = first_of(r, "attitude", "est_attitude");
   const Signal* force = acc ? acc : p;
@@ -60,19 +60,29 @@ std::optional<NeededForce> needed_force(const Recording& r, const vehicle::Vehic
   for (const Signal* s : {gyro, q})
     if (s) from = std::max(from, s->t_s.front()), to = std::min(to, s->t_s.back());
   if (!(to - from > 2) || to - from > 7200) return std::nullopt;
-  std::vector<double> t;
-  for (int i = 0; i < static_cast<int>((to - from) * kRate); ++i) t.push_back(from + i / kRate);
-  // specific force, in the body where that is known
-  Eigen::MatrixXd f = smooth(*force, t);
-  const Eigen::MatrixXd attitude = q ? smooth(*q, t) : Eigen::MatrixXd();
+  MotionOnGrid m;
+  for (int i = 0; i < static_cast<int>((to - from) * kRate); ++i) m.t.push_back(from + i / kRate);
+  m.force = smooth(*force, m.t);
+  m.in_body = acc || q;
+  const Eigen::MatrixXd attitude = q ? smooth(*q, m.t) : Eigen::MatrixXd();
   if (!acc) {
-    f = differentiate(differentiate(f, kRate), kRate);
-    f.col(2).array() += o.environment.gravity;
-    for (Eigen::Index i = 0; q && i < f.rows(); ++i)
-      f.row(i) = (quaternion(attitude, i).conjugate() * Vec3(f.row(i))).transpose();
+    m.force = differentiate(differentiate(m.force, kRate), kRate);
+    m.force.col(2).array() += o.environment.gravity;
+    for (Eigen::Index i = 0; q && i < m.force.rows(); ++i)
+      m.force.row(i) = (quaternion(attitude, i).conjugate() * Vec3(m.force.row(i))).transpose();
   }
-  const Eigen::Index edge = static_cast<Eigen::Index>(0.3 * kRate), n = f.rows() - 2 * edge;
-  const Eigen::VectorXd size = v.mass * f.middleRows(edge, n).rowwise().norm();
+  if (gyro || q) {
+    m.w = gyro ? smooth(*gyro, m.t) : low_pass(rate_of(attitude), kRate, kCutoff);
+    m.dw = differentiate(m.w, kRate);
+  }
+  return m;
+}
+
+std::optional<NeededForce> needed_force(const Recording& r, const vehicle::Vehicle& v, const Options& o) {
+  const auto m = motion_on_grid(r, o);
+  if (!m) return std::nullopt;
+  const Eigen::Index edge = static_cast<Eigen::Index>(0.3 * kRate), n = m->force.rows() - 2 * edge;
+  const Eigen::VectorXd size = v.mass * m->force.middleRows(edge, n).rowwise().norm();
   NeededForce out;
   out.mean_N = size.mean();
   std::vector<double> sorted(size.begin(), size.end());
@@ -84,30 +94,23 @@ std::optional<NeededForce> needed_force(const Recording& r, const vehicle::Vehic
     Eigen::Index j = i;
     while (j < n && size[j] < least) ++j;
     if (static_cast<double>(j - i) > 0.1 * kRate)
-      out.falls_s.emplace_back(t[static_cast<std::size_t>(i + edge)],
-                               t[static_cast<std::size_t>(j - 1 + edge)]);
+      out.falls_s.emplace_back(m->t[static_cast<std::size_t>(i + edge)],
+                               m->t[static_cast<std::size_t>(j - 1 + edge)]);
     i = j + 1;
   }
-  if (gyro || q) {
-    const Eigen::MatrixXd w = gyro ? smooth(*gyro, t) : low_pass(rate_of(attitude), kRate, kCutoff),
-                          dw = differentiate(w, kRate);
-    double squares = 0;
-    for (Eigen::Index i = edge; i < edge + n; ++i) {
-      const Vec3 rate = w.row(i).transpose();
-      squares += (v.inertia * Vec3(dw.row(i).transpose()) + rate.cross(v.inertia * rate)).squaredNorm();
-    }
-    out.torque_Nm = std::sqrt(squares / static_cast<double>(n));
-  }
+  double torque = 0, sideways = 0;
   const auto axis = only_axis(v);
-  out.one_axis = axis && (acc || q);
-  if (out.one_axis) {
-    double squares = 0;
-    for (Eigen::Index i = edge; i < edge + n; ++i) {
-      const Vec3 x = f.row(i).transpose();
-      squares += (x - x.dot(*axis) * *axis).squaredNorm();
+  out.one_axis = axis && m->in_body;
+  for (Eigen::Index i = edge; i < edge + n; ++i) {
+    if (m->w.size() > 0) {
+      const Vec3 w = m->w.row(i).transpose();
+      torque += (v.inertia * Vec3(m->dw.row(i).transpose()) + w.cross(v.inertia * w)).squaredNorm();
     }
-    out.sideways_N = v.mass * std::sqrt(squares / static_cast<double>(n));
+    const Vec3 f = m->force.row(i).transpose();
+    if (out.one_axis) sideways += (f - f.dot(*axis) * *axis).squaredNorm();
   }
+  out.torque_Nm = std::sqrt(torque / static_cast<double>(n));
+  out.sideways_N = v.mass * std::sqrt(sideways / static_cast<double>(n));
   return out;
 }
 

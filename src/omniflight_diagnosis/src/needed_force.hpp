@@ -5,6 +5,15 @@
 
 namespace omniflight::diagnosis {
 
+/// A smoothed motion on a regular grid.
+struct MotionOnGrid {
+  std::vector<double> t;  ///< s
+  Eigen::MatrixXd force;  ///< n x 3, specific force, m/s^2: body axes, or world axes without an attitude
+  Eigen::MatrixXd w, dw;  ///< n x 3, rad/s and rad/s^2, body; empty without a gyro or an attitude
+  bool in_body = false;
+};
+std::optional<MotionOnGrid> motion_on_grid(const recording::Recording& recording, const Options& options);
+
 /// Force and torque that the recorded motion needs, with what the rotors of the file could give.
 struct NeededForce {
   double mean_N = 0, most_N = 0;  ///< over the flight, and its 99.5 % quantile

@@ -11,6 +11,7 @@
 #include "sensor_health.hpp"
 #include "text.hpp"
 #include "together.hpp"
+#include "would_tell.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -82,6 +83,8 @@ Diagnosis diagnose_sensors(std::span<const recording::Recording> flown, const ve
     if (flown.size() > 1) states += " " + r.file + ":";
     if (const std::string state = state_of(one.intake); !state.empty()) states += " " + state;
     if (const auto needed = needed_force(r, vehicle, o)) states += " " + in_words(*needed, vehicle);
+    if (reach_of(r) == Reach::sensors) add_what_rotors_would_tell(r, vehicle, o, one.intake);
+    states += what_rotors_would_tell(one.intake);
     if (&r == &flown.front())
       d.intake = std::move(one.intake);
     else

@@ -106,6 +106,27 @@ TEST(SensorsAlone, APoseAloneTellsTheForceItNeedsAndNotWhoGaveIt) {
   EXPECT_EQ(fact(d->intake, "motion", "time in free fall"), 0);
 }
 
+TEST(SensorsAlone, WhatRotorSpeedsWouldHaveToldOfAMotionIsSaid) {
+  const vehicle::Vehicle v = omnimorph();
+  const Recording whole = flown(v, "whole");
+  const Recording r = with_only(whole, {"position", "attitude", "acc", "gyro", "alpha"});
+  const auto d = diagnose(std::span(&r, 1), {}, v);
+  const auto c = check(std::span(&whole, 1), v);
+  ASSERT_TRUE(d) << d.error().text();
+  ASSERT_TRUE(c) << c.error().text();
+  EXPECT_EQ(d->verdict, Verdict::unusable);
+  EXPECT_NE(d->summary.find("With rotor speeds this motion could show"), std::string::npos) << d->summary;
+  // what the flight with its rotors shows clearly is among it
+  for (const Detectability& seen : c->intake.detectability) {
+    if (seen.sigma < 10) continue;
+    const auto& told = d->intake.detectability;
+    const auto at = std::find_if(told.begin(), told.end(),
+                                 [&](const Detectability& x) { return x.effect == seen.effect; });
+    ASSERT_NE(at, told.end()) << seen.effect;
+    EXPECT_GT(at->sigma, 3) << seen.effect;
+  }
+}
+
 TEST(SensorsAlone, AFallIsSeenInThePose) {
   const vehicle::Vehicle v = omnimorph();
   Recording r;
