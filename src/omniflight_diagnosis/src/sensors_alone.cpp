@@ -59,7 +59,11 @@ Diagnosis judge_sensors_of(const recording::Recording& r, const vehicle::Vehicle
   d.inputs.push_back(input_of(r));
   add_faults(find_sensor_faults(r), {}, d);
   add_sensor_health(r, o, d, d.inputs[0].excluded);
-  if (const auto errors = judge_kinematics(r, o)) add_kinematics(*errors, d);
+  if (auto errors = judge_kinematics(r, o)) {
+    for (Kinematics::Part& part : errors->parts)  // only forces tell which of the two is off the origin
+      if (part.effect == "imu_lever_arm") part.as_well.emplace_back("mocap_offset");
+    add_kinematics(*errors, d);
+  }
   if (const auto needed = needed_force(r, vehicle, o))
     for (SensorFact& f : facts_of(*needed)) d.intake.sensors.push_back(std::move(f));
   return d;

@@ -127,6 +127,24 @@ TEST(SensorsAlone, WhatRotorSpeedsWouldHaveToldOfAMotionIsSaid) {
   }
 }
 
+TEST(SensorsAlone, ALeverWithoutForcesIsOfEitherSensor) {
+  const vehicle::Vehicle v = omnimorph();
+  test::Flown f;
+  f.duration_s = 40, f.sway = 0.3, f.force_noise_N = 0.01, f.torque_noise_Nm = 0.0005;
+  f.accelerometer_noise = 0.02, f.gyro_noise = 0.002;
+  Recording r = with_only(test::fly(v, {}, f), {"position", "attitude", "acc", "gyro"});
+  for (Eigen::Index i = 0; i < r.signals["position"].size(); ++i) {
+    const auto q = r.signals["attitude"].values.row(i);
+    r.signals["position"].values.row(i) += (Quat(q[0], q[1], q[2], q[3]) * Vec3(0, 0.1, 0)).transpose();
+  }
+  const auto d = diagnose(std::span(&r, 1), {}, v);
+  ASSERT_TRUE(d) << d.error().text();
+  const Finding* lever = find(*d, "imu_lever_arm");
+  ASSERT_NE(lever, nullptr) << d->summary;
+  EXPECT_EQ(lever->cannot_be_told_apart_from, std::vector<std::string>{"mocap_offset"});
+  EXPECT_NEAR(lever->parameters[1].value, -0.1, 0.02);
+}
+
 TEST(SensorsAlone, AFallIsSeenInThePose) {
   const vehicle::Vehicle v = omnimorph();
   Recording r;
