@@ -65,9 +65,15 @@ Result<Diagnosis> check(std::span<const Recording> recordings, const vehicle::Ve
   if (auto valid = vehicle::validate(vehicle); !valid) return tl::unexpected(valid.error());
   if (recordings.size() == 1) return check_one(recordings[0], vehicle, o);
   Diagnosis d;
+  std::optional<Error> refused;
+  int good = 0;
   for (const Recording& r : recordings) {
     auto one = check_one(r, vehicle, o);
-    if (!one) return one;
+    if (!one) {  // says nothing of the others
+      refused = one.error();
+      one = unusable(r, {one.error().message});
+    }
+    good += one->verdict != Verdict::unusable || !one->intake.signals.empty();
     add_recording(*one, r.file, d);
     d.inputs.insert(d.inputs.end(), one->inputs.begin(), one->inputs.end());
     d.summary += (d.summary.empty() ? "" : " ") + r.file + ": " + one->summary;
@@ -77,6 +83,7 @@ Result<Diagnosis> check(std::span<const Recording> recordings, const vehicle::Ve
     else
       d.further.push_back(std::move(one->intake));
   }
+  if (good == 0 && refused) return Failure(*refused);
   return d;
 }
 

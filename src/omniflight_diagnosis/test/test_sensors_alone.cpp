@@ -268,7 +268,17 @@ TEST(SensorsAlone, ACheckLooksAtEveryRecording) {
   EXPECT_EQ(c->further[1].missing.front().signal, "rotor_speed");
   ASSERT_NE(find(*c, "rotor_speed_sensor_fault"), nullptr) << c->summary;
   EXPECT_EQ(find(*c, "rotor_speed_sensor_fault")->recordings, std::vector<std::string>{"second"});
-  EXPECT_EQ(c->verdict, Verdict::unusable);  // of the third
+  EXPECT_EQ(c->verdict, Verdict::unusable);                             // of the third
+  for (recording::Recording& r : three) r.signals["rotor_speed"] = {};  // and one that is no flight at all
+  three[0] = with_only(three[0], {"acc"});
+  three[0].signals["acc"].t_s.resize(5);
+  three[0].signals["acc"].values.conservativeResize(5, Eigen::NoChange);
+  const auto others = check(three, v);
+  ASSERT_TRUE(others) << others.error().text();
+  EXPECT_EQ(others->inputs.size(), 3u);
+  EXPECT_NE(others->summary.find("first: This recording cannot be used"), std::string::npos)
+      << others->summary;
+  EXPECT_FALSE(check(std::span(three, 1), v));
 }
 
 TEST(SensorsAlone, WhatAnAllocatorCouldNotGiveIsAComparisonWithItsTimes) {

@@ -81,14 +81,14 @@ struct RolloutFit {
   double rmse_before = 0, rmse_after = 0;
 };
 /// RMS of one quantity in three flights; not a number where nobody recorded it.
-struct Flown3 {
+struct ThreeFlights {
   double real = std::nan(""), simulated_before = std::nan(""), simulated_after = std::nan("");
 };
 struct ClosedLoop {
   std::string channel, unit;
   double real = 0, simulated_before = 0, simulated_after = 0;  ///< RMSE of the tracking
   /// Integral action of the axis [m/s^2 or rad/s^2]: it carries what integration hides from the tracking.
-  Flown3 integral = {};
+  ThreeFlights integral = {};
 };
 struct Power {
   double real_W = 0, simulated_before_W = 0, simulated_after_W = 0;
