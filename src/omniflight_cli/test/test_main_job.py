@@ -1,5 +1,6 @@
 """The main job: a nominal and a tethered flight of trajectory 2, compared, diagnosed, and the model flown again."""
 
+import csv
 import unittest
 
 import system
@@ -78,6 +79,23 @@ class MainJob(system.SystemTest):
         found = self.diagnose("nominal/flight.mcap")
         self.assertEqual(found["verdict"], "nothing_missing")
         self.assertEqual(found["findings"], [])
+
+    def test_a_flight_without_its_motors_is_judged_by_its_sensors(self):
+        self.fly("trajectory_1", "--sensors", "laboratory", "--in-process", out="flown")
+        self.run_command("export", "flown/flight.mcap", "--to", "csv", "--out", "flown.csv")
+        rows = list(csv.reader((self.dir / "flown.csv").read_text().splitlines()))
+        inertial = [i for i, name in enumerate(rows[0]) if name.startswith(("t_s", "acc_", "gyro_"))]
+        with (self.dir / "imu.csv").open("w", newline="") as file:
+            csv.writer(file).writerows([row[i] for i in inertial] for row in rows if any(row[i] for i in inertial[1:]))
+        for arguments in ([], ["--check"]):
+            self.run_command("diagnose", "imu.csv", "--vehicle", "omnimorph", "--out", "imu", "--quiet", *arguments,
+                             expect=2)
+            found = self.json("imu/diagnosis.json")
+            self.assertEqual(found["verdict"], "unusable")
+            self.assertEqual(found["findings"], [])
+            self.assertEqual(found["intake"]["missing"][0]["signal"], "rotor_speed")
+            noise = {x["signal"]: x["value"] for x in found["intake"]["sensors"] if x["quantity"].startswith("white")}
+            self.assertLess(abs(noise["acc"] - 0.08), 0.01)
 
 
 if __name__ == "__main__":
