@@ -10,8 +10,11 @@ constexpr double kFloorRate = 400;  // rad/s, sqrt(stiffness/mass) of a node on 
 constexpr double kFloorDamping = 0.7;
 constexpr double kSlipSpeed = 0.01;  // m/s, friction grows up to here
 constexpr double kTolerance = 1e-8;  // of a link's length
+constexpr double kLift = 0.1;        // of a link: so high its lower end has left the floor
+constexpr double kMost = 0.98;       // of a link may belong to one end: a node without mass has no motion
+constexpr double kHeap = 0.05;       // of a link, radius of a heap
 constexpr int kRounds = 3;           // of the search for the links that pull
-constexpr int kArraysOfWork = 11;
+constexpr int kArraysOfWork = 13;
 
 /// The step in progress; index 0 is the upper end, index i the node below link i.
 struct Work {
@@ -20,40 +23,108 @@ struct Work {
   double *gap, *off, *pivot;  // how much link i is too long; tridiagonal system
   double *multiplier, *sum;   // of this iteration; of the whole step
   double* pulls;              // 1 where link i pulls
+  double *mass, *weight;      // m, length of cable that moves with a node, and that hangs from it
 };
 
 Work workspace(double* work, int nodes) {
   const auto part = [&](int k) { return work + k * (nodes + 2); };
-  return {part(0), part(1), part(2), part(3), part(4), part(5), part(6), part(7), part(8), part(9), part(10)};
+  return {part(0), part(1), part(2), part(3),  part(4),  part(5), part(6),
+          part(7), part(8), part(9), part(10), part(11), part(12)};
+}
+
+/// Length [m] of the link from node i-1 to node i that its higher end has from the floor, as the catenary
+/// that rises from there under the tension of the last step: hanging^2 = rise^2 + 2 rise H/(lambda g), less
+/// what the straight link pulls down there by itself.
+double rising(const CableConfig& c, const CableArrays& s, double link, int i, double rise) {
+  if (!(s.tension[i] > 0)) return std::min(rise, kMost * link);
+  const double dx = s.x[i] - s.x[i - 1], dy = s.y[i] - s.y[i - 1];
+  const double square = dx * dx + dy * dy, flat = std::min(std::sqrt(square), link);
+  const double pull = s.tension[i] / (c.linear_density * c.gravity * std::sqrt(square + rise * rise) + 1e-12);
+  const double hanging = std::min(std::sqrt(rise * rise + 2 * rise * pull * flat), link);
+  const double most = 0.5 * hanging * hanging * flat / (link * link);  // of what a link pulls that still lies
+  return std::min(hanging - std::min(pull * rise, most), kMost * link);
+}
+
+/// Weighs the nodes: every link belongs to its ends by halves, but one that comes from the floor to its
+/// higher end as far as it hangs. What leaves one end for the other takes its velocity along, so that a cable
+/// that is lifted is gathered and not snatched node by node.
+void weigh(const CableConfig& c, const CableArrays& s, double link, double* mass, double* weight) {
+  const int n = c.nodes;
+  const double lifted = c.floor_z + kLift * link, half = 0.5 * link;
+  bool aloft = s.z[0] >= lifted;
+  for (int i = 1; i <= n; ++i) aloft = aloft && s.z[i] >= lifted && s.split[i] == half;
+  if (aloft) {
+    for (double* length : {mass, weight}) {
+      std::fill_n(length, n + 1, link);
+      length[0] = length[n] = half;
+    }
+    return;
+  }
+  mass[0] = weight[0] = 0.0;
+  for (int i = 1; i <= n; ++i) {
+    mass[i - 1] += s.split[i];
+    mass[i] = link - s.split[i];
+    weight[i] = 0.0;
+  }
+  for (int i = 1; i <= n; ++i) {
+    const double rise = s.z[i - 1] - s.z[i], low = std::min(s.z[i - 1], s.z[i]);
+    double share = half;
+    if (low >= lifted) {
+      weight[i - 1] += share;
+      weight[i] += share;
+    } else {
+      const double lies = std::min((lifted - low) / (kLift * link), 1.0);
+      const double higher = rising(c, s, link, i, std::abs(rise));
+      const double up = share + lies * (higher - share);
+      share = rise > 0 ? up : share + lies * (std::min(-rise / kLift, share) - share);
+      weight[i - 1] += share;
+      weight[i] += rise > 0 ? link - up : up;
+    }
+    const double moved = share - s.split[i];
+    if (moved == 0) continue;
+    s.split[i] = share;
+    const int to = moved > 0 ? i - 1 : i, from = moved > 0 ? i : i - 1;
+    mass[to] += std::abs(moved);
+    mass[from] -= std::abs(moved);
+    if (to == 0) continue;
+    const double part = std::abs(moved) / mass[to];
+    s.vx[to] += part * (s.vx[from] - s.vx[to]);
+    s.vy[to] += part * (s.vy[from] - s.vy[to]);
+    s.vz[to] += part * (s.vz[from] - s.vz[to]);
+  }
 }
 
 /// Free motion over a step with gravity, damping and the floor; inverse masses follow from the implicit
 /// floor.
 void move_freely(const CableConfig& c, const CableArrays& s, double h, const Work& k) {
   const int n = c.nodes;
-  const double link = c.length / n, mass = c.linear_density * link;
+  const double link = c.length / n;
   const double keep = 1.0 / (1.0 + h * c.damping), settling = std::sqrt(c.gravity / link);
+  const double slowness = 1.0 / (c.gravity + 1e-300);
+  weigh(c, s, link, k.mass, k.weight);
   for (int i = 1; i <= n; ++i) {
-    const double m = i == n && !c.fixed_end ? 0.5 * mass : mass;
-    double force = -c.gravity * m;
+    const double m = c.linear_density * k.mass[i];
+    double force = -c.gravity * c.linear_density * k.weight[i];
     // A slack link hangs from its ends: each carries its leg, and the floor what is left. The straighter and
     // the more inclined it is, the more it hangs as a taut one, by halves.
     const auto share = [&](int other, double pull) {
       if (pull > 0) return 0.0;
       const double dx = s.x[i] - s.x[other], dy = s.y[i] - s.y[other], rise = s.z[i] - s.z[other];
+      const double air = std::min((std::min(s.z[i], s.z[other]) - c.floor_z) / (kLift * link), 1.0);
+      if (air <= 0) return 0.0;  // weigh() has counted it
       const double reach = link * link - rise * rise;
       const double loose = reach > 0 ? std::max(0.0, 1.0 - (dx * dx + dy * dy) / reach) : 1.0;
       const double above = std::clamp(s.z[i] - c.floor_z, 0.0, link);
       const double leg = std::clamp(0.5 * (link + rise), 0.0, above);
-      return -c.gravity * c.linear_density * loose * (leg - 0.5 * link);
+      return -c.gravity * c.linear_density * loose * air * (leg - 0.5 * link);
     };
     force += share(i - 1, s.tension[i]);
     if (i < n) force += share(i + 1, s.tension[i + 1]);
     // where the floor or the links above bear the weight, a heap swallows what motion is left
-    const double borne = 1.0 + force / (c.gravity * m + 1e-300);
+    const double inverse = 1.0 / m, borne = 1.0 + force * inverse * slowness;
     const double heap = s.z[i] - c.floor_z < link && borne > 0 ? 2.0 * h * settling * borne : 0.0;
-    double vz = s.vz[i] * keep / (1.0 + heap) + h * force / m, tangential = 1.0 / (1.0 + heap);
-    k.w_z[i] = k.w_xy[i] = 1.0 / m;
+    double vz = s.vz[i] * keep / (1.0 + heap) + h * force * inverse, tangential = 1.0 / (1.0 + heap);
+    k.w_z[i] = k.w_xy[i] = inverse;
     if (s.z[i] + h * vz < c.floor_z) {
       const double implicit = 2 * kFloorDamping * kFloorRate * h + kFloorRate * kFloorRate * h * h;
       vz = (vz + h * kFloorRate * kFloorRate * (c.floor_z - s.z[i])) / (1.0 + implicit);
@@ -192,27 +263,23 @@ CableAnswer step_cable(const CableConfig& c, const CableArrays& s, const Vec3& u
   const Vec3 acceleration = (Vec3(s.vx[0], s.vy[0], s.vz[0]) - old_velocity) * rate;
   answer.mass = effective;
   answer.pull = s.tension[1] + effective * answer.direction.dot(acceleration);
-  answer.end_mass = 0.5 * c.linear_density * link;
-  if (s.tension[1] <= 0) {  // slack: its upper leg hangs from the body
-    answer.mass = answer.pull = 0;
-    const double leg =
-        std::clamp(0.5 * (link + s.z[0] - s.z[1]), 0.0, std::clamp(s.z[0] - c.floor_z, 0.0, link));
-    answer.end_mass = c.linear_density * leg;
-  }
+  answer.end_mass = c.linear_density * k.mass[0];
+  if (s.tension[1] <= 0) answer.mass = answer.pull = 0;  // slack
   return answer;
 }
 
 void hang_cable(const CableConfig& c, const CableArrays& s, const Vec3& upper_end) {
-  const double link = c.length / c.nodes;
+  const double link = c.length / c.nodes, hangs = std::min(upper_end.z() - c.floor_z, c.length);
   for (int i = 0; i <= c.nodes; ++i) {
     const double z = upper_end.z() - i * link;
     const bool lies = z < c.floor_z;
-    s.x[i] = upper_end.x() + (lies ? 0.2 * link * std::cos(2.4 * i) : 0.0);
-    s.y[i] = upper_end.y() + (lies ? 0.2 * link * std::sin(2.4 * i) : 0.0);
+    s.x[i] = upper_end.x() + (lies ? kHeap * link * std::cos(2.4 * i) : 0.0);
+    s.y[i] = upper_end.y() + (lies ? kHeap * link * std::sin(2.4 * i) : 0.0);
     s.z[i] = std::max(z, c.floor_z);
     s.vx[i] = s.vy[i] = s.vz[i] = 0.0;
-    const double below = c.nodes - i + 0.5;  // links below link i and half of its own
-    s.tension[i] = i > 0 && !lies ? c.gravity * c.linear_density * link * below : 0.0;
+    const double below = hangs - (i - 0.5) * link;  // the middle of link i
+    s.tension[i] = i > 0 && !lies ? c.gravity * c.linear_density * std::max(below, 0.0) : 0.0;
+    s.split[i] = lies ? std::clamp(z + link - c.floor_z, 0.0, kMost * link) : 0.5 * link;
   }
 }
 
@@ -239,7 +306,7 @@ CableChain::CableChain(const CableConfig& config) : config_(config) {
 
 CableArrays CableChain::arrays() {
   const auto a = [this](int k) { return state_.data() + static_cast<std::size_t>(k * (config_.nodes + 1)); };
-  return {a(0), a(1), a(2), a(3), a(4), a(5), a(6)};
+  return {a(0), a(1), a(2), a(3), a(4), a(5), a(6), a(7)};
 }
 
 void CableChain::hang(const Vec3& upper_end) { hang_cable(config_, arrays(), upper_end); }
@@ -254,6 +321,7 @@ void CableChain::stretch(const Vec3& upper_end, const Vec3& far_end) {
     s.y[i] = p.y();
     s.z[i] = p.z();
     s.vx[i] = s.vy[i] = s.vz[i] = s.tension[i] = 0.0;
+    s.split[i] = 0.5 * config_.length / config_.nodes;
   }
 }
 

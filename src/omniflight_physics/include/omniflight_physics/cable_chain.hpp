@@ -34,8 +34,9 @@ struct CableArrays {
   double *x, *y, *z;     ///< m, nodes 0 (upper end) ... n
   double *vx, *vy, *vz;  ///< m/s
   double* tension;       ///< N, links 1 ... n at index 1 ... n; 0 = slack
+  double* split;         ///< m of a link that moves with its upper end, index as tension
 };
-inline constexpr int kCableArrays = 7;
+inline constexpr int kCableArrays = 8;
 
 /// Positions p+ = p + h v with a direct solve of all length constraints (tridiagonal) at the end of the step;
 /// links pull and never push, the floor is a stiff implicit spring with friction.
@@ -75,7 +76,7 @@ class CableChain {
 /// The kernel of CableChain::step on arrays and workspace (cable_work_size() doubles) of the caller.
 CableAnswer step_cable(const CableConfig& config, const CableArrays& arrays, const Vec3& upper_end,
                        double step, double* work);
-constexpr int cable_work_size(int nodes) { return 11 * (nodes + 2) + 3 * (nodes + 1); }
+constexpr int cable_work_size(int nodes) { return 13 * (nodes + 2) + 3 * (nodes + 1); }
 void hang_cable(const CableConfig& config, const CableArrays& arrays, const Vec3& upper_end);
 
 }  // namespace omniflight::physics

@@ -46,7 +46,7 @@ class CableChainEffect final : public Effect {
     }
     double mass = 0;
     for (int i = 1; i <= kNodes && a.tension[i] > 0; ++i) mass = a.tension[1] / s.environment.gravity;
-    keep({-Vec3::UnitZ(), mass * s.environment.gravity, mass, 0.5 * theta[1] / kNodes}, memory);
+    keep({-Vec3::UnitZ(), mass * s.environment.gravity, mass, a.split[1]}, memory);
   }
   void advance(const Situation& s, const double* theta, double step, Random&, double* memory) const override {
     double work[cable_work_size(kNodes)];
@@ -74,7 +74,7 @@ class CableChainEffect final : public Effect {
  private:
   static CableArrays arrays(double* memory) {
     const auto a = [memory](int k) { return memory + k * (kNodes + 1); };
-    return {a(0), a(1), a(2), a(3), a(4), a(5), a(6)};
+    return {a(0), a(1), a(2), a(3), a(4), a(5), a(6), a(7)};
   }
   static CableConfig config(const Situation& s, const double* theta) {
     return {kNodes, theta[1], 1.0, theta[4], theta[3], s.environment.floor_z, s.environment.gravity, false};
