@@ -18,14 +18,16 @@ TEST(SlungLoad, PullsWithTheTensionThatItsOwnMotionNeeds) {
     const Vec3 ddq(rate[3], rate[4], rate[5]);
     const Vec3 a_load = a_A + 0.8 * ddq;
     const Vec3 g(0, 0, -kGravity);
-    const Vec3 force_on_load = 0.3 * (a_load - g) + 0.3 * 0.2 * 0.8 * dq;  // without the damping
+    // friction in the joint: a couple against the turning of the cable in the vehicle
+    const Vec3 rub = 0.3 * 0.2 * 0.8 * (dq - (s.R_WB * w).cross(q));
+    const Vec3 force_on_load = 0.3 * (a_load - g) + rub;  // without it
     const double tension = -force_on_load.dot(q);
     EXPECT_LT((force_on_load + tension * q).norm(), 1e-12) << "a cable pulls along itself";
     EXPECT_LT((Vec3(rate[0], rate[1], rate[2]) - dq).norm(), 1e-12);
     EXPECT_NEAR(q.dot(ddq) + dq.squaredNorm(), 0.0, 1e-12) << "and keeps its length";
-    const Vec3 f = s.R_WB.transpose() * (tension * q);
+    const Vec3 f = s.R_WB.transpose() * (tension * q + rub);
     Vec6 expected;
-    expected << f, r.cross(f);
+    expected << f, r.cross(f) + s.R_WB.transpose() * (0.8 * q).cross(rub);
     EXPECT_LT((remembered("slung_load", s, kLoad, x) - expected).norm(), 1e-12);
   }
 }

@@ -50,6 +50,38 @@ TEST(SlungLoad, TheCableItselfNeitherTakesNorGivesEnergy) {
   }
 }
 
+TEST(SlungLoad, FrictionInTheJointActsOnBothAndTakesEnergyFromThemTogether) {
+  const double mass = 0.3, length = 0.8, c = 1.5;
+  for (const bool caught : {false, true}) {
+    const Vec3 n = Vec3(0.3, -0.4, -1).normalized(), q = (caught ? 1.01 : 1.0) * n,
+               dq = q.cross(Vec3(0.5, 1.0, -0.7)) + (caught ? 0.2 : 0.0) * n;
+    const std::vector<double> x{q.x(), q.y(), q.z(), dq.x(), dq.y(), dq.z(), 1};
+    for (const Situation& s : six_states()) {
+      const auto rubbing = rate_of(kId, s, theta(c), x), free = rate_of(kId, s, theta(0), x);
+      const Vec3 on_load =
+          mass * length * Vec3(rubbing[3] - free[3], rubbing[4] - free[4], rubbing[5] - free[5]);
+      const Vec6 on_body = remembered(kId, s, theta(c), x) - remembered(kId, s, theta(0), x);
+      EXPECT_GT(on_load.norm(), 0.05);
+      EXPECT_LT((s.R_WB * on_body.head<3>() + on_load).norm(), 1e-12) << "force";
+      const Vec3 at = kAt + s.R_WB.transpose() * (length * q);
+      EXPECT_LT((on_body.tail<3>() + at.cross(s.R_WB.transpose() * on_load)).norm(), 1e-12) << "torque";
+      const Vec3 v_load = s.body.v_WB_W + s.R_WB * s.body.w_WB_B.cross(kAt) + length * dq;
+      const Vec3 turns = dq - n.dot(dq) * n - (s.R_WB * s.body.w_WB_B).cross(q);
+      EXPECT_NEAR(power(s, on_body) + on_load.dot(v_load), -mass * c * length * length * turns.squaredNorm(),
+                  1e-12)
+          << "energy";
+    }
+  }
+}
+
+TEST(SlungLoad, TurningWithTheVehicleItDoesNotRub) {
+  for (const Situation& s : six_states()) {
+    const Vec3 q = Vec3(0.3, -0.4, -1).normalized(), dq = (s.R_WB * s.body.w_WB_B).cross(q);
+    const std::vector<double> x{q.x(), q.y(), q.z(), dq.x(), dq.y(), dq.z(), 1};
+    EXPECT_LT((remembered(kId, s, theta(1.5), x) - remembered(kId, s, theta(0), x)).norm(), 1e-12);
+  }
+}
+
 TEST(SlungLoad, ASwingKeepsItsEnergyWithoutDampingAndOnlyLosesWithIt) {
   const Situation s = hover(2.0);
   const Effect* load = find_effect(kId);

@@ -199,6 +199,39 @@ TEST(SlungLoad, KeepsEnergyAndMomentumTogetherWithTheBody) {
   EXPECT_NEAR(after[3], before[3], 1e-6 * std::abs(before[3]));
 }
 
+TEST(SlungLoad, RubbingInItsJointLosesEnergyAndNoMomentum) {
+  // far from the ground, without gravity: linear and angular momentum of body and load stay
+  auto v = omnimorph();
+  const double m_l = 0.4, length = 0.7;
+  const Vec3 r(0.03, -0.02, -0.1);
+  PlantConfig c;
+  c.environment.gravity = 0;
+  c.initial.w_WB_B = Vec3(1, -2, 0.5);
+  c.initial.v_WB_W = Vec3(0.5, 0, 1);
+  Plant plant = make(v, with("slung_load", {m_l, length, 0.8, r.x(), r.y(), r.z()}), c);
+  struct Total {
+    Vec3 linear, angular;
+    double energy;
+  };
+  const auto total = [&] {
+    const RigidState& b = plant.body();
+    const auto x = plant.memory("slung_load");
+    const Vec3 q(x[0], x[1], x[2]), dq(x[3], x[4], x[5]);
+    const Mat3 R = b.q_WB.toRotationMatrix();
+    const Vec3 at = b.p_WB + R * r + length * q, vl = b.v_WB_W + R * b.w_WB_B.cross(r) + length * dq;
+    return Total{v.mass * b.v_WB_W + m_l * vl,
+                 v.mass * b.p_WB.cross(b.v_WB_W) + R * (v.inertia * b.w_WB_B) + m_l * at.cross(vl),
+                 0.5 * v.mass * b.v_WB_W.squaredNorm() + 0.5 * b.w_WB_B.dot(v.inertia * b.w_WB_B) +
+                     0.5 * m_l * vl.squaredNorm()};
+  };
+  const Total before = total();
+  for (int k = 0; k < 1000; ++k) ASSERT_TRUE(plant.step());
+  const Total after = total();
+  EXPECT_LT((after.linear - before.linear).norm(), 1e-6);
+  EXPECT_LT((after.angular - before.angular).norm(), 1e-6);
+  EXPECT_LT(after.energy, 0.999 * before.energy);
+}
+
 TEST(SlungLoad, SlackensFallsFreelyAndIsCaughtWithItsMomentum) {
   // reversed rotors press the vehicle down faster than the load falls, then lift it again
   const auto v = omnimorph();

@@ -11,15 +11,16 @@ class SlungLoad final : public MemoryEffect<SlungLoad, 6, 1> {
         .id = "slung_load",
         .term = "slung load",
         .equation =
-            "T = m_l (q.(g - a_A) + L |dq|^2), dF = T q at r_A; d2q = (I - q q^T)(g - a_A)/L - |dq|^2 q - c "
-            "dq; slack from T < 0 until |q| = 1 again: T = 0, d2q = (g - a_A)/L",
+            "T = m_l (q.(g - a_A) + L |dq|^2), dF = T q + m_l c L u at r_A, dM = m_l c L^2 q x u, u = dq - w "
+            "x q; "
+            "d2q = (I - q q^T)(g - a_A)/L - |dq|^2 q - c u; slack from T < 0 until |q| = 1 again: T = c = 0, "
+            "d2q = (g - a_A)/L",
         .latex =
-            R"(T = m_l\,(q\cdot(g-a_A)+L|\dot q|^2),\ \Delta F = R^T T q;\quad \ddot q = \tfrac1L(I-qq^T)(g-a_A)-|\dot q|^2q-c\,\dot q;\quad \text{slack: } T=0,\ \ddot q=\tfrac1L(g-a_A))",
+            R"(T = m_l\,(q\cdot(g-a_A)+L|\dot q|^2),\ \Delta F = R^T(Tq+m_lcLu),\ \Delta\tau = r_A\times\Delta F+R^T(m_lcL^2\,q\times u),\ u=\dot q-\omega\times q;\quad \ddot q = \tfrac1L(I-qq^T)(g-a_A)-|\dot q|^2q-c\,u;\quad \text{slack: } T=c=0,\ \ddot q=\tfrac1L(g-a_A))",
         .source =
             "Sreenath, Lee and Kumar 2013; Lee 2014: geometric control of a quadrotor with a cable-suspended "
             "load; taut and slack as in Sreenath, Michael and Kumar 2013 (hybrid), caught without rebound by "
-            "a "
-            "critically damped spring of 50 1/s",
+            "a critically damped spring of 50 1/s; friction of the joint at the vehicle",
         .parameters = {{"mass", "m_l", "kg", 0, 5, 0.15, 0, true},
                        {"length", "L", "m", 0.05, 10, 1, 1, false},
                        {"damping", "c", "1/s", 0, 5, 0.1, 0.1, false},
@@ -46,7 +47,7 @@ class SlungLoad final : public MemoryEffect<SlungLoad, 6, 1> {
     using V = Eigen::Matrix<T, 3, 1>;
     const Eigen::Map<const V> q(x), dq(x + 3);
     V ddq = free_pull(s, theta) / theta[1];
-    if (taut(x)) ddq -= tension_per_mass(s, theta, x) / theta[1] * q.normalized() + theta[2] * dq;
+    if (taut(x)) ddq -= tension_per_mass(s, theta, x) / theta[1] * q.normalized() + theta[2] * slip(s, x);
     for (int k = 0; k < 3; ++k) {
       dx[k] = dq[k];
       dx[k + 3] = ddq[k];
@@ -64,6 +65,12 @@ class SlungLoad final : public MemoryEffect<SlungLoad, 6, 1> {
     const V arm = r.cross(q);
     out.force_B += tension * q;
     out.torque_B += tension * arm;
+    // friction of the joint: what it takes from the load across the cable, the vehicle gets, and the moment
+    // that goes with it
+    const V rub = theta[0] * theta[2] * theta[1] * (s.R_WB.transpose().cast<T>() * slip(s, x));
+    const V reach = s.R_WB.transpose().cast<T>() * (theta[1] * Eigen::Map<const V>(x));
+    out.force_B += rub;
+    out.torque_B += (r + reach).cross(rub);
     Eigen::Matrix<T, 6, 1> line;
     line << q, arm;
     out.has_inertia = true;
@@ -84,6 +91,14 @@ class SlungLoad final : public MemoryEffect<SlungLoad, 6, 1> {
   static bool taut(const T* x) {
     return x[6] > T(0.5);
   }
+  /// How the cable turns against the vehicle, across itself, world axes [1/s].
+  template <class T>
+  static Eigen::Matrix<T, 3, 1> slip(const Situation& s, const T* x) {
+    using V = Eigen::Matrix<T, 3, 1>;
+    const Eigen::Map<const V> q(x), dq(x + 3);
+    const V n = q.normalized(), w = s.R_WB.cast<T>() * s.body.w_WB_B.cast<T>();
+    return dq - n.dot(dq) * n - w.cross(V(q));
+  }
   /// Gravity less the acceleration of the attachment, world axes [m/s^2].
   template <class T>
   static Eigen::Matrix<T, 3, 1> free_pull(const Situation& s, const T* theta) {
@@ -99,8 +114,8 @@ class SlungLoad final : public MemoryEffect<SlungLoad, 6, 1> {
   static T bound(const T* x) {
     using V = Eigen::Matrix<T, 3, 1>;
     const Eigen::Map<const V> q(x), dq(x + 3);
-    const T stretch = T(0.5) * (q.squaredNorm() - T(1)), slip = q.dot(dq);
-    return dq.squaredNorm() + T(100) * slip + T(2500) * stretch;
+    const T stretch = T(0.5) * (q.squaredNorm() - T(1)), parting = q.dot(dq);
+    return dq.squaredNorm() + T(100) * parting + T(2500) * stretch;
   }
   /// Tension per mass of the load [m/s^2].
   template <class T>
