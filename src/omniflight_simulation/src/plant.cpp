@@ -59,7 +59,11 @@ Plant::Plant(const vehicle::Vehicle& vehicle, const physics::Model& model, const
     const auto& signals = e.effect->info().signals;
     looks_at_speeds_ = looks_at_speeds_ ||
                        (!mapped && std::find(signals.begin(), signals.end(), "rotor_speed") != signals.end());
-    random_.emplace_back(config.seed, e.effect->info().id);
+    // a second gust blows for itself
+    const auto nth = std::count_if(effects_.begin(), effects_.end(),
+                                   [&e](const Acting& other) { return other.effect == e.effect; });
+    const std::string& id = e.effect->info().id;
+    random_.emplace_back(config.seed, nth > 1 ? id + " " + std::to_string(nth) : id);
     numbers += static_cast<std::size_t>(size.total());
   }
   for (std::vector<double>* numbers_of : {&memory_, &stage_memory_, &memory_sum_, &memory_rate_})

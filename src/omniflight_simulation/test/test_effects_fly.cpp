@@ -277,6 +277,30 @@ TEST(SlungLoad, SlackensFallsFreelyAndIsCaughtWithItsMomentum) {
   EXPECT_NEAR(plant.memory("slung_load")[2], -1.0, 0.02) << "and it hangs again";
 }
 
+TEST(Gust, TwoOfThemBlowForThemselves) {
+  const auto v = omnimorph();
+  const std::vector<double> theta{0.5, 0.1, 0.02};
+  physics::Model twice = with("gust", theta);
+  twice.effects.push_back(twice.effects[0]);
+  PlantConfig c;
+  c.environment.gravity = 0;
+  Plant one = make(v, with("gust", theta), c), two = make(v, twice, c);
+  double product = 0, first_square = 0, second_square = 0;
+  for (int k = 0; k < 20000; ++k) {
+    ASSERT_TRUE(one.step() && two.step());
+    ASSERT_EQ(one.memory("gust")[0], two.memory("gust")[0]) << "the first blows as it does alone";
+    physics::Wrench first;
+    twice.effects[0].effect->add_memory_wrench(two.situation(), theta.data(), two.memory("gust").data(),
+                                               first);
+    const Vec3 second = two.effect_wrench().head<3>() - first.force_B;
+    product += first.force_B.dot(second);
+    first_square += first.force_B.squaredNorm();
+    second_square += second.squaredNorm();
+  }
+  EXPECT_LT(std::abs(product), 0.3 * std::sqrt(first_square * second_square));
+  EXPECT_NEAR(second_square / first_square, 1.0, 0.4);
+}
+
 TEST(Cables, OfThreeFidelitiesAgreeAtRestAndInASlowClimb) {
   // thrust that holds vehicle and cable at 1.2 m; then 2 % more
   const vehicle::Vehicle v = omnimorph();
