@@ -1,6 +1,10 @@
 // Vehicles in lanes fly as Plants do: every effect, every combination, to 1e-12; and allocate nothing.
 #include <gtest/gtest.h>
 
+// the lanes are not compiled for it (lane_kernel.cpp)
+#define HWY_DISABLED_TARGETS HWY_SSSE3
+#include <hwy/targets.h>
+
 #include <chrono>
 #include <cstdlib>
 
@@ -101,6 +105,39 @@ TEST(Batch, CombinationsOfEffectsAreThoseOfThePlant) {
     models.push_back(std::move(m));
   }
   EXPECT_LT(difference(omnimorph(), models, {.plant = tumbling()}), 1e-12);
+}
+
+TEST(Batch, EveryInstructionSetFliesAsThePlantAndToTheSameBits) {
+  const auto v = omnimorph();
+  Random random(4);
+  std::vector<physics::Model> models{{}};
+  for (const physics::Effect* e : physics::builtin_effects())
+    if (flies_in_lanes(*e)) models.push_back(with({{e->info().id, draw(*e, random)}}));
+  const auto flown = [&] {
+    Batch batch = Batch::create(v, models, {.plant = tumbling()}).value();
+    batch.step(300);
+    std::vector<double> out;
+    for (std::size_t i = 0; i < models.size(); ++i) {
+      const RigidState b = batch.body(i);
+      for (const auto* number : {&b.p_WB, &b.v_WB_W, &b.w_WB_B})
+        out.insert(out.end(), number->data(), number->data() + 3);
+      out.insert(out.end(), b.q_WB.coeffs().data(), b.q_WB.coeffs().data() + 4);
+    }
+    return out;
+  };
+  const std::vector<double> best = flown();
+  int sets = 0;
+  for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1, ++sets) {
+    const std::int64_t target = left & -left;
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().Update(target);
+    EXPECT_EQ(lane_instruction_set(), hwy::TargetName(target));
+    EXPECT_LT(difference(v, models, {.plant = tumbling()}), 1e-12) << hwy::TargetName(target);
+    EXPECT_EQ(flown(), best) << hwy::TargetName(target);
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  EXPECT_GE(sets, 1);
 }
 
 TEST(Batch, OtherVehiclesFlyToo) {
