@@ -52,7 +52,7 @@ void weigh(const CableConfig& c, const CableArrays& s, double link, double* mass
   const int n = c.nodes;
   const double lifted = c.floor_z + kLift * link, half = 0.5 * link;
   bool aloft = s.z[0] >= lifted;
-  for (int i = 1; i <= n; ++i) aloft = aloft && s.z[i] >= lifted && s.split[i] == half;
+  for (int i = 1; i <= n; ++i) aloft = aloft & (s.z[i] >= lifted) & (s.split[i] == half);
   if (aloft) {
     for (double* length : {mass, weight}) {
       std::fill_n(length, n + 1, link);
@@ -100,15 +100,14 @@ void move_freely(const CableConfig& c, const CableArrays& s, double h, const Wor
   const int n = c.nodes;
   const double link = c.length / n;
   const double keep = 1.0 / (1.0 + h * c.damping), settling = std::sqrt(c.gravity / link);
-  const double slowness = 1.0 / (c.gravity + 1e-300);
+  const double weight = c.gravity * c.linear_density, slowness = 1.0 / (c.gravity + 1e-300);
   weigh(c, s, link, k.mass, k.weight);
   for (int i = 1; i <= n; ++i) {
     const double m = c.linear_density * k.mass[i];
-    double force = -c.gravity * c.linear_density * k.weight[i];
+    double force = -weight * k.weight[i];
     // A slack link hangs from its ends: each carries its leg, and the floor what is left. The straighter and
     // the more inclined it is, the more it hangs as a taut one, by halves.
-    const auto share = [&](int other, double pull) {
-      if (pull > 0) return 0.0;
+    const auto share = [&](int other) {
       const double dx = s.x[i] - s.x[other], dy = s.y[i] - s.y[other], rise = s.z[i] - s.z[other];
       const double air = std::min((std::min(s.z[i], s.z[other]) - c.floor_z) / (kLift * link), 1.0);
       if (air <= 0) return 0.0;  // weigh() has counted it
@@ -116,10 +115,10 @@ void move_freely(const CableConfig& c, const CableArrays& s, double h, const Wor
       const double loose = reach > 0 ? std::max(0.0, 1.0 - (dx * dx + dy * dy) / reach) : 1.0;
       const double above = std::clamp(s.z[i] - c.floor_z, 0.0, link);
       const double leg = std::clamp(0.5 * (link + rise), 0.0, above);
-      return -c.gravity * c.linear_density * loose * air * (leg - 0.5 * link);
+      return -weight * loose * air * (leg - 0.5 * link);
     };
-    force += share(i - 1, s.tension[i]);
-    if (i < n) force += share(i + 1, s.tension[i + 1]);
+    if (!(s.tension[i] > 0)) force += share(i - 1);
+    if (i < n && !(s.tension[i + 1] > 0)) force += share(i + 1);
     // where the floor or the links above bear the weight, a heap swallows what motion is left
     const double inverse = 1.0 / m, borne = 1.0 + force * inverse * slowness;
     const double heap = s.z[i] - c.floor_z < link && borne > 0 ? 2.0 * h * settling * borne : 0.0;
