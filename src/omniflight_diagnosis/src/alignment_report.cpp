@@ -12,6 +12,10 @@ namespace {
 using recording::Recording;
 using recording::Signal;
 
+constexpr double kUsualReach = 0.2, kFarReach = 2.0;  // s
+constexpr double kClear = 0.8,
+                 kClearer = 0.15;  // correlation that needs no wider search, and what one must gain
+
 /// Mean over a few samples where a fast signal meets a slow one, so that both see the same band.
 Signal thinned(const Signal& s, double period_s) {
   const auto n = static_cast<Eigen::Index>(period_s / std::max(1e-6, s.median_period_s()));
@@ -90,16 +94,24 @@ void compare(const Signal& a, const Signal& b, const std::string& early, const s
              std::vector<Alignment>& out) {
   if (a.size() < 100 || b.size() < 100) return;
   const double period = std::clamp(std::max(a.median_period_s(), b.median_period_s()), 0.004, 0.05);
-  const Signal x = quick_part(thinned(a, period)), y = quick_part(thinned(b, period));
-  const auto whole = recording::estimate_lag(x, y, {.max_lag_s = 0.2});
+  const Signal x = quick_part(thinned(a, period));
+  Signal y = quick_part(thinned(b, period));
+  auto whole = recording::estimate_lag(x, y, {.max_lag_s = kUsualReach});
+  const double usual = whole ? std::abs(whole->correlation) : 0;
+  if (usual < kClear)
+    if (const auto far = recording::estimate_lag(x, y, {.max_lag_s = kFarReach});
+        far && std::abs(far->lag_s) > kUsualReach && std::abs(far->correlation) > usual + kClearer)
+      whole = far;
   if (!whole || !(std::abs(whole->correlation) > 0.6)) return;
-  Alignment r{early, late, whole->lag_s, whole->standard_error_s, 0, 0, whole->correlation};
+  Alignment r{early, late, whole->lag_s, whole->standard_error_s, 0, 0, whole->correlation, 0};
+  for (double& t : y.t_s) t -= whole->lag_s;
   const double from = std::max(x.t_s.front(), y.t_s.front()), to = std::min(x.t_s.back(), y.t_s.back());
   std::vector<std::array<double, 3>> windows;  // time, lag, weight
   for (double t = from; t + 5.0 <= to; t += 5.0) {
-    const auto part = recording::estimate_lag(x, y, {.max_lag_s = 0.2, .from_s = t, .to_s = t + 5.0});
+    const auto part = recording::estimate_lag(x, y, {.max_lag_s = kUsualReach, .from_s = t, .to_s = t + 5.0});
     if (!part || !(std::abs(part->correlation) > 0.4)) continue;
-    windows.push_back({t + 2.5, part->lag_s, 1.0 / std::pow(std::max(2e-4, part->standard_error_s), 2)});
+    windows.push_back(
+        {t + 2.5, whole->lag_s + part->lag_s, 1.0 / std::pow(std::max(2e-4, part->standard_error_s), 2)});
   }
   if (windows.size() >= 4) {
     double w = 0, wt = 0, wl = 0;
@@ -108,6 +120,7 @@ void compare(const Signal& a, const Signal& b, const std::string& early, const s
     for (const auto& [t, lag, weight] : windows)
       tt += weight * std::pow(t - wt / w, 2), tl += weight * (t - wt / w) * (lag - wl / w);
     r.skew = tl / tt;
+    r.at_s = wt / w;
     for (const auto& [t, lag, weight] : windows)
       chi += weight * std::pow(lag - wl / w - r.skew * (t - wt / w), 2);
     // scatter of the windows counts when it exceeds what their own errors say

@@ -3,6 +3,7 @@
 #include "intake.hpp"
 #include "missing.hpp"
 #include "offered.hpp"
+#include "repair.hpp"
 #include "sanity.hpp"
 #include "sensors_alone.hpp"
 #include "text.hpp"
@@ -22,15 +23,17 @@ Diagnosis check_motors(const Recording& r, const vehicle::Vehicle& vehicle, cons
   return d;
 }
 
-Result<Diagnosis> check_one(const Recording& r, const vehicle::Vehicle& vehicle, const Options& o) {
+Result<Diagnosis> check_one(const Recording& recorded, const vehicle::Vehicle& vehicle, const Options& o) {
+  const Reach reach = reach_of(recorded);
+  const Repaired known = reach == Reach::wrench ? repaired(recorded) : as_it_is(recorded);
+  const Recording& r = known.recording;
   auto against = objections(r, vehicle, o);
   if (!against) return tl::unexpected(against.error());
   if (!against->empty()) return unusable(r, *against);
-  const Reach reach = reach_of(r);
   if (reach == Reach::sensors) return diagnose_sensors(std::span(&r, 1), vehicle, o, hindrance(r));
   if (reach == Reach::motors) return check_motors(r, vehicle, o);
   Diagnosis d;
-  auto flight = prepare_flight(r, vehicle, o);
+  auto flight = prepare_repaired(known, vehicle, o);
   if (!flight) return tl::unexpected(flight.error());
   const Flight& f = *flight;
   d.inputs.push_back({f.file, f.sha256, f.duration_s, f.signals, f.excluded});

@@ -21,6 +21,7 @@
 #include "offered.hpp"
 #include "propose.hpp"
 #include "remainder.hpp"
+#include "repair.hpp"
 #include "rollout.hpp"
 #include "sanity.hpp"
 #include "sensors_alone.hpp"
@@ -107,21 +108,21 @@ Result<Diagnosis> without_a_wrench(std::span<const recording::Recording> fit, co
 }
 
 /// Every flight's sensors against themselves and against each other.
-void add_sensors(std::span<const recording::Recording> fit, const std::vector<Flight>& flights,
+void add_sensors(std::span<const Repaired> fitted, const std::vector<Flight>& flights,
                  const vehicle::Vehicle& vehicle, const Options& o, Diagnosis& d) {
-  for (std::size_t k = 0; k < fit.size(); ++k) {
+  for (std::size_t k = 0; k < fitted.size(); ++k) {
     Diagnosis faults;
     add_faults(flights[k].faults, flights[k].excluded, faults);
-    add_recording(faults, fit[k].file, d);
+    add_recording(faults, fitted[k].recording.file, d);
   }
   const std::vector<Finding> named = d.findings;  // what these explain is not asked again
-  for (std::size_t k = 0; k < fit.size(); ++k) {
+  for (std::size_t k = 0; k < fitted.size(); ++k) {
     Diagnosis one;
     one.findings = named;
-    add_agreement(fit[k], vehicle, o, one);
+    add_agreement(fitted[k].recording, vehicle, o, one);
     one.findings.erase(one.findings.begin(),
                        one.findings.begin() + static_cast<std::ptrdiff_t>(named.size()));
-    add_recording(one, fit[k].file, d);
+    add_recording(one, fitted[k].recording.file, d);
   }
 }
 
@@ -165,14 +166,19 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
                            const Options& o) {
   if (fit.empty()) return bad_input("no recording to diagnose", "", "Name at least one recording");
   if (auto valid = vehicle::validate(vehicle); !valid) return tl::unexpected(valid.error());
-  for (const auto* list : {&fit, &held_out}) {
-    for (const recording::Recording& r : *list) {
-      auto against = objections(r, vehicle, o);
+  const auto lacks = [](const recording::Recording& r) { return reach_of(r) != Reach::wrench; };
+  // what is fitted or predicted is without copies, freezes and clipping
+  std::vector<Repaired> fitted, predicted;
+  const auto known = [&](const recording::Recording& r) { return lacks(r) ? as_it_is(r) : repaired(r); };
+  for (const recording::Recording& r : fit) fitted.push_back(known(r));
+  for (const recording::Recording& r : held_out) predicted.push_back(known(r));
+  for (const auto* list : {&fitted, &predicted}) {
+    for (const Repaired& r : *list) {
+      auto against = objections(r.recording, vehicle, o);
       if (!against) return tl::unexpected(against.error());
-      if (!against->empty()) return unusable(r, *against);
+      if (!against->empty()) return unusable(r.recording, *against);
     }
   }
-  const auto lacks = [](const recording::Recording& r) { return reach_of(r) != Reach::wrench; };
   if (std::all_of(fit.begin(), fit.end(), lacks)) {
     auto d = without_a_wrench(fit, vehicle, o);
     for (const recording::Recording& r : held_out)
@@ -192,17 +198,18 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   Diagnosis d;
   std::vector<Flight> flights, unseen;
   std::vector<Diagnosis> of_sensors(fit.size());
-  for (const auto* list : {&fit, &held_out}) {
-    for (const recording::Recording& r : *list) {
-      auto f = prepare_flight(r, vehicle, o);
+  for (const auto* list : {&fitted, &predicted}) {
+    for (const Repaired& one : *list) {
+      const recording::Recording& r = one.recording;
+      auto f = prepare_repaired(one, vehicle, o);
       if (!f) return tl::unexpected(f.error());
       if (auto errors = judge_kinematics(r, o)) {
         attribute_lever(*f, vehicle, o, *errors);
         take_out(*errors, *f);
-        if (list == &fit) add_kinematics(*errors, of_sensors[flights.size()]);
+        if (list == &fitted) add_kinematics(*errors, of_sensors[flights.size()]);
       }
       d.inputs.push_back({f->file, f->sha256, f->duration_s, f->signals, f->excluded});
-      (list == &fit ? flights : unseen).push_back(std::move(*f));
+      (list == &fitted ? flights : unseen).push_back(std::move(*f));
     }
   }
   // a flight whose rotor speeds lie says nothing about the wrench
@@ -220,8 +227,8 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   auto all = std::make_unique<const Problem>(used, vehicle, o);
   const auto candidates = blind ? std::vector<const physics::Effect*>{} : offered_effects(used, vehicle, o);
   const auto hypotheses = with_single_rotors(candidates, vehicle);
-  d.intake = describe(fit[0], flights[0]);
-  for (std::size_t k = 1; k < fit.size(); ++k) d.further.push_back(describe(fit[k], flights[k]));
+  d.intake = describe(fitted[0].recording, flights[0]);
+  for (std::size_t k = 1; k < fit.size(); ++k) d.further.push_back(describe(fitted[k].recording, flights[k]));
   // where the flight can be flown again, effects are judged free of feedback; once more with what was found,
   // since a load moves the working point of the rotors
   std::vector<Flight> freed;
@@ -333,14 +340,15 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   }
   std::vector<std::vector<ActuationFit>> actuation;
   for (std::size_t k = 0; k < fit.size(); ++k) {
-    if (!flights[k].speed_from_command) actuation.push_back(fit_actuation(fit[k], vehicle, flights[k]));
+    const recording::Recording& r = fitted[k].recording;
+    if (!flights[k].speed_from_command) actuation.push_back(fit_actuation(r, vehicle, flights[k]));
     Diagnosis one;
-    one.mismatch = locate_allocation(fit[k]);
-    add_recording(one, fit[k].file, d);
+    one.mismatch = locate_allocation(r);
+    add_recording(one, r.file, d);
   }
   add_actuation(actuation, d);
-  if (o.has_controller) add_control(fit[0], o.controller, d);
-  add_sensors(fit, flights, vehicle, o, d);
+  if (o.has_controller) add_control(fitted[0].recording, o.controller, d);
+  add_sensors(fitted, flights, vehicle, o, d);
   drop_what_a_sensor_explains(d);
   for (std::size_t k = 0; k < fit.size(); ++k) add_recording(of_sensors[k], fit[k].file, d);
 

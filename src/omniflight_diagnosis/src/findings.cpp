@@ -134,8 +134,9 @@ void add_faults(const std::vector<SensorFault>& faults, const std::vector<Window
     Mismatch m;
     m.stage = physics::Stage::sensing;
     m.channel = fault.channel;
+    const recording::SignalSpec* spec = recording::find_spec(fault.channel);
     m.frame = fault.effect == "rotor_speed_sensor_fault" ? "rotor" : "body";
-    m.unit = fault.effect == "rotor_speed_sensor_fault" ? "rad/s" : "V";
+    m.unit = spec ? spec->unit : "rad/s";
     m.where = format("%.0f %% of the flight", 100 * fault.share);
     m.p_value = 0;
     for (const Window& w : excluded)

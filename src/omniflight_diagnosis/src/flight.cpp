@@ -10,6 +10,7 @@
 #include "neighbours.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 #include "omniflight_diagnosis/residual.hpp"
+#include "repair.hpp"
 #include "segments.hpp"
 #include "thrust_source.hpp"
 #include "torque_alignment.hpp"
@@ -141,6 +142,16 @@ std::vector<char> unaided(const Signal& position, const Grid& grid, double max_g
   return out;
 }
 
+/// Where the grid lies in any of these windows.
+std::vector<char> in_windows(const std::vector<Window>& windows, const Grid& grid) {
+  std::vector<char> out(grid.t.size(), 0);
+  const double half = 0.51 / grid.rate_hz;  // the shortest hold a sample
+  for (const Window& w : windows)
+    for (std::size_t i = 0; i < out.size(); ++i)
+      if (grid.t[i] >= w.from_s - half && grid.t[i] <= w.to_s + half) out[i] = 1;
+  return out;
+}
+
 std::vector<char> negated(const std::vector<char>& v) {
   std::vector<char> out(v.size());
   for (std::size_t i = 0; i < v.size(); ++i) out[i] = !v[i];
@@ -179,7 +190,13 @@ bool Flight::has(const std::string& signal) const {
 }
 
 Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle& vehicle, const Options& o) {
+  return prepare_repaired(repaired(recording), vehicle, o);
+}
+
+Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle& vehicle, const Options& o) {
+  const Recording& recording = repaired.recording;
   Flight f;
+  f.notes = repaired.notes;
   f.file = recording.file;
   f.sha256 = recording.sha256;
   f.duration_s = recording.duration_s;
@@ -211,7 +228,8 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
                      "The force residual needs one of 'acc', 'velocity', 'position'");
 
   // the pose of a motion capture is put on the clock of the gyro
-  f.alignment = align_signals(recording);
+  f.alignment =
+      repaired.alignment.empty() || repaired.clock_moved ? align_signals(recording) : repaired.alignment;
   Signal shifted_attitude = **attitude, shifted_position;
   for (const Alignment& a : f.alignment) {
     if (a.early != "gyro" || a.late != shifted_attitude.name || !(a.lag_se < 0.002)) continue;
@@ -250,6 +268,7 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
 
   // faults and free flight
   f.faults = find_sensor_faults(recording);
+  f.faults.insert(f.faults.end(), repaired.faults.begin(), repaired.faults.end());
   if (voltage_never_changes(recording) &&
       std::none_of(f.faults.begin(), f.faults.end(),
                    [](const SensorFault& x) { return x.effect == "battery_sensor_fault"; }))
@@ -258,9 +277,14 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   if (const Signal* phase = recording.find("phase"))
     exclude(negated(in_free_flight(*phase, grid.t)), grid, o.margin_s, "not in free flight (phase)", use,
             f.excluded);
+  const std::vector<char> repeated = in_windows(repaired.cut, grid);
+  for (const Window& w : repaired.cut)
+    exclude(in_windows({w}, grid), grid, o.margin_s, w.why, use, f.excluded);
   const auto take = [&](const Signal& s, const std::string& label) {
     Channel c = on_grid(s, grid, o);
-    exclude(negated(c.valid), grid, o.margin_s, "gap in " + label, use, f.excluded);
+    std::vector<char> gap = negated(c.valid);
+    for (std::size_t i = 0; i < gap.size(); ++i) gap[i] = gap[i] && !repeated[i];
+    exclude(gap, grid, o.margin_s, "gap in " + label, use, f.excluded);
     return c.x;
   };
   const auto turned = gyro ? std::nullopt : halves_of(*attitude_used, o.cutoff_hz);
@@ -434,11 +458,20 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   }
   if (const Signal* aid = recording.find("position"); aid && velocity && velocity->name == "est_velocity")
     cut_unaided(unaided(*aid, grid, o.max_gap_s), grid, good, f);
+  if (repaired.clock_moved) {  // as recorded, since that is what the reader of a report has
+    const auto late = std::find_if(f.alignment.begin(), f.alignment.end(),
+                                   [](const Alignment& a) { return a.early == "rotor_speed (torque)"; });
+    f.alignment.erase(f.alignment.begin(), late);
+    f.alignment.insert(f.alignment.begin(), repaired.alignment.begin(), repaired.alignment.end());
+  }
   f.segments = long_runs(good, f.rate_hz);
+  const auto most = std::max_element(
+      f.excluded.begin(), f.excluded.end(),
+      [](const Window& a, const Window& b) { return a.to_s - a.from_s < b.to_s - b.from_s; });
   if (f.usable() < 2 * f.rate_hz)
     return bad_input("less than 2 s of uninterrupted free flight is left after cutting " +
                          std::to_string(f.excluded.size()) + " windows" +
-                         (f.excluded.empty() ? "" : " (" + f.excluded.front().why + ", ...)"),
+                         (most == f.excluded.end() ? "" : " (" + most->why + ", ...)"),
                      recording.file, "Check the vehicle, or give a longer flight");
   return f;
 }

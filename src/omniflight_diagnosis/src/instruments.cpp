@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "repair.hpp"
 #include "segments.hpp"
 
 namespace omniflight::diagnosis {
@@ -33,7 +34,8 @@ std::optional<Flight> with_instruments(const Flight& flight, const Eigen::Matrix
   if (!flown) return std::nullopt;
   Options same = o;
   same.grid_origin_s = flight.t.front();
-  const auto again = prepare_flight(*flown, vehicle, same);
+  // a simulated flight without noise repeats itself rightly
+  const auto again = prepare_repaired(as_it_is(*flown), vehicle, same);
   if (!again) return std::nullopt;
   const std::vector<char> flying = samples_in(again->segments, again->size()),
                           used = samples_in(flight.segments, flight.size());

@@ -14,6 +14,7 @@ struct Alignment {
   double lag_s = 0, lag_se = 0;  ///< positive: `late` comes later than `early`
   double skew = 0, skew_se = 0;  ///< s of lag gained a second; 0 and 0 when the flight is too short
   double correlation = 0;
+  double at_s = 0;  ///< middle of what the skew was measured on
 };
 
 /// Gyro against the rates of the attitudes, accelerometer against the velocities, rotor speeds against

@@ -62,6 +62,7 @@ struct Flight {
   bool has(const std::string& signal) const;
 };
 
+/// Copies, frozen and clipped samples are cut out and clocks put right first.
 /// Errors: a recording that cannot carry a wrench analysis (no attitude, no rotor speed or command, wrong
 /// number of rotors, less than two seconds of free flight), each with what would help.
 Result<Flight> prepare_flight(const recording::Recording& recording, const vehicle::Vehicle& vehicle,
