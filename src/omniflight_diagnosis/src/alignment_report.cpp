@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "omniflight_core/frames.hpp"
 #include "omniflight_recording/alignment.hpp"
@@ -13,8 +14,9 @@ using recording::Recording;
 using recording::Signal;
 
 constexpr double kUsualReach = 0.2, kFarReach = 2.0;  // s
-constexpr double kClear = 0.8,
-                 kClearer = 0.15;  // correlation that needs no wider search, and what one must gain
+constexpr double kSlowPeriod = 0.04;                  // s, on which far lags are sought
+constexpr double kLeast = 0.6;                        // correlation that counts at all,
+constexpr double kClear = 0.8, kClearer = 0.15;       // ... that needs no wider search, that one must gain
 
 /// Mean over a few samples where a fast signal meets a slow one, so that both see the same band.
 Signal thinned(const Signal& s, double period_s) {
@@ -90,19 +92,36 @@ Signal quick_part(const Signal& s) {
   return out;
 }
 
+/// A lag beyond the usual reach at which slow versions of the signals agree better than they do within it.
+std::optional<recording::LagEstimate> far_lag(const Signal& a, const Signal& b, double usual) {
+  const Signal x = quick_part(thinned(a, kSlowPeriod)), y = quick_part(thinned(b, kSlowPeriod));
+  const auto far = recording::estimate_lag(x, y, {.max_lag_s = kFarReach});
+  if (!far || !(std::abs(far->lag_s) > kUsualReach)) return std::nullopt;
+  if (!(std::abs(far->correlation) > std::max(kLeast, usual + kClearer))) return std::nullopt;
+  return *far;
+}
+
 void compare(const Signal& a, const Signal& b, const std::string& early, const std::string& late,
              std::vector<Alignment>& out) {
   if (a.size() < 100 || b.size() < 100) return;
   const double period = std::clamp(std::max(a.median_period_s(), b.median_period_s()), 0.004, 0.05);
-  const Signal x = quick_part(thinned(a, period));
-  Signal y = quick_part(thinned(b, period));
+  Signal x = quick_part(thinned(a, period)), y = quick_part(thinned(b, period));
   auto whole = recording::estimate_lag(x, y, {.max_lag_s = kUsualReach});
   const double usual = whole ? std::abs(whole->correlation) : 0;
-  if (usual < kClear)
-    if (const auto far = recording::estimate_lag(x, y, {.max_lag_s = kFarReach});
-        far && std::abs(far->lag_s) > kUsualReach && std::abs(far->correlation) > usual + kClearer)
-      whole = far;
-  if (!whole || !(std::abs(whole->correlation) > 0.6)) return;
+  if (const auto far = usual < kClear ? far_lag(a, b, usual) : std::nullopt) {
+    Signal moved = y;
+    for (double& t : moved.t_s) t -= far->lag_s;
+    const auto near = recording::estimate_lag(x, moved, {.max_lag_s = kUsualReach});
+    if (near && std::abs(near->correlation) > kLeast) {
+      whole = near;
+      whole->lag_s += far->lag_s;
+    } else {  // noise hides all but the slow motion
+      x = quick_part(thinned(a, kSlowPeriod));
+      y = quick_part(thinned(b, kSlowPeriod));
+      whole = *far;
+    }
+  }
+  if (!whole || !(std::abs(whole->correlation) > kLeast)) return;
   Alignment r{early, late, whole->lag_s, whole->standard_error_s, 0, 0, whole->correlation, 0};
   for (double& t : y.t_s) t -= whole->lag_s;
   const double from = std::max(x.t_s.front(), y.t_s.front()), to = std::min(x.t_s.back(), y.t_s.back());
@@ -141,6 +160,9 @@ std::vector<Alignment> align_signals(const Recording& r) {
   for (const char* name : {"attitude", "est_attitude"})
     if (const Signal* q = r.find(name); gyro && q)
       compare(*gyro, recording::rate_of_attitude(*q), "gyro", name, out);
+  const Signal *place = r.find("position"), *believed = r.find("est_position");
+  if (place && believed && place->width() == 3 && believed->width() == 3)
+    compare(derivative(*believed), derivative(*place), "est_position", "position", out);
   if (acc && known) {
     const Signal a = world_acceleration(*acc, *known);
     for (const char* name : {"velocity", "est_velocity"})

@@ -44,17 +44,28 @@ std::string side(double lag_s, double se_s) {
 void settle_clocks(Repaired& r) {
   r.alignment = align_signals(r.recording);
   const Alignment* pose = pair(r.alignment, "gyro", "attitude");
+  const Alignment* estimate = pair(r.alignment, "est_position", "position");
+  const Alignment* turn = pair(r.alignment, "gyro", "est_attitude");
   const Alignment* thrust = pair(r.alignment, "acc", "rotor_speed (thrust)");
   const Alignment* answer = pair(r.alignment, "rotor_command", "rotor_speed");
-  if (far(pose) && far(thrust) && std::abs(pose->lag_s - thrust->lag_s) < kAlike) {
-    move(r, {"gyro", "acc"}, {-pose->lag_s});
-    r.notes.push_back("The clock of gyro and accelerometer is " + side(-pose->lag_s, pose->lag_se) +
-                      " on those of the pose and the rotor speeds: corrected.");
+  const Alignment* push = pair(r.alignment, "acc", "est_velocity");
+  const bool estimate_agrees = estimate && !far(estimate) && std::abs(estimate->correlation) > kSure;
+  const bool rotors_agree = far(thrust) && far(pose) && std::abs(pose->lag_s - thrust->lag_s) < kAlike;
+  const Alignment* believed = far(push) ? push : far(turn) ? turn : nullptr;
+  if (believed && far(estimate) && std::abs(believed->lag_s + estimate->lag_s) < kAlike) {
+    move(r, {"est_position", "est_attitude", "est_velocity"}, {believed->lag_s});
+    r.notes.push_back("The clock of the vehicle's own estimate is " +
+                      side(believed->lag_s, believed->lag_se) + " on that of all else: corrected.");
+  } else if (const Alignment* sensor = far(pose) && (rotors_agree || estimate_agrees) ? pose : believed) {
+    move(r, {"gyro", "acc"}, {-sensor->lag_s});
+    r.notes.push_back("The clock of gyro and accelerometer is " + side(-sensor->lag_s, sensor->lag_se) +
+                      " on that of the " + (sensor == pose ? "pose" : "vehicle's own estimate") +
+                      ": corrected.");
   } else {
-    if (far(pose)) {
-      move(r, {"position", "attitude", "velocity"}, {pose->lag_s});
-      r.notes.push_back("The clock of the pose is " + side(pose->lag_s, pose->lag_se) +
-                        " on that of the gyro: corrected.");
+    if (const Alignment* moved = far(pose) ? pose : far(estimate) ? estimate : nullptr) {
+      move(r, {"position", "attitude", "velocity"}, {moved->lag_s});
+      r.notes.push_back("The clock of the pose is " + side(moved->lag_s, moved->lag_se) + " on that of the " +
+                        (moved == pose ? "gyro" : "vehicle's own estimate") + ": corrected.");
     }
     if (const Alignment* rotors = far(thrust) ? thrust : far(answer) ? answer : nullptr) {
       move(r, {"rotor_speed"}, {rotors->lag_s});
@@ -63,13 +74,16 @@ void settle_clocks(Repaired& r) {
                         ": corrected.");
     }
   }
-  if (!pose || !(pose->skew_se > 0) || std::abs(pose->skew) < kSignificant * pose->skew_se ||
-      std::abs(pose->skew) * r.recording.duration_s < kWorthIt)
+  const Alignment* ruler = pose ? pose : estimate;
+  if (!ruler || !(std::abs(ruler->correlation) > kSure) || !(ruler->skew_se > 0) ||
+      std::abs(ruler->skew) < kSignificant * ruler->skew_se ||
+      std::abs(ruler->skew) * r.recording.duration_s < kWorthIt)
     return;
-  move(r, {"position", "attitude", "velocity"}, {0, pose->skew, pose->at_s});
+  move(r, {"position", "attitude", "velocity"}, {0, ruler->skew, ruler->at_s});
   r.notes.push_back(
-      format("The clock of the pose runs %.0f +- %.0f us a second %s than that of the gyro: corrected.",
-             1e6 * std::abs(pose->skew), 1e6 * pose->skew_se, pose->skew > 0 ? "slower" : "faster"));
+      format("The clock of the pose runs %.0f +- %.0f us a second %s than that of the %s: corrected.",
+             1e6 * std::abs(ruler->skew), 1e6 * ruler->skew_se, ruler->skew > 0 ? "slower" : "faster",
+             ruler == pose ? "gyro" : "vehicle's own estimate"));
 }
 
 }  // namespace omniflight::diagnosis

@@ -18,6 +18,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
+constexpr double kClippedMargin = 0.1;      // s: little is missing in there
 constexpr double kLeastTorqueLag = 0.0015;  // s: what a linear grid of some milliseconds can tell
 
 using recording::Recording;
@@ -277,13 +278,16 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   if (const Signal* phase = recording.find("phase"))
     exclude(negated(in_free_flight(*phase, grid.t)), grid, o.margin_s, "not in free flight (phase)", use,
             f.excluded);
-  const std::vector<char> repeated = in_windows(repaired.cut, grid);
-  for (const Window& w : repaired.cut)
+  const std::vector<char> repeated = in_windows(repaired.frozen, grid),
+                          limited = in_windows(repaired.clipped, grid);
+  for (const Window& w : repaired.frozen)
     exclude(in_windows({w}, grid), grid, o.margin_s, w.why, use, f.excluded);
+  for (const Window& w : repaired.clipped)
+    exclude(in_windows({w}, grid), grid, kClippedMargin, w.why, use, f.excluded);
   const auto take = [&](const Signal& s, const std::string& label) {
     Channel c = on_grid(s, grid, o);
     std::vector<char> gap = negated(c.valid);
-    for (std::size_t i = 0; i < gap.size(); ++i) gap[i] = gap[i] && !repeated[i];
+    for (std::size_t i = 0; i < gap.size(); ++i) gap[i] = gap[i] && !repeated[i] && !limited[i];
     exclude(gap, grid, o.margin_s, "gap in " + label, use, f.excluded);
     return c.x;
   };

@@ -15,7 +15,7 @@ using recording::Signal;
 
 constexpr double kSubstantialFreeze = 0.6;  // s, at once: losing a marker for .4 s is a usual day
 constexpr double kSubstantialShare = 0.1;   // of the flight
-constexpr double kJoin = 0.5;               // s between clipped windows: nothing to fit in there
+constexpr double kJoin = 0.2;               // s between clipped windows: nothing to fit in there
 constexpr Eigen::Index kLeastCopies = 3;
 
 /// Signals that one sensor or computer sends: they freeze together.
@@ -85,6 +85,10 @@ void drop_copies(Repaired& r) {
       if (const auto colon = note.text.find(": ");
           note.messages >= kLeastCopies && colon < at && !note.text.starts_with("truth_"))
         names.push_back(note.text.substr(0, colon) + " (" + std::to_string(note.messages) + ")");
+  if (names.size() > 4) {
+    names[3] = format("%zu more signals", names.size() - 3);
+    names.resize(4);
+  }
   if (!names.empty())
     r.notes.push_back("Samples were recorded twice and one of each was kept: " + listed(names) + ".");
 }
@@ -113,12 +117,12 @@ void cut_freezes(Repaired& r) {
     for (Window& w : windows) {
       w.why = listed(names) + " frozen: the same sample again and again";
       longest = std::max(longest, w.to_s - w.from_s);
-      r.cut.push_back(w);
+      r.frozen.push_back(w);
     }
     const double share = length(windows) / std::max(1e-9, r.recording.duration_s);
     const bool several = names.size() > 1, again = windows.size() > 1;
     const std::string sentence =
-        format("%s %s in flight: the same %s repeated bit for bit for up to %.2f s, from %.2f s on",
+        format("The %s %s in flight: the same %s repeated bit for bit for up to %.2f s, from %.2f s on",
                listed(names).c_str(), several ? "freeze" : "freezes", several ? "samples are" : "sample is",
                longest, windows.front().from_s) +
         (again ? format(" and %zu times in all (%.1f s)", windows.size(), length(windows)) : "") +
@@ -126,7 +130,7 @@ void cut_freezes(Repaired& r) {
     if (longest > kSubstantialFreeze || share > kSubstantialShare)
       r.faults.push_back({"stale_samples", names.front(), sentence, share});
     else
-      r.notes.push_back("Signals " + sentence);
+      r.notes.push_back(sentence);
   }
 }
 
@@ -151,7 +155,7 @@ void cut_clipped(Repaired& r) {
                              limits.c_str(), unit, c.runs.size(), length(windows)));
     for (Window& w : joined(std::move(windows), kJoin)) {
       w.why = format("%s clipped at %s %s", name, limits.c_str(), unit);
-      r.cut.push_back(w);
+      r.clipped.push_back(w);
     }
   }
 }

@@ -7,10 +7,10 @@ namespace omniflight::diagnosis {
 
 struct Repaired {
   recording::Recording recording;  ///< without truth_* signals, copies, frozen and clipped samples; one clock
-  std::vector<Window> cut;         ///< times that are not to be fitted
-  std::vector<SensorFault> faults;   ///< freezes long enough to be a finding (stale_samples)
-  std::vector<std::string> notes;    ///< everything else, in sentences
-  std::vector<Alignment> alignment;  ///< as recorded
+  std::vector<Window> frozen, clipped;  ///< times that are not to be fitted
+  std::vector<SensorFault> faults;      ///< freezes long enough to be a finding (stale_samples)
+  std::vector<std::string> notes;       ///< everything else, in sentences
+  std::vector<Alignment> alignment;     ///< as recorded
   bool clock_moved = false;
 };
 

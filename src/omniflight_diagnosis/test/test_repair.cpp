@@ -168,6 +168,30 @@ TEST(Repair, AFarClockIsPutRight) {
   }
 }
 
+TEST(Repair, TheClockThatIsAloneIsMoved) {
+  Recording with_estimate = flown();
+  for (const char* name : {"position", "attitude", "velocity"}) {
+    Signal& s = with_estimate.signals[std::string("est_") + name];
+    s = with_estimate.signals[name];
+    s.name = std::string("est_") + name;
+  }
+  Recording inertial = with_estimate, pose = with_estimate, estimate = with_estimate;
+  for (const char* name : {"acc", "gyro"}) shift(inertial, name, 0.5);
+  for (const char* name : {"position", "attitude", "velocity"}) {
+    shift(pose, name, 0.5);
+    shift(estimate, std::string("est_") + name, 0.5);
+  }
+  const auto said = [](const Recording& r, const char* text) {
+    const auto f = prepare_flight(r, vehicle(), {});
+    EXPECT_TRUE(f) << f.error().text();
+    return f && noted(*f, text);
+  };
+  EXPECT_FALSE(said(with_estimate, "corrected"));
+  EXPECT_TRUE(said(inertial, "clock of gyro and accelerometer"));
+  EXPECT_TRUE(said(pose, "clock of the pose"));
+  EXPECT_TRUE(said(estimate, "clock of the vehicle's own estimate"));
+}
+
 TEST(Repair, ASkewedPoseIsPutRight) {
   Recording r = flown();
   for (const char* name : {"position", "attitude", "velocity"})

@@ -17,8 +17,9 @@ struct Alignment {
   double at_s = 0;  ///< middle of what the skew was measured on
 };
 
-/// Gyro against the rates of the attitudes, accelerometer against the velocities, rotor speeds against
-/// commands and against the accelerometer: every pair that was recorded and moves enough to tell.
+/// Gyro against the rates of the attitudes, the vehicle's own estimate against the position, accelerometer
+/// against the velocities, rotor speeds against commands and against the accelerometer: every pair that was
+/// recorded and moves enough to tell.
 std::vector<Alignment> align_signals(const recording::Recording& recording);
 
 }  // namespace omniflight::diagnosis
