@@ -169,9 +169,9 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   const auto lacks = [](const recording::Recording& r) { return reach_of(r) != Reach::wrench; };
   // what is fitted or predicted is without copies, freezes and clipping
   std::vector<Repaired> fitted, predicted;
-  const auto known = [&](const recording::Recording& r) { return lacks(r) ? as_it_is(r) : repaired(r); };
-  for (const recording::Recording& r : fit) fitted.push_back(known(r));
-  for (const recording::Recording& r : held_out) predicted.push_back(known(r));
+  const auto in_order = [&](const recording::Recording& r) { return lacks(r) ? as_it_is(r) : repaired(r); };
+  for (const recording::Recording& r : fit) fitted.push_back(in_order(r));
+  for (const recording::Recording& r : held_out) predicted.push_back(in_order(r));
   for (const auto* list : {&fitted, &predicted}) {
     for (const Repaired& r : *list) {
       auto against = objections(r.recording, vehicle, o);
