@@ -246,6 +246,15 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   }
   const Signal* const attitude_used = &shifted_attitude;
 
+  // what stands on both sides of the regression
+  Signal rotor_squares = *rotor;
+  rotor_squares.values = squares(rotor->values);
+  const auto turned = gyro ? std::nullopt : halves_of(*attitude_used, o.cutoff_hz);
+  const auto moved = acc || velocity || !position ? std::nullopt : halves_of(*position, o.cutoff_hz);
+  const auto spun = o.refly.empty() && !f.speed_from_command
+                        ? halves_of(rotor_squares, o.cutoff_hz, Repeats::kept)
+                        : std::nullopt;
+
   // the fine grid covers the time all needed signals share
   double from = -1e18, to = 1e18, fastest = 1e18;
   for (const Signal* s : {attitude_used, rotor, acc, gyro, position, velocity}) {
@@ -253,6 +262,11 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
     from = std::max(from, s->t_s.front());
     to = std::min(to, s->t_s.back());
     if (s->median_period_s() > 0) fastest = std::min(fastest, s->median_period_s());
+  }
+  for (const auto* halves : {&turned, &moved, &spun}) {
+    if (!*halves) continue;
+    from = std::max(from, (*halves)->subtracted.t_s.front());
+    to = std::min(to, (*halves)->seen.t_s.back());
   }
   if (o.grid_origin_s)
     from = *o.grid_origin_s + std::ceil((from - *o.grid_origin_s) * o.grid_hz - 1e-6) / o.grid_hz;
@@ -291,17 +305,10 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
     exclude(gap, grid, o.margin_s, "gap in " + label, use, f.excluded);
     return c.x;
   };
-  const auto turned = gyro ? std::nullopt : halves_of(*attitude_used, o.cutoff_hz);
-  const auto moved = acc || velocity || !position ? std::nullopt : halves_of(*position, o.cutoff_hz);
   const Eigen::MatrixXd q = take(turned ? turned->seen : *attitude_used, "attitude");
-  Signal rotor_squares = *rotor;
-  rotor_squares.values = squares(rotor->values);
-  const auto spun = o.refly.empty() && !f.speed_from_command
-                        ? halves_of(rotor_squares, o.cutoff_hz, Repeats::kept)
-                        : std::nullopt;
   Eigen::MatrixXd speed = roots(take(spun ? spun->subtracted : rotor_squares, rotor->name));
-  Eigen::MatrixXd seen_speed = spun ? roots(take(spun->seen, rotor->name)) : speed;
   if (f.speed_from_command) speed = modelled_speed(speed, grid.rate_hz, vehicle);
+  Eigen::MatrixXd seen_speed = spun ? roots(take(spun->seen, rotor->name)) : speed;
   const Eigen::MatrixXd p =
       position ? take(moved ? moved->seen : *position, "position") : Eigen::MatrixXd::Zero(fine, 3);
   Eigen::MatrixXd v;
