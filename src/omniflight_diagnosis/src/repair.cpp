@@ -101,10 +101,10 @@ void cut_freezes(Repaired& r) {
       const auto at = r.recording.signals.find(name);
       if (at == r.recording.signals.end()) continue;
       Signal& s = at->second;
-      const std::vector<Run> runs = frozen(s, driven(r.recording, s));
+      const std::vector<Rows> runs = frozen(s, driven(r.recording, s));
       if (runs.empty()) continue;
       std::vector<char> bad(s.t_s.size(), 0);
-      for (const Run& run : runs) {
+      for (const Rows& run : runs) {
         windows.push_back({time_of(s, run.begin), time_of(s, std::min(run.end, s.size() - 1)), ""});
         std::fill(bad.begin() + run.begin + 1, bad.begin() + run.end, 1);
       }
@@ -143,7 +143,7 @@ void cut_clipped(Repaired& r) {
     if (c.runs.empty()) continue;
     std::vector<Window> windows;
     std::vector<char> bad(s.t_s.size(), 0);
-    for (const Run& run : c.runs) {
+    for (const Rows& run : c.runs) {
       windows.push_back({time_of(s, run.begin), time_of(s, run.end - 1), ""});
       std::fill(bad.begin() + run.begin, bad.begin() + run.end, 1);
     }

@@ -31,7 +31,7 @@ double apart(const Signal& s, Eigen::Index a, Eigen::Index b) {
 double time_of(const Signal& s, Eigen::Index i) { return s.t_s[static_cast<std::size_t>(i)]; }
 
 /// Rows of one column that stand at its extreme in the direction of `sign`, when they are more than chance.
-std::vector<Run> plateaus(const Eigen::VectorXd& x, double sign) {
+std::vector<Rows> plateaus(const Eigen::VectorXd& x, double sign) {
   const Eigen::Index n = x.size();
   const Eigen::VectorXd y = sign * x;
   const double top = y.maxCoeff(), range = top - y.minCoeff();
@@ -40,7 +40,7 @@ std::vector<Run> plateaus(const Eigen::VectorXd& x, double sign) {
     if (y[i] != y[i - 1]) steps.push_back(std::abs(y[i] - y[i - 1]));
   if (steps.size() < 50 || range < kLeastLevels * quantile(steps, 0.01)) return {};
   const double jump = kJump * quantile(steps, 0.5);
-  std::vector<Run> out;
+  std::vector<Rows> out;
   Eigen::Index at_top = 0, near = 0;
   int lasting = 0;
   for (Eigen::Index i = 0; i < n;) {
@@ -66,8 +66,8 @@ std::vector<Run> plateaus(const Eigen::VectorXd& x, double sign) {
 
 }  // namespace
 
-std::vector<Run> equal_rows(const Eigen::MatrixXd& values) {
-  std::vector<Run> out;
+std::vector<Rows> equal_rows(const Eigen::MatrixXd& values) {
+  std::vector<Rows> out;
   for (Eigen::Index i = 0; i < values.rows();) {
     Eigen::Index j = i + 1;
     while (j < values.rows() && values.row(j) == values.row(i)) ++j;
@@ -92,12 +92,12 @@ std::vector<char> driven(const recording::Recording& r, const Signal& s) {
   return out;
 }
 
-std::vector<Run> frozen(const Signal& s, const std::vector<char>& in_flight) {
-  std::vector<Run> out;
-  const std::vector<Run> runs = equal_rows(s.values);
+std::vector<Rows> frozen(const Signal& s, const std::vector<char>& in_flight) {
+  std::vector<Rows> out;
+  const std::vector<Rows> runs = equal_rows(s.values);
   const double period = s.median_period_s();
   if (runs.size() < 50 || !(period > 0)) return out;
-  const auto length = [&](const Run& r) { return time_of(s, r.end - 1) - time_of(s, r.begin) + period; };
+  const auto length = [&](const Rows& r) { return time_of(s, r.end - 1) - time_of(s, r.begin) + period; };
   std::vector<double> held, steps, bends;
   for (std::size_t k = 2; k < runs.size(); ++k) {
     if (!in_flight[static_cast<std::size_t>(runs[k].begin)]) continue;
@@ -111,7 +111,7 @@ std::vector<Run> frozen(const Signal& s, const std::vector<char>& in_flight) {
   const double step = quantile(steps, 0.5);
   const double jump = (quantile(bends, 0.5) < 0.25 * step ? kSmoothJump : kJump) * step;
   for (std::size_t k = 0; k < runs.size(); ++k) {
-    const Run& r = runs[k];
+    const Rows& r = runs[k];
     if (r.end - r.begin < kLeastRepeats || length(r) < least) continue;
     const bool sudden = (k > 0 && apart(s, runs[k - 1].begin, r.begin) > jump) ||
                         (k + 1 < runs.size() && apart(s, runs[k + 1].begin, r.begin) > jump);
@@ -123,7 +123,7 @@ std::vector<Run> frozen(const Signal& s, const std::vector<char>& in_flight) {
 
 Clipped clipped(const Signal& s) {
   Clipped out;
-  const std::vector<Run> runs = equal_rows(s.values);
+  const std::vector<Rows> runs = equal_rows(s.values);
   if (runs.size() < 100) return out;
   std::vector<char> bad(runs.size(), 0);
   for (Eigen::Index c = 0; c < s.width(); ++c) {
@@ -131,7 +131,7 @@ Clipped clipped(const Signal& s) {
     for (std::size_t k = 0; k < runs.size(); ++k)
       x[static_cast<Eigen::Index>(k)] = s.values(runs[k].begin, c);
     for (const double sign : {1.0, -1.0})
-      for (const Run& p : plateaus(x, sign)) {
+      for (const Rows& p : plateaus(x, sign)) {
         std::fill(bad.begin() + p.begin, bad.begin() + p.end, 1);
         out.low = std::min(out.low, x[p.begin]);
         out.high = std::max(out.high, x[p.begin]);

@@ -6,10 +6,10 @@
 namespace omniflight::diagnosis {
 
 /// Rows [begin, end) of a signal that are equal bit for bit.
-struct Run {
+struct Rows {
   Eigen::Index begin = 0, end = 0;
 };
-std::vector<Run> equal_rows(const Eigen::MatrixXd& values);
+std::vector<Rows> equal_rows(const Eigen::MatrixXd& values);
 
 /// At which samples of `s` the rotors work, by measured speed, command or drive: a vehicle on the ground may
 /// well repeat itself. All of them where no rotor signal tells.
@@ -18,11 +18,11 @@ std::vector<char> driven(const recording::Recording& recording, const recording:
 /// Runs that are no holding of a slow or coarse signal: .15 s or longer, five times as long as its longest
 /// usual ones, in flight, and the signal jumps into or out of them as it otherwise moves from sample to
 /// sample.
-std::vector<Run> frozen(const recording::Signal& s, const std::vector<char>& in_flight);
+std::vector<Rows> frozen(const recording::Signal& s, const std::vector<char>& in_flight);
 
 /// Rows in which a component stands at its largest or smallest value.
 struct Clipped {
-  std::vector<Run> runs;
+  std::vector<Rows> runs;
   double low = 0, high = 0;  ///< limits reached, in the unit of the signal; 0 where none is
 };
 

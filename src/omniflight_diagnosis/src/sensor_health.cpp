@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "findings.hpp"
+#include "repeats.hpp"
 #include "text.hpp"
 
 namespace omniflight::diagnosis {
@@ -13,7 +14,6 @@ namespace {
 using recording::Recording;
 using recording::Signal;
 
-constexpr double kFrozen = 0.2;       // s, and ten samples
 constexpr double kStillEnough = 5.0;  // s, before what a resting sensor reads is called its error
 constexpr const char* kJudged[] = {"acc",      "gyro",         "position",     "attitude",
                                    "velocity", "est_position", "est_attitude", "est_velocity"};
@@ -51,22 +51,11 @@ std::vector<Window> gaps_of(const Signal& s) {
   return out;
 }
 
-/// Where every component holds its value and then jumps: a body at rest, or a coarse sensor, does not jump.
-std::vector<Window> frozen_of(const Signal& s) {
+std::vector<Window> frozen_of(const Recording& r, const Signal& s) {
   std::vector<Window> out;
-  std::vector<double> steps;
-  for (Eigen::Index i = 1; i < s.size(); ++i)
-    if (const double step = (s.values.row(i) - s.values.row(i - 1)).norm(); step > 0) steps.push_back(step);
-  const double usual = median(steps);
-  for (Eigen::Index i = 0; i < s.size();) {
-    Eigen::Index j = i + 1;
-    while (j < s.size() && s.values.row(j) == s.values.row(i)) ++j;
-    const double from = s.t_s[static_cast<std::size_t>(i)], to = s.t_s[static_cast<std::size_t>(j - 1)];
-    if (j < s.size() && j - i > 10 && to - from > kFrozen &&
-        (s.values.row(j) - s.values.row(i)).norm() > 3 * usual)
-      out.push_back({from, to, s.name + " is frozen"});
-    i = j;
-  }
+  for (const auto& held : frozen(s, driven(r, s)))
+    out.push_back({s.t_s[static_cast<std::size_t>(held.begin)], s.t_s[static_cast<std::size_t>(held.end - 1)],
+                   s.name + " is frozen"});
   return out;
 }
 
@@ -161,7 +150,7 @@ std::vector<SensorFact> sensor_facts(const Recording& r) {
         {s->name, "white noise, RMS", turn > 1 ? "rad" : s->unit, turn * noise_of(*s, 0, s->size())});
     if (!(span > 0)) continue;
     out.push_back({s->name, "share of time in gaps", "1", seconds(gaps_of(*s)) / span});
-    out.push_back({s->name, "share of time frozen", "1", seconds(frozen_of(*s)) / span});
+    out.push_back({s->name, "share of time frozen", "1", seconds(frozen_of(r, *s)) / span});
   }
   if (const Signal* acc = r.find("acc")) {
     std::vector<double> size;
@@ -183,18 +172,18 @@ void add_sensor_health(const Recording& r, const Options& o, Diagnosis& d, std::
     const Signal* s = r.find(name);
     if (!s || s->size() < 20) continue;
     for (Window& w : gaps_of(*s)) windows.push_back(std::move(w));
-    const std::vector<Window> frozen = frozen_of(*s);
-    const double share = seconds(frozen) / std::max(1e-9, s->t_s.back() - s->t_s.front());
-    if (frozen.empty() || share < 0.005) continue;
+    const std::vector<Window> held = frozen_of(r, *s);
+    const double share = seconds(held) / std::max(1e-9, s->t_s.back() - s->t_s.front());
+    if (held.empty() || share < 0.005) continue;
     const bool inertial = s->name == "acc" || s->name == "gyro";
     add_sensor(d, "stale_samples", s->name, s->unit.c_str(),
                format("'%s' holds one value and then jumps, %zu times, for %.1f %% of the time: old samples "
                       "were logged again.",
-                      name, frozen.size(), 100 * share),
+                      name, held.size(), 100 * share),
                {{inertial ? "imu" : "mocap", inertial ? "P_i" : "P_m", "1", share, share, share}}, share, 0);
-    for (const Window& w : frozen) d.mismatch.back().windows_s.emplace_back(w.from_s, w.to_s);
+    for (const Window& w : held) d.mismatch.back().windows_s.emplace_back(w.from_s, w.to_s);
     d.mismatch.back().where = format("%.1f %% of the time", 100 * share);
-    windows.insert(windows.end(), frozen.begin(), frozen.end());
+    windows.insert(windows.end(), held.begin(), held.end());
   }
   const Still still = still_of(r);
   if (still.seconds() < kStillEnough) return;
