@@ -35,8 +35,17 @@ void move(Repaired& r, std::initializer_list<const char*> names, const Line& by)
 
 bool far(const Alignment* a) { return a && std::abs(a->lag_s) > kFar && std::abs(a->correlation) > kSure; }
 
-std::string side(double lag_s, double se_s) {
-  return format("%.3f +- %.3f s %s", std::abs(lag_s), se_s, lag_s > 0 ? "late" : "early");
+/// A clock that is far from the others is a finding: whose it is, how far, and on whose it was put.
+void name_clock(Repaired& r, const char* channel, const char* whose, double lag_s, double se_s,
+                const char* ruler) {
+  const double wide = 1.96 * se_s;
+  r.faults.push_back({"clock_offset",
+                      channel,
+                      format("the clock of the %s %.3f +- %.3f s %s on that of the %s; corrected.", whose,
+                             std::abs(lag_s), se_s, lag_s > 0 ? "late" : "early", ruler),
+                      1,
+                      0.99,
+                      {{"offset", "t_d", "s", lag_s, lag_s - wide, lag_s + wide}}});
 }
 
 }  // namespace
@@ -54,24 +63,22 @@ void settle_clocks(Repaired& r) {
   const Alignment* believed = far(push) ? push : far(turn) ? turn : nullptr;
   if (believed && far(estimate) && std::abs(believed->lag_s + estimate->lag_s) < kAlike) {
     move(r, {"est_position", "est_attitude", "est_velocity"}, {believed->lag_s});
-    r.notes.push_back("The clock of the vehicle's own estimate is " +
-                      side(believed->lag_s, believed->lag_se) + " on that of all else: corrected.");
+    name_clock(r, "est_position", "vehicle's own estimate", believed->lag_s, believed->lag_se,
+               "other signals");
   } else if (const Alignment* sensor = far(pose) && (rotors_agree || estimate_agrees) ? pose : believed) {
     move(r, {"gyro", "acc"}, {-sensor->lag_s});
-    r.notes.push_back("The clock of gyro and accelerometer is " + side(-sensor->lag_s, sensor->lag_se) +
-                      " on that of the " + (sensor == pose ? "pose" : "vehicle's own estimate") +
-                      ": corrected.");
+    name_clock(r, "gyro", "gyro and accelerometer", -sensor->lag_s, sensor->lag_se,
+               sensor == pose ? "pose" : "vehicle's own estimate");
   } else {
     if (const Alignment* moved = far(pose) ? pose : far(estimate) ? estimate : nullptr) {
       move(r, {"position", "attitude", "velocity"}, {moved->lag_s});
-      r.notes.push_back("The clock of the pose is " + side(moved->lag_s, moved->lag_se) + " on that of the " +
-                        (moved == pose ? "gyro" : "vehicle's own estimate") + ": corrected.");
+      name_clock(r, "position", "pose", moved->lag_s, moved->lag_se,
+                 moved == pose ? "gyro" : "vehicle's own estimate");
     }
     if (const Alignment* rotors = far(thrust) ? thrust : far(answer) ? answer : nullptr) {
       move(r, {"rotor_speed"}, {rotors->lag_s});
-      r.notes.push_back("The clock of the rotor speeds is " + side(rotors->lag_s, rotors->lag_se) +
-                        " on that of the " + (rotors == thrust ? "accelerometer" : "commands") +
-                        ": corrected.");
+      name_clock(r, "rotor_speed", "rotor speeds", rotors->lag_s, rotors->lag_se,
+                 rotors == thrust ? "accelerometer" : "commands");
     }
   }
   const Alignment* ruler = pose ? pose : estimate;

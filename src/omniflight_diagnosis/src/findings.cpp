@@ -123,6 +123,7 @@ Finding finding_of(const SensorFault& fault) {
   out.stage = physics::Stage::sensing;
   out.channels = {fault.channel};
   out.sentence = fault.sentence;
+  out.parameters = fault.parameters;
   return out;
 }
 
@@ -138,6 +139,10 @@ void add_faults(const std::vector<SensorFault>& faults, const std::vector<Window
     m.frame = fault.effect == "rotor_speed_sensor_fault" ? "rotor" : "body";
     m.unit = spec ? spec->unit : "rad/s";
     m.where = format("%.0f %% of the flight", 100 * fault.share);
+    if (!fault.parameters.empty()) {
+      m.unit = fault.parameters[0].unit;
+      m.rms = std::abs(fault.parameters[0].value);
+    }
     m.p_value = 0;
     for (const Window& w : excluded)
       if (w.why.rfind(fault.channel, 0) == 0) m.windows_s.emplace_back(w.from_s, w.to_s);

@@ -8,7 +8,7 @@ namespace omniflight::diagnosis {
 struct Repaired {
   recording::Recording recording;  ///< without truth_* signals, copies, frozen and clipped samples; one clock
   std::vector<Window> frozen, clipped;  ///< times that are not to be fitted
-  std::vector<SensorFault> faults;      ///< freezes long enough to be a finding (stale_samples)
+  std::vector<SensorFault> faults;      ///< long freezes (stale_samples), far clocks (clock_offset)
   std::vector<std::string> notes;       ///< everything else, in sentences
   std::vector<Alignment> alignment;     ///< as recorded
   bool clock_moved = false;

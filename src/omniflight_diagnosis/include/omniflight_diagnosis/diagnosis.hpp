@@ -31,11 +31,6 @@ struct Mismatch {
   std::vector<std::string> recordings;  ///< files in which a sensor shows it; empty: fitted over all
 };
 
-struct ParameterValue {
-  std::string name, symbol, unit;
-  double value = 0, low = 0, high = 0;  ///< 95 % interval
-};
-
 struct Finding {
   std::string effect;
   double probability = 0;

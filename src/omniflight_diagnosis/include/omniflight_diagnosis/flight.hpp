@@ -17,12 +17,18 @@ struct Window {
 };
 
 /// A sensor that lies; found before anything is fitted.
+struct ParameterValue {
+  std::string name, symbol, unit;
+  double value = 0, low = 0, high = 0;  ///< 95 % interval
+};
+
 struct SensorFault {
   std::string effect;   ///< contracts id
   std::string channel;  ///< "rotor1_speed", "vbat"
   std::string sentence;
   double share = 0;  ///< of the flight
   double probability = 0.99;
+  std::vector<ParameterValue> parameters = {};  ///< where it has a size
 };
 
 /// Uninterrupted samples [begin, end) of the grid that may be used.
