@@ -198,7 +198,7 @@ TEST(Repair, TheClockThatIsAloneIsMoved) {
     return fault && fault->sentence.find(text) != std::string::npos;
   };
   EXPECT_FALSE(said(with_estimate, "clock"));
-  EXPECT_TRUE(said(inertial, "clock of gyro and accelerometer"));
+  EXPECT_TRUE(said(inertial, "clock of the gyro and accelerometer"));
   EXPECT_TRUE(said(pose, "clock of the pose"));
   EXPECT_TRUE(said(estimate, "clock of the vehicle's own estimate"));
 }

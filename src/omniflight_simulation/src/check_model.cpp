@@ -151,7 +151,9 @@ Status check_body(const vehicle::Vehicle& vehicle, const physics::Model& model, 
   return bad_input(is + "leaves principal moments of inertia of " + number(body.moments[0], "1") + ", " +
                        number(body.moments[1], "1") + " and " + kgm2(body.moments[2]) +
                        " about the centre of mass; " + limit,
-                   where, "Bring it closer to zero, or add the inertia that goes with it");
+                   where,
+                   "Bring it closer to zero, or add the inertia that goes with it (com_offset keeps that "
+                   "about the body origin)");
 }
 
 }  // namespace

@@ -15,24 +15,12 @@ namespace {
 
 using Put = void (*)(const double* theta, Common&, Block&, int lane);
 
-int packed(int row, int column) {
-  static constexpr int index[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
-  return index[row][column];
-}
-
-void add_inertia(const Mat3& inertia, Common& common, Block& b, int k) {
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column <= row; ++column) b.inertia[packed(row, column)][k] += inertia(row, column);
-  if (!inertia.isDiagonal(0.0)) common.products = true;
-}
-
 const std::map<std::string, Put>& table() {
   static const std::map<std::string, Put> t{
       {"payload_mass", [](const double* x, Common&, Block& b, int k) { b.payload[k] += x[0]; }},
       {"com_offset",
-       [](const double* x, Common& c, Block& b, int k) {
+       [](const double* x, Common&, Block& b, int k) {
          for (int i = 0; i < 3; ++i) b.com[i][k] += x[i];
-         add_inertia(-b.mass[k] * skew(Vec3(x[0], x[1], x[2])) * skew(Vec3(x[0], x[1], x[2])), c, b, k);
        }},
       {"inertia_error",
        [](const double* x, Common&, Block& b, int k) {
@@ -119,6 +107,11 @@ void put_map(const vehicle::Vehicle& vehicle, const physics::Model& model, Block
       for (int row = 0; row < 6; ++row) b.map_by_tilt[n][i][row][k] = map.part(n)(row, i);
 }
 
+int packed(int row, int column) {
+  static constexpr int index[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+  return index[row][column];
+}
+
 void put_nominal(const vehicle::Vehicle& vehicle, const PlantConfig& config, Common& common, Block& b,
                  int k) {
   common.rotors = vehicle.rotor_count();
@@ -167,7 +160,9 @@ void put_nominal(const vehicle::Vehicle& vehicle, const PlantConfig& config, Com
   // about the body origin: the centre of mass may lie elsewhere (m (|c|^2 I - c c^T))
   const Mat3 C = skew(vehicle.center_of_mass);
   const Mat3 inertia = vehicle.inertia - vehicle.mass * C * C;
-  add_inertia(inertia, common, b, k);
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column <= row; ++column) b.inertia[packed(row, column)][k] = inertia(row, column);
+  if (!inertia.isDiagonal(0.0)) common.products = true;
 }
 
 void put_motors(const physics::Actuation& actuation, Common& common, Block& b, int k) {

@@ -175,12 +175,18 @@ TEST(Plant, RefusesAnInertiaThatNoBodyHas) {
   expect_words(of(with("inertia_error", {0.001, 0, 0.006})),
                {"effects.inertia_error.zz: is 0.006 kg m2", "0.011, 0.012 and 0.024 kg m2",
                 "the largest may be at most the sum of the others, 0.023 kg m2"});
-  // the centre of mass takes its inertia along, wherever it is
-  EXPECT_EQ(of(with("com_offset", {0.05, 0, -0.1})), "accepted");
-  vehicle::Vehicle crazyflie = v;
-  crazyflie.mass = 0.037;
-  crazyflie.inertia.diagonal() = Vec3(1.7e-5, 1.7e-5, 3.1e-5);
-  EXPECT_EQ(refusal(with("com_offset", {0, 0, 0.01}), {}, crazyflie), "accepted");
+  // an offset z takes m z^2 off two of the moments about the centre of mass, and both off the sum
+  const double slack = 0.010 + 0.012 - 0.018, z = std::sqrt(slack / (2 * v.mass));
+  EXPECT_EQ(of(with("com_offset", {0, 0, 0.99 * z})), "accepted");
+  expect_words(of(with("com_offset", {0.001, 0, -1.01 * z})),
+               {"effects.com_offset.z: is -0.039", " m and leaves", "at most the sum of the others"});
+  expect_words(of(with("com_offset", {0, 0, 0.1})), {"effects.com_offset.z: is 0.1 m", "above 0 kg m2"});
+  // each alone is possible, both are not
+  physics::Model both = with("com_offset", {0, 0, 0.8 * z});
+  EXPECT_EQ(of(both), "accepted");
+  both.effects.push_back(with("inertia_error", {0, 0, 0.002}).effects[0]);
+  EXPECT_EQ(of(with("inertia_error", {0, 0, 0.002})), "accepted");
+  expect_words(of(both), {"effects.com_offset.z", "at most the sum of the others"});
   // a rod without thickness keeps the triangle inequality and cannot be turned about its axis
   v.inertia.diagonal() = Vec3(0.010, 0.012, 0.012);
   expect_words(of(with("inertia_error", {-0.010, 0, 0})),

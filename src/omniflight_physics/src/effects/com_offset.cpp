@@ -10,9 +10,9 @@ class ComOffset final : public WrenchEffect<ComOffset> {
     static const EffectInfo info{
         .id = "com_offset",
         .term = "centre-of-mass offset",
-        .equation = "dF = -m [dw x c + w x (w x c)], dM = -m c x f + c x dF",
+        .equation = "dF = -m [dw x c + w x (w x c)], dM = -m c x f",
         .latex =
-            R"(\Delta F = -m\,[\dot\omega \times c + \omega\times(\omega\times c)],\quad \Delta\tau = -m\, c \times f + c\times\Delta F)",
+            R"(\Delta F = -m\,[\dot\omega \times c + \omega\times(\omega\times c)],\quad \Delta\tau = -m\, c \times f)",
         .source = "Newton, Euler; Klein and Morelli 2006",
         .parameters = {{"x", "c_x", "m", -0.05, 0.05, 0.005, 0, true},
                        {"y", "c_y", "m", -0.05, 0.05, 0.005, 0, true},
@@ -30,16 +30,13 @@ class ComOffset final : public WrenchEffect<ComOffset> {
     const Eigen::Matrix<T, 3, 1> c(theta[0], theta[1], theta[2]);
     const Eigen::Matrix<T, 3, 1> w = s.body.w_WB_B.cast<T>();
     const T m(s.mass);
-    const Eigen::Matrix<T, 3, 1> centripetal = m * w.cross(w.cross(c));
-    out.force_B -= centripetal;
-    out.torque_B += c.cross(m * s.g_B.cast<T>() - centripetal);
+    out.force_B -= m * w.cross(w.cross(c));
+    out.torque_B += m * c.cross(s.g_B.cast<T>());
     Eigen::Matrix<T, 3, 3> cx;
     cx << T(0), -c[2], c[1], c[2], T(0), -c[0], -c[1], c[0], T(0);
     out.has_inertia = true;
     out.inertia.template topRightCorner<3, 3>() -= m * cx;
     out.inertia.template bottomLeftCorner<3, 3>() += m * cx;
-    // of second order, and no less for that: the inertia stays as it is about the centre of mass
-    out.inertia.template bottomRightCorner<3, 3>() -= m * cx * cx;
   }
 };
 
