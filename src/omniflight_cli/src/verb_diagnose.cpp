@@ -316,8 +316,10 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     say(common, "verdict: " + to_string(d->verdict) + "\n" + d->summary);
     for (const auto& m : d->mismatch)
       say(common,
-          fmt::format("  differs: {} {} ({} frame): {:.4g} {} RMS, noise {:.4g}; {}",
-                      physics::to_string(m.stage), m.channel, m.frame, m.rms, m.unit, m.noise_rms, m.where));
+          fmt::format(
+              "  differs: {} {} ({} frame): {}{}", physics::to_string(m.stage), m.channel, m.frame,
+              m.rms > 0 ? fmt::format("{:.4g} {} RMS, noise {:.4g}; ", m.rms, m.unit, m.noise_rms) : "",
+              m.where));
     for (const auto& f : d->findings) {
       say(common, fmt::format("  {} (probability {:.2f})", f.effect, f.probability));
       for (const auto& p : f.parameters)

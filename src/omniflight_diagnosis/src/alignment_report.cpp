@@ -95,9 +95,10 @@ Signal quick_part(const Signal& s) {
 /// A lag beyond the usual reach at which slow versions of the signals agree better than they do within it.
 std::optional<recording::LagEstimate> far_lag(const Signal& a, const Signal& b, double usual) {
   const Signal x = quick_part(thinned(a, kSlowPeriod)), y = quick_part(thinned(b, kSlowPeriod));
-  const auto far = recording::estimate_lag(x, y, {.max_lag_s = kFarReach});
+  const auto far = recording::estimate_lag(x, y, {.max_lag_s = kFarReach, .same_sign = true});
   if (!far || !(std::abs(far->lag_s) > kUsualReach)) return std::nullopt;
-  if (!(std::abs(far->correlation) > std::max(kLeast, usual + kClearer))) return std::nullopt;
+  // a motion that repeats itself fits at several lags
+  if (!(far->correlation > std::max(kLeast, std::max(usual, far->rival) + kClearer))) return std::nullopt;
   return *far;
 }
 

@@ -136,7 +136,10 @@ void add_faults(const std::vector<SensorFault>& faults, const std::vector<Window
     m.stage = physics::Stage::sensing;
     m.channel = fault.channel;
     const recording::SignalSpec* spec = recording::find_spec(fault.channel);
-    m.frame = fault.effect == "rotor_speed_sensor_fault" ? "rotor" : "body";
+    m.frame = fault.channel.starts_with("rotor")                  ? "rotor"
+              : fault.channel == "gyro" || fault.channel == "acc" ? "body"
+              : fault.effect == "battery_sensor_fault"            ? "-"
+                                                                  : "world";
     m.unit = spec ? spec->unit : "rad/s";
     m.where = format("%.0f %% of the flight", 100 * fault.share);
     if (!fault.parameters.empty()) {

@@ -35,6 +35,19 @@ Fit compare(const ArrayXXd& a, const ArrayXXd& b, Index from, Index n, double la
   return fit;
 }
 
+/// The largest value that is not on the two slopes of the peak at `at`.
+double beyond_the_peak(const std::vector<double>& r, std::ptrdiff_t at) {
+  constexpr double kFoot = 0.7;  // of the peak: noise on a slope is no other peak
+  auto left = r.begin() + at, right = left;
+  const double foot = kFoot * *left;
+  while (left != r.begin() && (*left > foot || *(left - 1) < *left)) --left;
+  while (right + 1 != r.end() && (*right > foot || *(right + 1) < *right)) ++right;
+  double most = 0;
+  for (auto v = r.begin(); v != left; ++v) most = std::max(most, *v);
+  for (auto v = right + 1; v != r.end(); ++v) most = std::max(most, *v);
+  return most;
+}
+
 }  // namespace
 
 Result<LagEstimate> estimate_lag(const Signal& a, const Signal& b, const LagOptions& options) {
@@ -59,16 +72,16 @@ Result<LagEstimate> estimate_lag(const Signal& a, const Signal& b, const LagOpti
   std::vector<double> r;
   for (Index lag = -max_rows; lag <= max_rows; ++lag)
     r.push_back(compare(x, y, start, n, static_cast<double>(lag)).correlation);
-  const auto best =
-      std::max_element(r.begin(), r.end(), [](double p, double q) { return std::abs(p) < std::abs(q); });
+  for (double& v : r) v = options.same_sign ? std::max(0.0, v) : std::abs(v);
+  const auto best = std::max_element(r.begin(), r.end());
   const auto at = best - r.begin();
-  if (!(std::abs(*best) > 0.05))
+  if (!(*best > 0.05))
     return bad_input("the signals do not vary together", where, "Choose a window with motion");
   if (at == 0 || at + 1 == static_cast<std::ptrdiff_t>(r.size()))
     return bad_input("the best lag lies at the edge of the search", where, "Search a larger lag");
   // Parabola through the three best points.
-  const double left = std::abs(r[static_cast<std::size_t>(at - 1)]), mid = std::abs(*best),
-               right = std::abs(r[static_cast<std::size_t>(at + 1)]);
+  const double left = r[static_cast<std::size_t>(at - 1)], mid = *best,
+               right = r[static_cast<std::size_t>(at + 1)];
   const double curvature = left - 2 * mid + right;
   const double part = curvature < 0 ? std::clamp(0.5 * (left - right) / curvature, -0.5, 0.5) : 0.0;
   const double lag_rows = static_cast<double>(at - max_rows) + part;
@@ -87,6 +100,7 @@ Result<LagEstimate> estimate_lag(const Signal& a, const Signal& b, const LagOpti
   out.standard_error_s = energy > 0 ? std::sqrt(noise / energy * (1 + rho) / (1 - rho)) : 1e9;
   out.correlation = fit.correlation;
   out.gain = fit.gain;
+  out.rival = beyond_the_peak(r, at);
   return out;
 }
 

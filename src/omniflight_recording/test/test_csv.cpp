@@ -3,6 +3,7 @@
 #include <zlib.h>
 
 #include <fstream>
+#include <numbers>
 
 #include "omniflight_recording/alignment.hpp"
 #include "omniflight_recording/formats.hpp"
@@ -193,6 +194,28 @@ TEST(Signals, AKnownLagIsFoundWithinItsStandardError) {
   }
   EXPECT_LT(worst, 0.002);
   EXPECT_GE(inside, 17);
+}
+
+TEST(Signals, ALagOfAMotionThatRepeatsItselfHasARivalAndHalfAPeriodIsNone) {
+  const auto swing = [](double period, double lag) {
+    Signal s{"gyro", "rad/s", {}, Eigen::MatrixXd(4000, 1), ""};
+    for (int i = 0; i < 4000; ++i) {
+      s.t_s.push_back(0.01 * i);
+      s.values(i, 0) = std::sin(2 * std::numbers::pi * (0.01 * i - lag) / period);
+    }
+    return s;
+  };
+  // a quarter late of 4 s, or a quarter early with the opposite sign
+  const auto opposite = estimate_lag(swing(4, 0), swing(4, 1), {.max_lag_s = 1.9});
+  ASSERT_TRUE(opposite) << opposite.error().text();
+  EXPECT_GT(opposite->rival, 0.95);
+  const auto same = estimate_lag(swing(4, 0), swing(4, 1), {.max_lag_s = 1.9, .same_sign = true});
+  ASSERT_TRUE(same) << same.error().text();
+  EXPECT_NEAR(same->lag_s, 1, 0.01);
+  EXPECT_LT(same->rival, 0.5);
+  const auto quick = estimate_lag(swing(1.5, 0), swing(1.5, 0.4), {.max_lag_s = 1.9, .same_sign = true});
+  ASSERT_TRUE(quick) << quick.error().text();
+  EXPECT_GT(quick->rival, 0.95);
 }
 
 }  // namespace
