@@ -120,6 +120,7 @@ void compare(const Signal& a, const Signal& b, const std::string& early, const s
       x = quick_part(thinned(a, kSlowPeriod));
       y = quick_part(thinned(b, kSlowPeriod));
       whole = *far;
+      whole->standard_error_s = std::hypot(whole->standard_error_s, kSlowPeriod / std::sqrt(12.0));
     }
   }
   if (!whole || !(std::abs(whole->correlation) > kLeast)) return;
