@@ -31,8 +31,8 @@ report::Tone tone(Verdict v) {
   return report::Tone::unknown;
 }
 
-std::string headline(Verdict v) {
-  switch (v) {
+std::string headline(const Diagnosis& d) {
+  switch (d.verdict) {
     case Verdict::nothing_missing:
       return "The model explains this flight";
     case Verdict::explained:
@@ -42,7 +42,7 @@ std::string headline(Verdict v) {
     case Verdict::unexplained:
       return "Something differs that no effect of the library explains";
     case Verdict::unusable:
-      return "This recording cannot be used";
+      return d.intake.sensors.empty() ? "This recording cannot be used" : "Only the sensors can be judged";
   }
   return {};
 }
@@ -57,7 +57,8 @@ void mismatches(report::Page& page, const Diagnosis& d) {
         {physics::to_string(m.stage), m.channel, m.frame, m.rms, m.noise_rms, m.unit, m.p_value, m.where});
   page.section("What differs, and where");
   if (t.rows.empty())
-    page.paragraph("No stage differs significantly from the model.");
+    page.paragraph(d.verdict == Verdict::unusable ? "Nothing was compared with a model."
+                                                  : "No stage differs significantly from the model.");
   else
     page.table(t);
   if (!d.tracking_rms.empty()) {
@@ -73,7 +74,8 @@ void mismatches(report::Page& page, const Diagnosis& d) {
 
 void findings(report::Page& page, const Diagnosis& d) {
   page.section("Which physics");
-  if (d.findings.empty()) page.paragraph("No effect of the library is named.");
+  if (d.findings.empty())
+    page.paragraph(d.verdict == Verdict::unusable ? "Not asked." : "No effect of the library is named.");
   report::Bars bars{.title = "Probability of each named effect", .full = 1.0};
   for (const auto& f : d.findings) {
     bars.bars.push_back(
@@ -311,21 +313,22 @@ void intake_section(report::Page& page, const Intake& in, bool named) {
 Status write_page(const Diagnosis& d, const Refit& refit, const recording::Recording& flown,
                   const std::string& title, const std::string& path) {
   report::Page page(title, d.inputs.empty() ? "" : d.inputs.front().file);
-  page.verdict(tone(d.verdict), headline(d.verdict), d.summary);
+  page.verdict(tone(d.verdict), headline(d), d.summary);
   std::vector<report::Fact> facts;
   for (const auto& in : d.inputs) facts.push_back({in.file, fmt::format("{:.1f}", in.duration_s), "s"});
   page.facts(facts);
   mismatches(page, d);
   findings(page, d);
   unknown_physics(page, d);
-  fits(page, d);
+  const bool fitted = d.verdict != Verdict::unusable;
+  if (fitted) fits(page, d);
   if (refit.flown) {
     page.section("The simulator with the model found");
     page.table(comparison_table(refit.before, "Before: nominal simulation against the recording"));
     page.table(comparison_table(refit.after, "After: simulation with model.yaml against the recording"));
   }
   flight_path(page, d, flown);
-  residual_plots(page, d);
+  if (fitted) residual_plots(page, d);
   if (!d.next_flight.manoeuvres.empty()) {
     page.section("What to fly next");
     for (const auto& text : d.next_flight.manoeuvres) page.paragraph(text);
