@@ -16,12 +16,12 @@ struct Window {
   std::string why;
 };
 
-/// A sensor that lies; found before anything is fitted.
 struct ParameterValue {
   std::string name, symbol, unit;
   double value = 0, low = 0, high = 0;  ///< 95 % interval
 };
 
+/// A sensor that lies; found before anything is fitted.
 struct SensorFault {
   std::string effect;   ///< contracts id
   std::string channel;  ///< "rotor1_speed", "vbat"
