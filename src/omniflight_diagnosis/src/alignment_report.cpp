@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "omniflight_core/frames.hpp"
+#include "attitude_rows.hpp"
 #include "omniflight_recording/alignment.hpp"
 
 namespace omniflight::diagnosis {
@@ -56,7 +56,7 @@ Signal world_acceleration(const Signal& acc, const Signal& attitude) {
   out.t_s.clear();
   for (Eigen::Index i = 0; i < acc.size(); ++i) {
     if (!q.row(i).allFinite()) continue;
-    Vec3 a = Quat(q(i, 0), q(i, 1), q(i, 2), q(i, 3)) * Vec3(acc.values.row(i));
+    Vec3 a = quaternion(q, i) * Vec3(acc.values.row(i));
     a.z() -= kGravity;
     out.values.row(m++) = a.transpose();
     out.t_s.push_back(acc.t_s[static_cast<std::size_t>(i)]);

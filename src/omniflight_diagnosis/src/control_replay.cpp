@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "attitude_rows.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 #include "segments.hpp"
 #include "text.hpp"
@@ -204,9 +205,7 @@ void add_control(const recording::Recording& r, const ToldController& told, Diag
                           dw_ref = optional("ref_angular_acceleration");
     Eigen::MatrixXd error(w.rows(), 3), rate(w.rows(), 3), motion(w.rows(), 3), rest = command.rightCols(3);
     for (Eigen::Index i = 0; i < w.rows(); ++i) {
-      const Quat body = Quat(at(i, 0), at(i, 1), at(i, 2), at(i, 3)).normalized(),
-                 goal = Quat(wanted(i, 0), wanted(i, 1), wanted(i, 2), wanted(i, 3)).normalized();
-      const Mat3 R_BD = (body.conjugate() * goal).toRotationMatrix();
+      const Mat3 R_BD = (quaternion(at, i).conjugate() * quaternion(wanted, i)).toRotationMatrix();
       error.row(i) = vee(R_BD).transpose();
       motion.row(i) = (R_BD * w_ref.row(i).transpose()).transpose();
       rate.row(i) = motion.row(i) - w.row(i);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "attitude_rows.hpp"
 #include "faults.hpp"
 #include "force_frame.hpp"
 #include "ground.hpp"
@@ -53,24 +54,9 @@ Channel on_grid(const Signal& signal, const Grid& grid, const Options& o) {
     else
       c.x.row(i) = c.x.row(i < first ? first : i - 1);
   }
-  if (recording::is_attitude(signal.name))
-    for (Eigen::Index i = 1; i < n; ++i)
-      if (c.x.row(i).dot(c.x.row(i - 1)) < 0) c.x.row(i) = -c.x.row(i);
+  if (recording::is_attitude(signal.name)) make_continuous(c.x);
   c.x = low_pass(c.x, grid.rate_hz, o.cutoff_hz);
   return c;
-}
-
-Quat quaternion(const Eigen::MatrixXd& q, Eigen::Index i) {
-  return Quat(q(i, 0), q(i, 1), q(i, 2), q(i, 3)).normalized();
-}
-
-/// Body rate from a filtered attitude by central differences.
-Eigen::MatrixXd rate_from_attitude(const Eigen::MatrixXd& q, double rate_hz) {
-  Eigen::MatrixXd w = Eigen::MatrixXd::Zero(q.rows(), 3);
-  for (Eigen::Index i = 1; i + 1 < q.rows(); ++i)
-    w.row(i) =
-        0.5 * rate_hz * log_rotation(quaternion(q, i - 1).conjugate() * quaternion(q, i + 1)).transpose();
-  return w;
 }
 
 /// Share of the signal's span that lies in gaps longer than max_gap_s.

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "omniflight_core/frames.hpp"
+#include "attitude_rows.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -87,7 +87,7 @@ Eigen::RowVectorXd curvature_under(const Samples& s, const Eigen::MatrixXd& x) {
 Eigen::MatrixXd rotations(const Eigen::MatrixXd& q) {
   Eigen::MatrixXd out(q.rows(), 9);
   for (Eigen::Index i = 0; i < q.rows(); ++i) {
-    const Mat3 R = Quat(q(i, 0), q(i, 1), q(i, 2), q(i, 3)).normalized().toRotationMatrix();
+    const Mat3 R = quaternion(q, i).toRotationMatrix();
     out.row(i) = Eigen::Map<const Eigen::Matrix<double, 1, 9>>(R.data());
   }
   return out;

@@ -6,8 +6,6 @@
 #include "causality.hpp"
 #include "imitation.hpp"
 #include "members.hpp"
-#include "nested.hpp"
-#include "single_rotor.hpp"
 #include "uncertainty.hpp"
 #include "workers.hpp"
 
@@ -36,8 +34,11 @@ class Search {
     current = break_ties(std::move(current));
     if (!stop("profiles of the laws' bends")) current = profile_shapes(problem_, current, o_);
     out_.model = current;
-    for (std::size_t k = 0; k < current.effects.size(); ++k) out_.named.push_back(name(current, k));
-    compare_candidates();
+    const Alternatives alternatives(problem_, candidates_, o_, costs_, workers_, alone_);
+    for (std::size_t k = 0; k < current.effects.size(); ++k)
+      out_.named.push_back(
+          alternatives.of(current, k, [&] { return stop("alternatives to the named effects"); }));
+    out_.aliases = compare_alone(problem_, alone_);
     return std::move(out_);
   }
 
@@ -46,7 +47,6 @@ class Search {
   static constexpr std::size_t kMostRefused = 3;
   static constexpr double kAlike = 0.8;                  ///< cosine of contributions, whitened
   static constexpr double kNear = 30, kNearShare = 0.1;  ///< of the best gain, before polishing
-  static constexpr double kRival = 0.6;  ///< below, another effect explains another part of the residual
 
   /// May enter: neither named nor found wanting.
   bool may_enter(const Fit& current, const Effect* effect) const {
@@ -54,7 +54,7 @@ class Search {
            std::find(refused_.begin(), refused_.end(), effect) == refused_.end();
   }
 
-  std::size_t tried() const { return alone_.size(); }  // all candidates, unless time was up
+  std::size_t tried() const { return alone_.fits().size(); }  // all candidates, unless time was up
 
   bool stop(const char* what) {
     if (!o_.stopped()) return false;
@@ -79,15 +79,8 @@ class Search {
       const Effect& effect = *one.fit.effects[0].effect;
       out_.candidates.push_back({effect.info().id, one.fit.log_likelihood - out_.null_model.log_likelihood,
                                  costs_.entry(effect), one.share});
-      alone_.push_back(std::move(one.fit));
+      alone_.add(std::move(one.fit));
     }
-  }
-
-  Fit quick(const Fit& base, const Effect* effect) const { return quick(problem_, base, effect); }
-
-  Fit quick(const Problem& problem, const Fit& base, const Effect* effect) const {
-    const Fit* own = alone_fit(effect);
-    return quick_with(problem, base, *effect, o_, own ? &own->effects.back().theta : nullptr);
   }
 
   /// One more effect beside those of a model.
@@ -120,7 +113,8 @@ class Search {
       bool worth = false, stuck = false, blind = false;
     };
     const auto previews = workers_.map<Preview>(able.size(), [&](const Problem& problem, std::size_t k) {
-      const Fit fit = current.effects.empty() ? *alone_fit(able[k]) : quick(problem, current, able[k]);
+      const Fit fit =
+          current.effects.empty() ? *alone_.find(able[k]) : alone_.quick(problem, current, *able[k], o_);
       Preview p{.gain = score(fit, costs_) - score(current, costs_)};
       p.worth = tested(fit, costs_) - tested(current, costs_) > -3.0;
       p.stuck = p.worth && at_limit(problem, fit.effects.back());
@@ -168,13 +162,6 @@ class Search {
     by_gain(trials);
   }
 
-  /// nullptr where time was up before it was tried.
-  const Fit* alone_fit(const Effect* effect) const {
-    const auto own = std::find_if(alone_.begin(), alone_.end(),
-                                  [&](const Fit& f) { return f.effects.back().effect == effect; });
-    return own == alone_.end() ? nullptr : &*own;
-  }
-
   /// Adds the effect that gains most until none earns its parameters, of laws with at most `width` of them.
   Fit grow(Fit current, int width) {
     for (int step = 0; step < o_.max_effects; ++step) {
@@ -216,7 +203,7 @@ class Search {
         for (const Effect* effect : candidates_) {
           if (!may_enter(current, effect) || effect->parameter_count() > width) continue;
           if (!declared_alias(*effect, *current.effects[k].effect) &&
-              score(quick(rest, effect), costs_) < score(current, costs_) - 5.0)
+              score(alone_.quick(problem_, rest, *effect, o_), costs_) < score(current, costs_) - 5.0)
             continue;
           Fit swapped = fit_with(problem_, rest, *effect, o_);
           // products bend into constants: a wind of 5 m/s on next to no area is a steady pull
@@ -282,7 +269,7 @@ class Search {
       const bool answered = answers_instead_of_causing(problem_, with, k, o_);
       for (const Effect* effect : candidates_) {
         if (!may_enter(current, effect)) continue;
-        const Fit fit = quick(current, effect);
+        const Fit fit = alone_.quick(problem_, current, *effect, o_);
         if (!(tested(fit, costs_) > tested(current, costs_)) || at_limit(problem_, fit.effects.back()))
           continue;
         const Eigen::MatrixXd columns = last_columns(problem_, problem_.noise(), fit);
@@ -369,7 +356,8 @@ class Search {
         const double slack = tie(gain, more);
         const Fit frozen = frozen_without(problem_, current, k);
         if (!declared_alias(*effect, *current.effects[k].effect) &&
-            score(quick(frozen, effect), costs_) < score(current, costs_) - slack - 10.0)
+            score(alone_.quick(problem_, frozen, *effect, o_), costs_) <
+                score(current, costs_) - slack - 10.0)
           continue;
         Fit swapped = fit_with(problem_, frozen, *effect, o_);
         if (score(swapped, costs_) < score(current, costs_) - slack) continue;
@@ -388,128 +376,13 @@ class Search {
     return current;
   }
 
-  /// What could stand in the place of member k.
-  Named name(const Fit& current, std::size_t k) {
-    Named named;
-    const Fit rest = fit_effects(problem_, without(current.effects, k), o_);
-    const Fit frozen = frozen_without(problem_, current, k);
-    named.gain = current.log_likelihood - rest.log_likelihood;
-    named.gate = gate_effect(problem_, current, k, o_);
-    // differences far below the gain are within what an imperfect noise model can produce
-    const double temper = std::max(1.0, 0.003 * named.gain);
-    const Eigen::VectorXd own =
-        problem_.noise().apply_vector(problem_, contribution_of(problem_, current, k));
-    std::vector<const Effect*> others;
-    for (const Effect* effect : candidates_)
-      if (!contains(current, effect)) others.push_back(effect);
-    struct Swap {
-      physics::ActiveEffect effect;
-      double log_likelihood, behind, alike;
-      bool no_rival;
-    };
-    const auto swaps = workers_.map<Swap>(
-        others.size(),
-        [&](const Problem& problem, std::size_t i) {
-          const Effect* effect = others[i];
-          Fit swapped = quick(problem, frozen, effect);
-          if (declared_alias(*effect, *current.effects[k].effect) ||
-              score(current, costs_) - score(swapped, costs_) < 20.0 + 6.0 * temper)
-            swapped = fit_with(problem, frozen, *effect, o_);
-          const double behind = behind_by(current, k, swapped);
-          const double alike = cosine_of(last_columns(problem, problem.noise(), swapped), own);
-          const bool no_rival =
-              alike >= kRival && behind / temper < 10.0 &&
-              (bent_into_it(problem, swapped, frozen, current.log_likelihood - 3.0 * temper) ||
-               only_adds_freedom(problem, current, k, swapped));
-          return Swap{swapped.effects.back(), swapped.log_likelihood, behind, alike, no_rival};
-        },
-        [&] { return stop("alternatives to the named effects"); });
-    double total = 1.0;
-    for (const Swap& swap : swaps) {
-      named.swapped_best = std::max(named.swapped_best, -swap.behind);
-      if (swap.alike < kRival) continue;
-      const std::string& id = swap.effect.effect->info().id;
-      const auto told = [&](const std::vector<Alternative>& list) {
-        return std::any_of(list.begin(), list.end(), [&](const Alternative& a) { return a.effect == id; });
-      };
-      const double behind = swap.behind / temper;
-      if (!swap.no_rival) total += std::exp(std::min(0.0, -behind));
-      if (id == current.effects[k].effect->info().id || told(named.set)) continue;  // another rotor
-      if (swap.no_rival || behind >= 10.0) continue;
-      const Alternative other{id, in_full(swap.effect).theta, swap.behind, swap.alike};
-      if (behind < 3.0 && swap.log_likelihood > rest.log_likelihood)
-        named.set.push_back(other);
-      else if (swap.alike > 0.98 && current.log_likelihood - swap.log_likelihood < 3.0 * temper &&
-               !told(named.alike))
-        named.alike.push_back(other);
-    }
-    named.probability = 1.0 / total;
-    return named;
-  }
-
-  /// How much worse the flight is explained with the last effect of `swapped` in the place of member k. Noisy
-  /// rotor speeds and an inertia known to a tenth make rotors seem to turn the body less than they do: where
-  /// feedback colours the state, torques do not decide between a weak thrust and a load, which has none.
-  double behind_by(const Fit& current, std::size_t k, const Fit& swapped) const {
-    const Effect &own = *current.effects[k].effect, &other = *swapped.effects.back().effect;
-    const double all = score(current, costs_) - score(swapped, costs_);
-    if (problem_.instrumented() || !declared_alias(own, other) || turns(own) == turns(other)) return all;
-    const auto of_torques = [&](const Fit& fit) {
-      return 0.5 *
-             problem_.noise().apply_vector(problem_, fit.residual).tail(3 * problem_.samples()).squaredNorm();
-    };
-    return all + of_torques(current) - of_torques(swapped);
-  }
-
-  /// Whether the last effect of `fit` does as well as it does only at a limit: a cable of 5 cm that hangs
-  /// from the vehicle at every height is a payload by another name. least: the log likelihood that its usual
-  /// shapes must reach.
-  bool bent_into_it(const Problem& problem, const Fit& fit, const Fit& rest, double least) const {
-    const ActiveEffect& e = fit.effects.back();
-    if (at_limit(problem, e)) return true;
-    ActiveEffect usual = e;
-    bool bent = false;
-    for (std::size_t k = 0; k < e.theta.size(); ++k) {
-      const physics::Parameter& p = e.effect->info().parameters[k];
-      if (!is_shape(p)) continue;
-      const double near = 1e-3 * (p.upper - p.lower);
-      bent = bent || e.theta[k] < p.lower + near || e.theta[k] > p.upper - near;
-      usual.theta[k] = p.typical;
-    }
-    return bent && quick_with(problem, rest, *e.effect, o_, &usual.theta).log_likelihood < least;
-  }
-
-  /// Alias matrix of all candidates at the values they would take alone.
-  void compare_candidates() {
-    const auto m = static_cast<Eigen::Index>(tried());
-    out_.aliases.cosine = Eigen::MatrixXd::Identity(m, m);
-    std::vector<Eigen::MatrixXd> columns;
-    std::vector<Eigen::VectorXd> contribution;
-    for (std::size_t k = 0; k < tried(); ++k) {
-      Fit& fit = alone_[k];
-      ActiveEffect& e = fit.effects.back();
-      for (std::size_t c = 0; c < e.theta.size(); ++c)
-        if (std::abs(e.theta[c] - e.effect->info().parameters[c].neutral) < 1e-12)
-          e.theta[c] = e.effect->info().parameters[c].typical;
-      problem_.predict(fit.effects, fit.offsets, fit.residual, nullptr);
-      out_.aliases.effects.push_back(candidates_[k]->info().id);
-      columns.push_back(last_columns(problem_, problem_.noise(), fit));
-      contribution.push_back(problem_.noise().apply_vector(problem_, contribution_of(problem_, fit, 0)));
-    }
-    for (Eigen::Index j = 0; j < m; ++j) {
-      const Imitator imitator(columns[static_cast<std::size_t>(j)]);
-      for (Eigen::Index i = 0; i < m; ++i)
-        if (i != j) out_.aliases.cosine(i, j) = imitator.cosine(contribution[static_cast<std::size_t>(i)]);
-    }
-  }
-
   const Problem& problem_;
   const std::vector<const Effect*>& candidates_;
   const Options& o_;
   const Costs costs_;
   const Workers workers_;
   Naming out_;
-  std::vector<Fit> alone_;
+  AloneFits alone_;
   std::vector<const Effect*> refused_;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "attitude_rows.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 #include "text.hpp"
 
@@ -18,27 +19,13 @@ const Signal* first_of(const Recording& r, const char* measured, const char* est
   return r.find(measured) ? r.find(measured) : r.find(estimated);
 }
 
-Quat quaternion(const Eigen::MatrixXd& q, Eigen::Index i) {
-  return Quat(q(i, 0), q(i, 1), q(i, 2), q(i, 3)).normalized();
-}
-
 /// On the grid, held through gaps and low-passed.
 Eigen::MatrixXd smooth(const Signal& s, const std::vector<double>& t) {
   Eigen::MatrixXd x = recording::resample(s, t);
   for (Eigen::Index i = 1; i < x.rows(); ++i)
     if (!x.row(i).allFinite()) x.row(i) = x.row(i - 1);
-  if (recording::is_attitude(s.name))
-    for (Eigen::Index i = 1; i < x.rows(); ++i)
-      if (x.row(i).dot(x.row(i - 1)) < 0) x.row(i) = -x.row(i);
+  if (recording::is_attitude(s.name)) make_continuous(x);
   return low_pass(x, kRate, kCutoff);
-}
-
-Eigen::MatrixXd rate_of(const Eigen::MatrixXd& q) {
-  Eigen::MatrixXd w = Eigen::MatrixXd::Zero(q.rows(), 3);
-  for (Eigen::Index i = 1; i + 1 < q.rows(); ++i)
-    w.row(i) =
-        0.5 * kRate * log_rotation(quaternion(q, i - 1).conjugate() * quaternion(q, i + 1)).transpose();
-  return w;
 }
 
 /// The one direction in which all rotors push, whatever the tilt.
@@ -72,7 +59,7 @@ std::optional<MotionOnGrid> motion_on_grid(const Recording& r, const Options& o)
       m.force.row(i) = (quaternion(attitude, i).conjugate() * Vec3(m.force.row(i))).transpose();
   }
   if (gyro || q) {
-    m.w = gyro ? smooth(*gyro, m.t) : low_pass(rate_of(attitude), kRate, kCutoff);
+    m.w = gyro ? smooth(*gyro, m.t) : low_pass(rate_from_attitude(attitude, kRate), kRate, kCutoff);
     m.dw = differentiate(m.w, kRate);
   }
   return m;

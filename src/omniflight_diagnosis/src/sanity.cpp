@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "attitude_rows.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 #include "text.hpp"
 #include "thrust_source.hpp"
@@ -151,8 +152,7 @@ Motion motion(const Recording& r, const vehicle::Vehicle& vehicle) {
   std::vector<double> t;
   for (int i = 0; i < std::min(n, 60000.0); ++i) t.push_back(from + i / Motion::kRate);
   const Eigen::MatrixXd x = recording::resample(*q, t);
-  for (Eigen::Index i = 0; i < x.rows(); ++i)
-    m.q.push_back(Quat(x(i, 0), x(i, 1), x(i, 2), x(i, 3)).normalized());
+  for (Eigen::Index i = 0; i < x.rows(); ++i) m.q.push_back(quaternion(x, i));
   const auto smooth = [&](const Signal* s) -> Eigen::MatrixXd {
     if (!s || s->width() != 3) return {};
     return low_pass(recording::resample(*s, t), Motion::kRate, Motion::kCutoff);

@@ -1,0 +1,21 @@
+// Attitudes as they come out of a recording: rows of quaternions (w, x, y, z), world <- body.
+#pragma once
+
+#include <Eigen/Dense>
+
+#include "omniflight_core/frames.hpp"
+
+namespace omniflight::diagnosis {
+
+/// Of row i, normalised.
+inline Quat quaternion(const Eigen::MatrixXd& q, Eigen::Index i) {
+  return Quat(q(i, 0), q(i, 1), q(i, 2), q(i, 3)).normalized();
+}
+
+/// Gives each row the sign of the row before, since q and -q are one attitude but not to a filter.
+void make_continuous(Eigen::MatrixXd& q);
+
+/// Body rate w_WB_B [rad/s], n x 3, by central differences; zero at both ends.
+Eigen::MatrixXd rate_from_attitude(const Eigen::MatrixXd& q, double rate_hz);
+
+}  // namespace omniflight::diagnosis
