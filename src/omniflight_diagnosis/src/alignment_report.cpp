@@ -6,6 +6,7 @@
 
 #include "attitude_rows.hpp"
 #include "omniflight_recording/alignment.hpp"
+#include "thinned.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -17,23 +18,6 @@ constexpr double kUsualReach = 0.2, kFarReach = 2.0;  // s
 constexpr double kSlowPeriod = 0.04;                  // s, on which far lags are sought
 constexpr double kLeast = 0.6;                        // correlation that counts at all,
 constexpr double kClear = 0.8, kClearer = 0.15;       // ... that needs no wider search, that one must gain
-
-/// Mean over a few samples where a fast signal meets a slow one, so that both see the same band.
-Signal thinned(const Signal& s, double period_s) {
-  const auto n = static_cast<Eigen::Index>(period_s / std::max(1e-6, s.median_period_s()));
-  if (n < 2) return s;
-  Signal out = s;
-  const Eigen::Index m = s.size() / n;
-  out.values.resize(m, s.width());
-  out.t_s.resize(static_cast<std::size_t>(m));
-  for (Eigen::Index i = 0; i < m; ++i) {
-    out.values.row(i) = s.values.middleRows(i * n, n).colwise().mean();
-    double t = 0;
-    for (Eigen::Index k = 0; k < n; ++k) t += s.t_s[static_cast<std::size_t>(i * n + k)];
-    out.t_s[static_cast<std::size_t>(i)] = t / static_cast<double>(n);
-  }
-  return out;
-}
 
 Signal derivative(const Signal& s) {
   Signal out = s;

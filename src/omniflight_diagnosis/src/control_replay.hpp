@@ -5,11 +5,16 @@
 
 namespace omniflight::diagnosis {
 
-/// Fits, axis by axis below 4 Hz, the gains on error, its rate and its integral that the logged command `qddr`
-/// follows beyond the reference's own acceleration: position in the world, attitude in the body. Names
+/// Fits, axis by axis below 4 Hz, the gains on error, its rate and its integral that the logged command
+/// `qddr` follows beyond the reference's own acceleration: position in the world, attitude in the body. Names
 /// controller_mismatch with the gains that differ from the told ones by more than 10 % and four standard
 /// errors, and sets Diagnosis::controller to what was flown. Adds nothing where the reference, the command or
 /// the state is not logged, or where the command follows another law (less than 80 % of it is explained).
 void add_control(const recording::Recording& recording, const ToldController& told, Diagnosis& diagnosis);
+
+/// The same of every recording: what several show is one finding. Diagnosis::controller is that of the first,
+/// which is flown again.
+void add_controls(const std::vector<const recording::Recording*>& recordings, const ToldController& told,
+                  Diagnosis& diagnosis);
 
 }  // namespace omniflight::diagnosis

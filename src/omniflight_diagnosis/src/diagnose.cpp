@@ -347,7 +347,11 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     add_recording(one, r.file, d);
   }
   add_actuation(actuation, d);
-  if (o.has_controller) add_control(fitted[0].recording, o.controller, d);
+  if (o.has_controller) {
+    std::vector<const recording::Recording*> flown;
+    for (const Repaired& one : fitted) flown.push_back(&one.recording);
+    add_controls(flown, o.controller, d);
+  }
   add_sensors(fitted, flights, vehicle, o, d);
   drop_what_a_sensor_explains(d);
   for (std::size_t k = 0; k < fit.size(); ++k) add_recording(of_sensors[k], fit[k].file, d);

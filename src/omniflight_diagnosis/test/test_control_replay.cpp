@@ -22,6 +22,7 @@ struct World {
   double turbulence = 1;   ///< times the usual
   double rock = 0;         ///< rad, amplitude of a reference that rolls once a second; 0: it stands still
   double late = 0;         ///< s, the measured attitude carries the stamp of this much later
+  double late_gyro = 0;    ///< s, the same of the gyro
   bool estimates = false;  ///< the state that is controlled is recorded beside the measured one
 };
 
@@ -61,7 +62,7 @@ recording::Recording flown(const ToldController& gains, const World& world = {})
     const auto coefficients = [](const Quat& x) { return Eigen::Vector4d(x.w(), x.x(), x.y(), x.z()); };
     put("position", t, p + noise(0.0002));
     put("attitude", t + world.late, coefficients(q * exp_rotation(noise(0.0008))));
-    put("gyro", t, w + noise(0.004));
+    put("gyro", t + world.late_gyro, w + noise(0.004));
     if (world.estimates) {
       put("est_position", t, p);
       put("est_attitude", t, coefficients(q));
@@ -113,6 +114,35 @@ TEST(ControlReplay, NamesTheLoopAndTheGainsThatWereCut) {
     EXPECT_EQ(d.controller->ki, usual().ki);
     EXPECT_LT(((attitude ? d.controller->kR : d.controller->kp) - (attitude ? cut.kR : cut.kp)).norm(),
               0.05 * (attitude ? cut.kR : cut.kp).norm());
+  }
+}
+
+TEST(ControlReplay, ASecondRecordingFlownWithOtherGainsIsNamed) {
+  ToldController cut = usual();
+  cut.kp *= 0.5;
+  recording::Recording first = flown(usual()), second = flown(cut);
+  first.file = "first", second.file = "second";
+  Diagnosis d;
+  add_controls({&first, &second}, usual(), d);
+  ASSERT_EQ(d.findings.size(), 1U);
+  EXPECT_EQ(d.findings[0].effect, "controller_mismatch");
+  EXPECT_EQ(d.findings[0].recordings, std::vector<std::string>{"second"});
+  for (const Mismatch& m : d.mismatch) EXPECT_EQ(m.recordings, std::vector<std::string>{"second"});
+  EXPECT_FALSE(d.controller.has_value()) << "the first, which is flown again, kept to the told gains";
+}
+
+TEST(ControlReplay, AGyroOnALateClockIsNoMismatch) {
+  for (const double late : {0.016, 0.03}) {
+    const Diagnosis d = judged(flown(usual(), {.late_gyro = late}));
+    EXPECT_TRUE(d.findings.empty()) << d.findings[0].sentence;
+  }
+  ToldController cut = usual();
+  cut.kw *= 0.6;
+  const Diagnosis d = judged(flown(cut, {.late_gyro = 0.03}));
+  ASSERT_EQ(d.findings.size(), 1U);
+  for (const ParameterValue& p : d.findings[0].parameters) {
+    EXPECT_EQ(p.name[1], 'w') << d.findings[0].sentence;
+    EXPECT_NEAR(p.value, 12, 0.6) << p.name;
   }
 }
 
