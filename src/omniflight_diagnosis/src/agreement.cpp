@@ -8,6 +8,7 @@
 #include "omniflight_core/frames.hpp"
 #include "omniflight_physics/effect.hpp"
 #include "quantisation.hpp"
+#include "statistics.hpp"
 #include "text.hpp"
 
 namespace omniflight::diagnosis {
@@ -18,6 +19,7 @@ using recording::Signal;
 
 constexpr double kBlock = 3.0;         // s
 constexpr double kSurely = 5;          // standard errors
+constexpr double kBeyond = 5e-4;       // chance that a bias as large as is told reaches what is found
 constexpr double kLeastGain = 0.0012;  // of a rotor's speed: what timing of telemetry may do
 constexpr double kLeastServo = 0.02;   // s: as late as telemetry may be, with its clock, behind commands
 
@@ -312,16 +314,16 @@ void judge_gyro(const Recording& r, const Options& o, Diagnosis& d) {
   static constexpr const char* kNames[] = {"bias_x", "bias_y", "bias_z"};
   static constexpr const char* kSymbols[] = {"b_x", "b_y", "b_z"};
   std::vector<ParameterValue> parameters;
-  double largest = 0, noise = 1e-9;
-  bool beyond = false;
+  double largest = 0, noise = 1e-9, from_told = 0;
+  bool seen = false;
   for (std::size_t c = 0; c < 3; ++c) {
     const Estimate b = at_rest(all_off.col(static_cast<Eigen::Index>(c)), rates);
-    // a bias stays
-    beyond = beyond || b.is_not(0, std::max(3 * b.scatter, 3 * o.tolerance.gyro_bias));
+    seen = seen || b.is_not(0, 3 * b.scatter);  // a bias stays
+    from_told += b.value * b.value / (b.se * b.se + o.tolerance.gyro_bias * o.tolerance.gyro_bias);
     parameters.push_back(value_of(kNames[c], kSymbols[c], "rad/s", b));
     if (std::abs(b.value) > largest) largest = std::abs(b.value), noise = b.se;
   }
-  if (beyond)
+  if (seen && from_told > chi_squared_quantile(kBeyond, 3))
     add_sensor(d, "gyro_error", "gyro", "rad/s",
                format("The gyro is off by up to %.2g rad/s against the measured attitude.", largest),
                std::move(parameters), largest, noise);

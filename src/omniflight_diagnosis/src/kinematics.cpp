@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "attitude_rows.hpp"
+#include "statistics.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -13,7 +14,8 @@ using recording::Recording;
 using recording::Signal;
 
 constexpr double kHalf = 0.3;        // s, half a window: what is slower is in it several times
-constexpr double kEntry = 14;        // log-likelihood: well beyond what three numbers out of chance gain
+constexpr double kEntry = 14;        // log-likelihood: well beyond what three numbers gain by chance
+constexpr double kBeyond = 5e-4;     // chance that what is known of sensors reaches as far as what is found
 constexpr double kCorrelated = 1.5;  // variance of a mean over that of independent windows
 constexpr double kWild =
     0.08;  // m/s^2: of a window: then timing or filters differ by more than is to be found
@@ -146,31 +148,23 @@ constexpr std::array<Group, 3> kGroups{
 
 struct Solution {
   Eigen::VectorXd x, se;
-  double log_likelihood = 0;
+  double log_likelihood = 0;  ///< with the prior
 };
 
-/// Weighted least squares on some columns; weights are those of an axis.
-Solution solve(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const std::vector<int>& columns) {
-  Eigen::MatrixXd A(X.rows(), static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t k = 0; k < columns.size(); ++k) A.col(static_cast<Eigen::Index>(k)) = X.col(columns[k]);
-  Eigen::MatrixXd H = A.transpose() * A;
+/// Weighted least squares; weights are those of an axis. `prior` is one over the variance of a column's
+/// number around nothing.
+Solution solve(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Eigen::VectorXd& prior) {
+  Eigen::MatrixXd H = X.transpose() * X / kCorrelated;
+  H.diagonal() += prior;
   const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-30).cwiseSqrt().cwiseInverse();
   Eigen::MatrixXd h = scale.asDiagonal() * H * scale.asDiagonal();
   h.diagonal().array() += 1e-10;
   const Eigen::MatrixXd inverse =
       scale.asDiagonal() * h.ldlt().solve(Eigen::MatrixXd::Identity(h.rows(), h.rows())) * scale.asDiagonal();
   Solution out;
-  out.x = inverse * (A.transpose() * y);
-  out.se = (kCorrelated * inverse.diagonal()).cwiseMax(0).cwiseSqrt();
-  out.log_likelihood = -0.5 * (y - A * out.x).squaredNorm() / kCorrelated;
-  return out;
-}
-
-std::vector<int> columns_of(const std::vector<Group>& groups) {
-  std::vector<int> out;
-  for (const Group& g : groups)
-    for (int k = 0; k < g.width; ++k) out.push_back(g.first + k);
-  out.insert(out.end(), {kColumns - 2, kColumns - 1});
+  out.x = inverse * (X.transpose() * y) / kCorrelated;
+  out.se = inverse.diagonal().cwiseMax(0).cwiseSqrt();
+  out.log_likelihood = -0.5 * ((y - X * out.x).squaredNorm() / kCorrelated + prior.dot(out.x.cwiseAbs2()));
   return out;
 }
 
@@ -178,6 +172,22 @@ double tolerated(const Group& g, int k, const Options& o) {
   if (g.first == 3) return o.tolerance.world_force;
   if (g.first == 5) return kLeastLever / 3.5;
   return k < 2 ? o.tolerance.accelerometer_lateral : o.tolerance.accelerometer_vertical;
+}
+
+bool among(const std::vector<Group>& groups, const Group& g) {
+  return std::any_of(groups.begin(), groups.end(), [&](const Group& c) { return c.first == g.first; });
+}
+
+/// What is found may have any size, everything else only what tolerances allow; `without` is nothing.
+Eigen::VectorXd prior_of(const std::vector<Group>& found, const Options& o, const Group* without = nullptr) {
+  constexpr double kNothing = 1e18;
+  Eigen::VectorXd prior = Eigen::VectorXd::Zero(kColumns);
+  for (const Group& g : kGroups) {
+    const bool left_out = without && without->first == g.first;
+    for (int k = 0; k < g.width && (left_out || !among(found, g)); ++k)
+      prior[g.first + k] = left_out ? kNothing : 1 / std::pow(tolerated(g, k, o), 2);
+  }
+  return prior;
 }
 
 }  // namespace
@@ -230,7 +240,7 @@ std::optional<Kinematics> judge_kinematics(const Recording& r, const Options& o)
       y[c * n + k] = left[static_cast<std::size_t>(k)][c];
     }
   // an axis has its own noise: that which everything together leaves
-  const std::vector<int> all = columns_of({kGroups[0], kGroups[1], kGroups[2]});
+  const Eigen::VectorXd all = prior_of({kGroups.begin(), kGroups.end()}, o);
   for (int round = 0; round < 2; ++round) {
     const Solution full = solve(X, y, all);
     const Eigen::VectorXd rest = y - X * full.x;
@@ -244,36 +254,38 @@ std::optional<Kinematics> judge_kinematics(const Recording& r, const Options& o)
   Kinematics out;
   out.windows = static_cast<int>(n);
   std::vector<Group> chosen;
-  double reached = solve(X, y, columns_of(chosen)).log_likelihood;
+  double reached = solve(X, y, prior_of(chosen, o)).log_likelihood;
+  const auto with = [&](std::vector<Group> groups, const Group& g) {
+    groups.push_back(g);
+    return solve(X, y, prior_of(groups, o)).log_likelihood;
+  };
   while (chosen.size() < kGroups.size()) {
     const Group* best = nullptr;
-    double highest = reached + kEntry;
+    double most = 0;
     for (const Group& g : kGroups) {
-      if (std::any_of(chosen.begin(), chosen.end(), [&](const Group& c) { return c.first == g.first; }))
-        continue;
-      std::vector<Group> with = chosen;
-      with.push_back(g);
-      if (const double l = solve(X, y, columns_of(with)).log_likelihood; l > highest) highest = l, best = &g;
+      if (among(chosen, g)) continue;
+      const double reaches = with(chosen, g);
+      const double beyond = reaches - reached;  // what tolerances allow
+      const double seen = reaches - solve(X, y, prior_of(chosen, o, &g)).log_likelihood;
+      if (seen > kEntry && beyond > 0.5 * chi_squared_quantile(kBeyond, g.width) && beyond > most)
+        most = beyond, best = &g;
     }
     if (!best) break;
     chosen.push_back(*best);
-    reached = highest;
+    reached += most;
   }
-  const Solution found = solve(X, y, columns_of(chosen));
-  Eigen::Index at = 0;
-  for (std::size_t j = 0; j < chosen.size(); at += chosen[j].width, ++j) {
+  const Solution found = solve(X, y, prior_of(chosen, o));
+  for (std::size_t j = 0; j < chosen.size(); ++j) {
     const Group& g = chosen[j];
-    bool beyond = false;
-    for (int k = 0; k < g.width; ++k)
-      beyond = beyond || std::abs(found.x[at + k]) > std::max(4 * found.se[at + k], 3.5 * tolerated(g, k, o));
-    if (!beyond) continue;
-    Kinematics::Part part{g.effect, found.x.segment(at, g.width), found.se.segment(at, g.width), {}};
+    const Eigen::VectorXd value = found.x.segment(g.first, g.width), se = found.se.segment(g.first, g.width);
+    if (!(value.array().abs() > 4 * se.array()).any()) continue;
+    Kinematics::Part part{g.effect, value, se, {}};
     for (const Group& other : kGroups) {
-      if (std::any_of(chosen.begin(), chosen.end(), [&](const Group& c) { return c.first == other.first; }))
-        continue;
+      if (among(chosen, other)) continue;
       std::vector<Group> instead = chosen;
       instead[j] = other;
-      if (solve(X, y, columns_of(instead)).log_likelihood > reached - 3) part.as_well.push_back(other.effect);
+      if (solve(X, y, prior_of(instead, o)).log_likelihood > reached - 3)
+        part.as_well.push_back(other.effect);
     }
     out.parts.push_back(std::move(part));
   }

@@ -104,20 +104,36 @@ TEST(Kinematics, MarkersOffTheOriginAreNoLeverArm) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(part->value[c], d[c], 4 * part->se[c] + 1e-4) << c;
 }
 
+/// A nominal flight, the world of motion capture turned by `by` [rad].
+recording::Recording askew(double sway, const Vec3& by) {
+  test::Flown f = swaying();
+  f.sway = sway;
+  recording::Recording r = test::fly(test::omnimorph(), {}, f);
+  const Quat turn = exp_rotation(by);
+  for (Eigen::Index i = 0; i < r.signals["position"].values.rows(); ++i) {
+    r.signals["position"].values.row(i) = (turn * Vec3(r.signals["position"].values.row(i))).transpose();
+    auto q = r.signals["attitude"].values.row(i);
+    const Quat turned = turn * Quat(q[0], q[1], q[2], q[3]);
+    q << turned.w(), turned.x(), turned.y(), turned.z();
+  }
+  return r;
+}
+
+TEST(Kinematics, ATiltThatIsABiasAsLargeAsToldIsNoFinding) {
+  for (const double sway : {0.02, 0.1}) {
+    const auto small = judge_kinematics(askew(sway, Vec3(0.0008, 0, 0)), told());  // 8 mm/s2, told to 5
+    ASSERT_TRUE(small);
+    EXPECT_TRUE(small->parts.empty()) << small->parts.front().effect << " at a sway of " << sway;
+  }
+  const auto large = judge_kinematics(askew(0.3, Vec3(0.003, 0, 0)), told());
+  ASSERT_TRUE(large);
+  ASSERT_EQ(large->parts.size(), 1u);
+  EXPECT_EQ(large->parts[0].effect, "mocap_tilt");
+}
+
 TEST(Kinematics, ATiltedWorldIsFoundAndOnAnUprightFlightNotToldFromABias) {
-  const vehicle::Vehicle v = test::omnimorph();
-  const auto tilted = [&](double sway) {
-    test::Flown f = swaying();
-    f.sway = sway;
-    recording::Recording r = test::fly(v, {}, f);
-    const Quat by = exp_rotation(Vec3(0.01, -0.006, 0));
-    for (Eigen::Index i = 0; i < r.signals["position"].values.rows(); ++i) {
-      r.signals["position"].values.row(i) = (by * Vec3(r.signals["position"].values.row(i))).transpose();
-      auto q = r.signals["attitude"].values.row(i);
-      const Quat turned = by * Quat(q[0], q[1], q[2], q[3]);
-      q << turned.w(), turned.x(), turned.y(), turned.z();
-    }
-    return judge_kinematics(r, told());
+  const auto tilted = [](double sway) {
+    return judge_kinematics(askew(sway, Vec3(0.01, -0.006, 0)), told());
   };
   const auto leaning = tilted(0.4), upright = tilted(0);
   ASSERT_TRUE(leaning && upright);
