@@ -101,16 +101,19 @@ void judge_ablations(const Places& places, const Seal& seal, const std::map<std:
   if (!some.empty()) result.ablations[kWhole] = score(some, whole);
 }
 
-Status judge_baselines(const fs::path& file, const Seal& seal, ProofResult& result) {
+/// The answers of the last method in the file.
+Result<std::map<std::string, Answer>> judge_baselines(const fs::path& file, const Seal& seal,
+                                                      ProofResult& result) {
   auto baselines = read_json(file, std::size_t{256} << 20);
   if (!baselines) return Failure(baselines.error());
   const json methods = baselines->value("baselines", json::object());
+  std::map<std::string, Answer> said;
   for (const auto& [name, cases] : methods.items()) {
-    std::map<std::string, Answer> said;
+    said.clear();
     for (const auto& [id, answer] : cases.items()) said[id] = read_answer(answer.dump());
     result.baselines[name] = score(seal.cases, said);
   }
-  return {};
+  return said;
 }
 
 void print(const Scores& scores) {
@@ -163,10 +166,14 @@ Result<int> run(const Places& places) {
   for (const Truth& t : seal->cases)
     if (auto text = files::read_file(places.answers_next() / t.id / "diagnosis.json", std::size_t{64} << 20))
       second[t.id] = read_answer(*text);
-  result.scores = score(seal->cases, answers, second);
+  std::map<std::string, Answer> oracle;
   for (const fs::path& file : {places.answers() / "baselines.json", places.oracle()})
-    if (fs::exists(file))
-      if (auto ok = judge_baselines(file, *seal, result); !ok) return Failure(ok.error());
+    if (fs::exists(file)) {
+      auto said = judge_baselines(file, *seal, result);
+      if (!said) return Failure(said.error());
+      if (file == places.oracle()) oracle = std::move(*said);
+    }
+  result.scores = score(seal->cases, answers, second, oracle);
   judge_ablations(places, *seal, answers, result);
   auto outside = look_from_outside(places.cases());
   if (!outside) return Failure(outside.error());

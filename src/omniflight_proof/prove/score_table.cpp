@@ -14,11 +14,27 @@ struct Pair {
   const Truth* truth;
   const Answer* answer;
   Judged judged;
+  double least_seen = 0;  ///< of the weakest effect by an oracle, see least_seen(); NaN: not asked
 };
 using Cases = std::vector<Pair>;
 using Choice = std::function<bool(const Pair&)>;
 
 constexpr double kSize = 0.3 - 1e-9;  ///< sigma from which an effect has to be found
+constexpr double kSeen = 5.5;         ///< standard errors from which an oracle sees an effect well
+
+/// How far the weakest effect of an answer is from nothing, all its numbers together, in standard errors. NaN
+/// where none has numbers.
+double least_seen(const Answer& oracle) {
+  constexpr double kWidth = 2 * 1.96;  // of an interval, in standard errors
+  double least = std::nan("");
+  for (const AnsweredEffect& e : oracle.findings) {
+    double squares = 0;
+    for (const AnsweredParameter& p : e.parameters)
+      squares += std::pow(p.value * kWidth / std::max(1e-300, p.high - p.low), 2);
+    if (!e.parameters.empty()) least = std::fmin(least, std::sqrt(squares));
+  }
+  return least;
+}
 
 Score rate(const Cases& cases, std::string name, std::string over, const Choice& counts, const Choice& good,
            double must, double goal, bool smaller = false) {
@@ -191,14 +207,15 @@ std::string to_string(Score::Verdict v) {
 }
 
 Scores score(const std::vector<Truth>& truths, const std::map<std::string, Answer>& answers,
-             const std::map<std::string, Answer>& second) {
+             const std::map<std::string, Answer>& second, const std::map<std::string, Answer>& oracle) {
   static const Answer none{.problem = "there is no answer"};
   Scores out;
   Cases cases;
   for (const Truth& t : truths) {
     const auto found = answers.find(t.id);
     const Answer& a = found == answers.end() ? none : found->second;
-    cases.push_back({&t, &a, judge(t, a)});
+    const auto told = oracle.find(t.id);
+    cases.push_back({&t, &a, judge(t, a), told == oracle.end() ? std::nan("") : least_seen(told->second)});
     const Judged& j = cases.back().judged;
     out.cases.push_back(j);
     if (t.kind == Kind::single || t.effects.empty() || t.kind == Kind::unknown) {
@@ -232,6 +249,14 @@ Scores score(const std::vector<Truth>& truths, const std::map<std::string, Answe
   t.push_back(rate(
       cases, "detection at >= 0.3 sigma", "cases with effects, designed flight",
       [](const Pair& p) { return hidden(p) && large(p) && designed(p); }, found, 0.95, 0.98));
+  const auto told = [](const Pair& p) { return p.least_seen >= kSeen; };
+  const std::string of_those = "  of those that an oracle sees well";
+  const std::string well =
+      fmt::format(", told what is hidden every effect is {:g} standard errors from nothing", kSeen);
+  if (!oracle.empty())
+    t.push_back(rate(
+        cases, of_those, "the same" + well,
+        [&](const Pair& p) { return hidden(p) && large(p) && designed(p) && told(p); }, found, -1, -1));
   for (const double m : {0.1, 0.3, 1.0})
     t.push_back(rate(
         cases, fmt::format("  at {:g} sigma", m), "cases with effects, any flight",
@@ -282,12 +307,15 @@ Scores score(const std::vector<Truth>& truths, const std::map<std::string, Answe
         },
         [](const Pair& p) { return p.judged.covered; }, -1, -1));
   const auto exact = [](const Pair& p) { return p.judged.exact; };
-  t.push_back(rate(
-      cases, "two effects exact", "pairs, designed flight",
-      [](const Pair& p) { return p.truth->kind == Kind::pair && designed(p); }, exact, 0.75, 0.90));
-  t.push_back(rate(
-      cases, "three effects exact", "triples, designed flight",
-      [](const Pair& p) { return p.truth->kind == Kind::triple && designed(p); }, exact, 0.55, 0.75));
+  const auto several = [&](const char* name, const char* over, Kind kind, double must, double goal) {
+    const auto counts = [kind](const Pair& p) { return p.truth->kind == kind && designed(p); };
+    t.push_back(rate(cases, name, over, counts, exact, must, goal));
+    if (!oracle.empty())
+      t.push_back(rate(
+          cases, of_those, over + well, [&](const Pair& p) { return counts(p) && told(p); }, exact, -1, -1));
+  };
+  several("two effects exact", "pairs, designed flight", Kind::pair, 0.75, 0.90);
+  several("three effects exact", "triples, designed flight", Kind::triple, 0.55, 0.75);
   t.push_back(rate(
       cases, "out of library: unknown, stage and variable right", "designed flight, >= 0.3 sigma",
       [](const Pair& p) { return p.truth->kind == Kind::unknown && designed(p) && large(p); }, exact, 0.80,

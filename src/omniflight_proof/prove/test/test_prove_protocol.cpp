@@ -126,6 +126,31 @@ TEST(Score, CombinationsMustBeExact) {
           .exact);
 }
 
+TEST(Score, WhatAnOracleSeesWellIsCountedBesideAll) {
+  const auto pair = [](const char* id) {
+    return truth(id, Kind::pair, {effect("com_offset"), effect("payload_mass")});
+  };
+  const auto oracle = [](const char* mass) {  // the centre of mass is 20 standard errors from nothing
+    return answer("[" +
+                  found("com_offset", "[]", R"([{"name": "x", "value": 10, "interval95": [9.02, 10.98]}])") +
+                  "," + found("payload_mass", "[]", mass) + "]");
+  };
+  const char* well = R"([{"name": "mass", "value": 3, "interval95": [2.02, 3.98]}])";  // 6 standard errors
+  const char* hardly = R"([{"name": "mass", "value": 1, "interval95": [0.02, 1.98]}])";
+  const auto both = answer("[" + found("com_offset") + "," + found("payload_mass") + "]");
+  const Scores s = score({pair("a"), pair("b")}, {{"a", both}, {"b", answer("[]")}}, {},
+                         {{"a", oracle(well)}, {"b", oracle(hardly)}});
+  EXPECT_EQ(line(s, "two effects exact").n, 2);
+  EXPECT_EQ(line(s, "two effects exact").k, 1);
+  const auto at = std::find_if(s.table.begin(), s.table.end(),
+                               [](const Score& x) { return x.name == "two effects exact"; });
+  ASSERT_NE(at + 1, s.table.end());
+  EXPECT_EQ((at + 1)->name, "  of those that an oracle sees well");
+  EXPECT_EQ((at + 1)->n, 1);
+  EXPECT_EQ((at + 1)->k, 1);
+  EXPECT_EQ((at + 1)->must, "");
+}
+
 TEST(Score, UnknownMustBeCalledSoWithStageAndVariable) {
   Truth t = truth("a", Kind::unknown, {effect("unknown")});
   t.effects[0].variables = {"speed"};
