@@ -185,7 +185,7 @@ Eigen::VectorXd prior_of(const std::vector<Group>& found, const Options& o, cons
   for (const Group& g : kGroups) {
     const bool left_out = without && without->first == g.first;
     for (int k = 0; k < g.width && (left_out || !among(found, g)); ++k)
-      prior[g.first + k] = left_out ? kNothing : 1 / std::pow(tolerated(g, k, o), 2);
+      prior[g.first + k] = left_out ? kNothing : 1 / std::pow(std::max(tolerated(g, k, o), 1e-9), 2);
   }
   return prior;
 }

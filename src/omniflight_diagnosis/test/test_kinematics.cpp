@@ -145,6 +145,16 @@ TEST(Kinematics, ATiltedWorldIsFoundAndOnAnUprightFlightNotToldFromABias) {
   EXPECT_EQ(upright->parts[0].as_well.size(), 1u) << "a bias or a tilt: an upright flight cannot tell";
 }
 
+TEST(Kinematics, AToleranceOfNothingIsNoDivisionByIt) {
+  Options exact = told();
+  exact.tolerance.world_force = 0;
+  const auto k = judge_kinematics(askew(0.3, Vec3(0.003, 0, 0)), exact);
+  ASSERT_TRUE(k);
+  ASSERT_EQ(k->parts.size(), 1u);
+  EXPECT_EQ(k->parts[0].effect, "mocap_tilt");
+  EXPECT_TRUE(k->parts[0].value.allFinite());
+}
+
 TEST(Kinematics, SignalsOfTwoBodiesAreNotJudged) {
   const vehicle::Vehicle v = test::omnimorph();
   recording::Recording r = test::fly(v, {}, swaying());
