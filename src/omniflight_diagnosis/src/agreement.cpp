@@ -19,7 +19,6 @@ using recording::Signal;
 
 constexpr double kBlock = 3.0;         // s
 constexpr double kSurely = 5;          // standard errors
-constexpr double kBeyond = 5e-4;       // chance that a bias as large as is told reaches what is found
 constexpr double kLeastGain = 0.0012;  // of a rotor's speed: what timing of telemetry may do
 constexpr double kLeastServo = 0.02;   // s: as late as telemetry may be, with its clock, behind commands
 
@@ -323,7 +322,7 @@ void judge_gyro(const Recording& r, const Options& o, Diagnosis& d) {
     parameters.push_back(value_of(kNames[c], kSymbols[c], "rad/s", b));
     if (std::abs(b.value) > largest) largest = std::abs(b.value), noise = b.se;
   }
-  if (seen && from_told > chi_squared_quantile(kBeyond, 3))
+  if (seen && from_told > chi_squared_quantile(kBeyondTold, 3))
     add_sensor(d, "gyro_error", "gyro", "rad/s",
                format("The gyro is off by up to %.2g rad/s against the measured attitude.", largest),
                std::move(parameters), largest, noise);

@@ -15,7 +15,6 @@ using recording::Signal;
 
 constexpr double kHalf = 0.3;        // s, half a window: what is slower is in it several times
 constexpr double kEntry = 14;        // log-likelihood: well beyond what three numbers gain by chance
-constexpr double kBeyond = 5e-4;     // chance that what is known of sensors reaches as far as what is found
 constexpr double kCorrelated = 1.5;  // variance of a mean over that of independent windows
 constexpr double kWild =
     0.08;  // m/s^2: of a window: then timing or filters differ by more than is to be found
@@ -267,7 +266,7 @@ std::optional<Kinematics> judge_kinematics(const Recording& r, const Options& o)
       const double reaches = with(chosen, g);
       const double beyond = reaches - reached;  // what tolerances allow
       const double seen = reaches - solve(X, y, prior_of(chosen, o, &g)).log_likelihood;
-      if (seen > kEntry && beyond > 0.5 * chi_squared_quantile(kBeyond, g.width) && beyond > most)
+      if (seen > kEntry && beyond > 0.5 * chi_squared_quantile(kBeyondTold, g.width) && beyond > most)
         most = beyond, best = &g;
     }
     if (!best) break;

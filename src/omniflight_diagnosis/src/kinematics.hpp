@@ -10,6 +10,9 @@
 
 namespace omniflight::diagnosis {
 
+/// Chance that what is told of a sensor reaches as far as what is found of it: rarer is a finding.
+constexpr double kBeyondTold = 5e-4;
+
 /// Errors of an accelerometer and of the frame of motion capture. Neither air nor turbulence plays a part:
 /// every force moves the position and the accelerometer alike. For a smooth window phi of time,
 ///   int phi'' p_m dt = int phi (R f_m + g) dt - int phi R b dt - int phi'' R r dt + d x g

@@ -101,19 +101,19 @@ void judge_ablations(const Places& places, const Seal& seal, const std::map<std:
   if (!some.empty()) result.ablations[kWhole] = score(some, whole);
 }
 
-/// The answers of the last method in the file.
-Result<std::map<std::string, Answer>> judge_baselines(const fs::path& file, const Seal& seal,
-                                                      ProofResult& result) {
+using Answers = std::map<std::string, Answer>;
+
+/// By method, as omniflight_proof_baselines writes them.
+Result<std::map<std::string, Answers>> methods_in(const fs::path& file) {
   auto baselines = read_json(file, std::size_t{256} << 20);
   if (!baselines) return Failure(baselines.error());
+  std::map<std::string, Answers> out;
   const json methods = baselines->value("baselines", json::object());
-  std::map<std::string, Answer> said;
   for (const auto& [name, cases] : methods.items()) {
-    said.clear();
+    Answers& said = out[name];
     for (const auto& [id, answer] : cases.items()) said[id] = read_answer(answer.dump());
-    result.baselines[name] = score(seal.cases, said);
   }
-  return said;
+  return out;
 }
 
 void print(const Scores& scores) {
@@ -166,13 +166,16 @@ Result<int> run(const Places& places) {
   for (const Truth& t : seal->cases)
     if (auto text = files::read_file(places.answers_next() / t.id / "diagnosis.json", std::size_t{64} << 20))
       second[t.id] = read_answer(*text);
-  std::map<std::string, Answer> oracle;
-  for (const fs::path& file : {places.answers() / "baselines.json", places.oracle()})
-    if (fs::exists(file)) {
-      auto said = judge_baselines(file, *seal, result);
-      if (!said) return Failure(said.error());
-      if (file == places.oracle()) oracle = std::move(*said);
+  Answers oracle;
+  for (const fs::path& file : {places.answers() / "baselines.json", places.oracle()}) {
+    if (!fs::exists(file)) continue;
+    auto methods = methods_in(file);
+    if (!methods) return Failure(methods.error());
+    for (auto& [name, said] : *methods) {
+      result.baselines[name] = score(seal->cases, said);
+      if (file == places.oracle()) oracle = std::move(said);
     }
+  }
   result.scores = score(seal->cases, answers, second, oracle);
   judge_ablations(places, *seal, answers, result);
   auto outside = look_from_outside(places.cases());
