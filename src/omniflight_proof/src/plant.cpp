@@ -66,11 +66,16 @@ struct MujocoPlant::Impl {
     Eigen::Map<Vec3>(d()->qvel) = s.v_WB_W;
     Eigen::Map<Vec3>(d()->qvel + 3) = s.w_WB_B;
   }
+  /// MuJoCo moves v by what the forces at t give and x by the new v: a leapfrog, of second order where v is
+  /// taken for the velocity half a step before x. This is what is missing to the velocity at t.
+  Vec6 half_step() const { return 0.5 * m()->opt.timestep * Eigen::Map<const Vec6>(d()->qacc); }
   void read_state() {
+    Vec6 v = Eigen::Map<const Vec6>(d()->qvel);
+    if (!held) v += half_step();
     state.p_WB = Eigen::Map<const Vec3>(d()->qpos);
     state.q_WB = Quat(d()->qpos[3], d()->qpos[4], d()->qpos[5], d()->qpos[6]);
-    state.v_WB_W = Eigen::Map<const Vec3>(d()->qvel);
-    state.w_WB_B = Eigen::Map<const Vec3>(d()->qvel + 3);
+    state.v_WB_W = v.head<3>();
+    state.w_WB_B = v.tail<3>();
   }
   /// Accelerations for the present state and forces; a held body is pushed along its rail.
   void forward(double t, double h) const {
@@ -84,9 +89,6 @@ struct MujocoPlant::Impl {
   void integrate() const {
     if (m()->opt.integrator == mjINT_IMPLICIT) return mj_step(m(), d());
     mj_Euler(m(), d());
-    // its position takes the new velocity for the whole step; the mean of both is exact under constant force
-    const double half = 0.5 * m()->opt.timestep * m()->opt.timestep;
-    Eigen::Map<Vec3>(d()->qpos) -= half * Eigen::Map<const Vec3>(d()->qacc);
   }
   /// What made mj_step put everything back to the beginning, which it does by itself; empty when nothing did.
   std::string what_restarted() const {
@@ -257,6 +259,7 @@ Status MujocoPlant::step(bool held) {
     k.held = held;
     k.put(held ? k.hold : k.state);
     k.forward(k.time(), 0);
+    if (!held) Eigen::Map<Vec6>(k.d()->qvel) -= k.half_step();
   }
   const double h = k.world.timestep, begin = k.time();
   const RigidState from = k.state;
@@ -282,7 +285,11 @@ Status MujocoPlant::step(bool held) {
     }
     k.motors.step(t, h);
     k.forces->advance(t, h);
+    // forces of the velocity see the one at t
+    const Vec6 late = Eigen::Map<const Vec6>(k.d()->qvel);
+    if (!held) Eigen::Map<Vec6>(k.d()->qvel) += k.half_step();
     k.forward(t, h);
+    Eigen::Map<Vec6>(k.d()->qvel) = late;
   }
   ++k.steps;
   k.read_state();
