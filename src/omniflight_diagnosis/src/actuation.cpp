@@ -335,15 +335,17 @@ void add_actuation(const std::vector<std::vector<ActuationFit>>& flights, Diagno
       nominal = a->nominal_lag_s;
     }
     const double tau_se = std::sqrt(tau_var), d_se = std::sqrt(d_var), difference = tau - nominal;
-    if (difference > std::max({4 * tau_se, 0.2 * nominal, 0.005})) {
+    // a shorter lag that a delay pays for is none
+    const double seen = difference > 0 ? difference : std::max(0.0, -difference - std::max(0.0, d));
+    if (seen > std::max({4 * tau_se, 0.2 * nominal, 0.005})) {
       lagging = true;
-      if (difference > extra_lag) extra_lag = difference, extra_lag_se = tau_se;
+      if (std::abs(difference) > std::abs(extra_lag)) extra_lag = difference, extra_lag_se = tau_se;
       std::snprintf(text, sizeof text,
                     "board %d follows its command with %.0f ms lag, the vehicle says %.0f ms", board,
                     1e3 * tau, 1e3 * nominal);
-      mismatch(text, std::erfc(difference / std::max(1e-6, tau_se) / std::sqrt(2.0)), fits);
+      mismatch(text, std::erfc(seen / std::max(1e-6, tau_se) / std::sqrt(2.0)), fits);
     }
-    // a delay that a shorter lag pays for is none
+    // nor is a delay that a shorter lag pays for
     if (d + std::min(0.0, difference) > std::max(4 * d_se, 0.004) && delay_effect &&
         static_cast<std::size_t>(board) < late.theta.size()) {
       delayed = true;
@@ -370,8 +372,8 @@ void add_actuation(const std::vector<std::vector<ActuationFit>>& flights, Diagno
     lag.parameters.push_back({p.name, p.symbol, p.unit, extra_lag, extra_lag - 1.96 * extra_lag_se,
                               extra_lag + 1.96 * extra_lag_se});
     std::snprintf(text, sizeof text,
-                  "The rotors follow their commands %.0f ms more slowly than the vehicle file says.",
-                  1e3 * extra_lag);
+                  "The rotors follow their commands %.0f ms more %s than the vehicle file says.",
+                  1e3 * std::abs(extra_lag), extra_lag > 0 ? "slowly" : "quickly");
     complete(lag, *lag_effect, text);
     diagnosis.model.push_back({lag_effect, {extra_lag}});
   }

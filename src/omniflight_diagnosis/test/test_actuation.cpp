@@ -87,6 +87,26 @@ TEST(Actuation, OneLateBoardIsFound) {
   EXPECT_EQ(d.findings[0].effect, "transport_delay");
 }
 
+TEST(Actuation, AQuickerMotorThanTheFileSaysIsFound) {
+  const vehicle::Vehicle v = omnimorph();
+  vehicle::Vehicle told = v;
+  const double tau = v.rotors[0].time_constant;
+  for (vehicle::Rotor& r : told.rotors) r.time_constant = tau + 0.02;
+  const auto fits = fit_actuation(answers(v, -1, 0, 0), told, whole());
+  ASSERT_EQ(fits.size(), 2u);
+  Diagnosis d;
+  add_actuation({fits}, d);
+  ASSERT_EQ(d.findings.size(), 1u);
+  EXPECT_EQ(d.findings[0].effect, "motor_lag");
+  EXPECT_NEAR(d.findings[0].parameters[0].value, -0.02, 0.001);
+  EXPECT_NE(d.findings[0].sentence.find("20 ms more quickly"), std::string::npos) << d.findings[0].sentence;
+  ASSERT_EQ(d.model.size(), 1u);
+  physics::Actuation a;
+  a.time_constant.assign(told.rotors.size(), told.rotors[0].time_constant);
+  d.model[0].effect->alter_actuation(told, d.model[0].theta.data(), a);
+  EXPECT_NEAR(a.time_constant[0], tau, 0.001) << "s, as the simulator would fly the model";
+}
+
 TEST(Actuation, AnotherClockIsNoDelay) {
   const vehicle::Vehicle v = omnimorph();
   Flight f = whole();

@@ -1,4 +1,4 @@
-// The rotors follow their command later than the model says: a longer time constant.
+// The rotors follow their command later than the model says, or sooner: another time constant.
 #include "effects/table.hpp"
 
 namespace omniflight::physics {
@@ -13,7 +13,7 @@ class MotorLag final : public Effect {
         .equation = "dOmega = (Omega_c - Omega)/(tau + tau_m)",
         .latex = R"(\dot\Omega = (\Omega_c-\Omega)/(\tau+\tau_m))",
         .source = "first-order motor model",
-        .parameters = {{"time_constant", "tau_m", "s", 0, 0.5, 0.03, 0, true}},
+        .parameters = {{"time_constant", "tau_m", "s", -0.5, 0.5, 0.03, 0, true}},
         .signals = {"rotor_speed", "rotor_command"},
         .channels = {"rotor_speed"},
         .stage = Stage::actuation,
