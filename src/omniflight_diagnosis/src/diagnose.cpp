@@ -9,6 +9,7 @@
 #include "bursts.hpp"
 #include "control_replay.hpp"
 #include "findings.hpp"
+#include "floor_height.hpp"
 #include "ground_law.hpp"
 #include "improvement.hpp"
 #include "instrument_estimate.hpp"
@@ -212,6 +213,9 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
       (list == &fitted ? flights : unseen).push_back(std::move(*f));
     }
   }
+  if (const auto height = hub_height(flights, vehicle, o))
+    for (auto* list : {&flights, &unseen})
+      for (Flight& f : *list) put_floor(*height, f);
   // a flight whose rotor speeds lie says nothing about the wrench
   std::vector<const Flight*> used;
   for (const Flight& f : flights)
@@ -263,7 +267,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   const bool offered = std::any_of(candidates.begin(), candidates.end(),
                                    [](const physics::Effect* e) { return e->info().id == "ground_effect"; });
   const double per_parameter = std::log(std::max(2.0, static_cast<double>(candidates.size())) / o.error_rate);
-  const bool grounded = offered && !blind && follows_ground_law(*all, naming.null_model, per_parameter, o);
+  const bool grounded = offered && !blind && follows_ground_law(*all, per_parameter, o);
   const auto cut = [&](const Burst& b) {  // what the floor does stays in
     return !(grounded && b.force.z() > 0 && is_low(all->situation(0), b.place.z()));
   };

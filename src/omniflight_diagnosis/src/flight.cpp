@@ -25,6 +25,19 @@ constexpr double kLeastTorqueLag = 0.0015;  // s: what a linear grid of some mil
 using recording::Recording;
 using recording::Signal;
 
+/// A vehicle's own model of its thrust says what settled rotors give, and it lifts off later: what follows on
+/// standing for three time constants of its slowest motor is standing.
+void spins_up(const vehicle::Vehicle& vehicle, double rate_hz, std::vector<char>& standing) {
+  double slowest = 0;
+  for (const vehicle::Rotor& r : vehicle.rotors) slowest = std::max(slowest, r.time_constant);
+  const auto most = static_cast<int>(3 * slowest * rate_hz);
+  int left = 0;
+  for (char& stands : standing) {
+    left = stands ? most : left - 1;
+    if (left > 0) stands = 1;
+  }
+}
+
 /// Fine grid on which raw signals are laid before filtering.
 struct Grid {
   double rate_hz = 0;
@@ -362,8 +375,12 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
     contact.known = false;
     std::fill(contact.resting.begin(), contact.resting.end(), 0);
   }
-  if (!o.floor_told && contact.known) environment.floor_z = contact.floor_z;
+  if (!o.floor_told && contact.known) {
+    f.stood_at = contact.height;
+    environment.floor_z = contact.height - kLeastHubHeight * mean_radius(vehicle);
+  }
   f.floor_z = environment.floor_z;
+  if (source->speed.name == "thrust_model") spins_up(vehicle, grid.rate_hz, contact.resting);
   exclude(contact.resting, grid, 0.1, "standing on the ground", use, f.excluded);
   exclude(contact.crashed, grid, 0.3, "crash", use, f.excluded);
 

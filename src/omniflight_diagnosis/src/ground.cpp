@@ -15,6 +15,12 @@ double lift_at(const Eigen::MatrixXd& speed, Eigen::Index i, const vehicle::Vehi
 
 }  // namespace
 
+double mean_radius(const vehicle::Vehicle& v) {
+  double radius = 0;
+  for (const auto& r : v.rotors) radius += r.radius / v.rotor_count();
+  return radius;
+}
+
 Ground find_ground(const Eigen::MatrixXd& p, bool has_position, const Eigen::MatrixXd& speed,
                    const Eigen::MatrixXd& force, const Eigen::MatrixXd& q, double rate_hz,
                    const vehicle::Vehicle& v, const Options& o) {
@@ -48,10 +54,8 @@ Ground find_ground(const Eigen::MatrixXd& p, bool has_position, const Eigen::Mat
     }
     if (windows > 0) {
       const double height = sum / windows;
-      double radius = 0;
-      for (const auto& r : v.rotors) radius += r.radius / v.rotor_count();
       g.known = true;
-      g.floor_z = height - 0.3 * radius;
+      g.height = height;
       // rolling, bouncing and lifting off: until a centimetre is between it and where it stood
       for (int pass = 0; pass < 2; ++pass)
         for (Eigen::Index k = 1; k < n; ++k) {

@@ -7,9 +7,15 @@ namespace omniflight::diagnosis {
 
 struct Ground {
   bool known = false;                  ///< it was seen standing
-  double floor_z = 0;                  ///< m, world height of the floor then
+  double height = 0;                   ///< m, world height of the body's frame then
   std::vector<char> resting, crashed;  ///< a sample
 };
+
+/// How far below a standing vehicle the floor is unless something says better [radii of its rotors].
+constexpr double kLeastHubHeight = 0.3;
+
+/// m, mean of the rotors.
+double mean_radius(const vehicle::Vehicle& vehicle);
 
 /// All matrices have one row a sample of a uniform grid: position [m], rotor speed [rad/s], specific force
 /// [m/s^2, body], attitude (w, x, y, z). Standing: nothing moves for 0.3 s and the rotors carry less than

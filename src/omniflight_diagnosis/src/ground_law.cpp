@@ -31,12 +31,13 @@ std::vector<std::pair<int, int>> passes_of(const Problem& p) {
 
 }  // namespace
 
-bool follows_ground_law(const Problem& problem, const Fit& without, double per_parameter, const Options& o) {
+bool follows_ground_law(const Problem& problem, double per_parameter, const Options& o) {
   const physics::Effect* effect = physics::find_effect("ground_effect");
   const auto passes = passes_of(problem);
   int low = 0;
   for (const auto& [begin, end] : passes) low += end - begin;
   if (!effect || passes.size() < 2 || 5 * low > 2 * problem.samples()) return false;
+  const Fit without = fit_effects(problem, {}, o);
   const Fit fit = fit_with(problem, without, *effect, o);
   if (at_limit(problem, fit.effects.back()) || fit.log_likelihood - without.log_likelihood < per_parameter)
     return false;

@@ -9,8 +9,7 @@ namespace omniflight::diagnosis {
 /// over whole flights. Here the passes close to the floor are asked one by one: the strength found on the
 /// others must predict half of the slow vertical force of each, taken together, on two passes or more that
 /// make up at most 40 % of the flight. The likelihood must rise by more than `per_parameter`, too.
-bool follows_ground_law(const Problem& problem, const Fit& without, double per_parameter,
-                        const Options& options);
+bool follows_ground_law(const Problem& problem, double per_parameter, const Options& options);
 
 /// The naming with the ground effect added, where it raises the likelihood by more than its price and stays
 /// within its limits; otherwise unchanged.

@@ -269,6 +269,50 @@ TEST(RealFlights, AWashOfNobodyIsAForceFromOutside) {
   EXPECT_NE(d->summary.find("downward force"), std::string::npos) << d->summary;
 }
 
+TEST(RealFlights, TakeOffsShowTheGroundEffectWithItsHeightLaw) {
+  if (!std::filesystem::exists(flights() / "crazyflie_pairs/takeoffS19_cf50_00.csv.gz"))
+    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
+  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+  auto v = vehicle::load_vehicle("crazyflie_brushed");
+  ASSERT_TRUE(v) << v.error().text();
+  for (const auto& [name, mass] : {std::pair{"takeoffS19_cf50_00", 0.033}, {"takeoffL19_cf101_00", 0.065}}) {
+    v->mass = mass;
+    for (vehicle::Rotor& r : v->rotors) r.max_thrust = 5 * mass;
+    const auto flight = load_one_of_two(name, "");
+    const auto d = diagnose(std::span(&flight, 1), {}, *v, {});
+    ASSERT_TRUE(d) << d.error().text();
+    EXPECT_TRUE(named(*d, "ground_effect")) << name << ": " << d->summary;
+    for (const Unexplained& u : d->unexplained) EXPECT_NE(u.channel, "Fz") << name << ": " << d->summary;
+    for (const ChannelFit& c : d->fit.in_sample)
+      if (c.channel == "Fz") {
+        RecordProperty(std::string("Fz_ratio_") + name, std::to_string(c.rms_after / c.rms_before));
+        EXPECT_LT(c.rms_after, 0.7 * c.rms_before) << name;
+      }
+  }
+}
+
+TEST(RealFlights, AMotorThatIsSlowerOrQuickerThanTheFileIsNamed) {
+  if (!std::filesystem::exists(flights() / "crazyflie_brushless/eckart01"))
+    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
+  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+  auto v = vehicle::load_vehicle("crazyflie_brushless");
+  ASSERT_TRUE(v) << v.error().text();
+  for (const auto& [name, told] :
+       {std::pair{"eckart01", 0.015}, {"eckart08", 0.015}, {"eckart18", 0.015}, {"eckart18", 0.07}}) {
+    for (vehicle::Rotor& r : v->rotors) r.time_constant = told;
+    const auto flight = load_all({std::string("crazyflie_brushless/") + name});
+    const auto d = diagnose(flight, {}, *v, {});
+    ASSERT_TRUE(d) << d.error().text();
+    const auto value = [&](const char* effect) {
+      for (const Finding& f : d->findings)
+        if (f.effect == effect) return f.parameters[0].value;
+      return 0.0;
+    };
+    EXPECT_NEAR(told + value("motor_lag"), 0.036, 0.004) << name << ": " << d->summary;
+    if (told < 0.03) EXPECT_NEAR(value("transport_delay"), 0.005, 0.002) << name << ": " << d->summary;
+  }
+}
+
 TEST(RealFlights, AStuckSpeedSensorIsNamed) {
   if (!std::filesystem::exists(flights() / "crazyflie_brushed/jana20"))
     GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";

@@ -62,6 +62,8 @@ struct Flight {
       log_voltage;  ///< of a modelled thrust: ln of mean speed and voltage over their means
   std::vector<Alignment> alignment;
   double floor_z = 0;  ///< m, as used
+  std::optional<double>
+      stood_at;  ///< m, height of the body's frame while it stood; empty: floor told, or never
 
   int size() const { return static_cast<int>(t.size()); }
   int usable() const;
