@@ -8,6 +8,7 @@
 #include "omniflight_core/frames.hpp"
 #include "omniflight_physics/effect.hpp"
 #include "quantisation.hpp"
+#include "rotor_limits.hpp"
 #include "statistics.hpp"
 #include "text.hpp"
 
@@ -336,7 +337,8 @@ void add_agreement(const Recording& r, const vehicle::Vehicle& vehicle, const Op
                        [&](const Finding& f) { return f.effect == id; });
   };
   judge_steps(r, d);
-  if (!named("rotor_speed_sensor_fault")) judge_speeds(r, d);
+  add_rotor_limits(r, vehicle, d);
+  if (!named("rotor_speed_sensor_fault") && !named("actuator_saturation")) judge_speeds(r, d);
   if (vehicle.tilt.kind != vehicle::TiltKind::none && !named("tilt_servo_lag"))
     judge_tilt(r, vehicle.tilt.rate, d);
   judge_gyro(r, o, d);

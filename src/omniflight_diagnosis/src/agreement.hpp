@@ -6,11 +6,11 @@
 
 namespace omniflight::diagnosis {
 
-/// Findings battery_sag (all rotors turn slower than ordered, or their duty cycle sets a share of the
-/// voltage), rotor_speed_sensor_fault (one does, by its own telemetry), tilt_servo_lag, command_quantisation
-/// and gyro_error (a bias against the measured attitude), each with its mismatch. All are judged on means
-/// over blocks of some seconds, whose scatter gives the standard errors. Signals that are missing are passed
-/// over.
+/// Findings actuator_saturation and thrust_dead_zone (limits of the rotors), battery_sag (all rotors turn
+/// slower than ordered, or their duty cycle sets a share of the voltage), rotor_speed_sensor_fault (one does,
+/// by its own telemetry), tilt_servo_lag, command_quantisation and gyro_error (a bias against the measured
+/// attitude), each with its mismatch. All are judged on means over blocks of some seconds, whose scatter
+/// gives the standard errors. Signals that are missing are passed over.
 void add_agreement(const recording::Recording& recording, const vehicle::Vehicle& vehicle,
                    const Options& options, Diagnosis& diagnosis);
 

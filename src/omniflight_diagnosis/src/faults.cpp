@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "quantisation.hpp"
+#include "rotor_limits.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -80,12 +81,13 @@ bool voltage_never_changes(const recording::Recording& r) {
 std::vector<SensorFault> find_sensor_faults(const recording::Recording& recording) {
   std::vector<SensorFault> faults;
   if (const recording::Signal* speed = recording.find("rotor_speed"); speed && speed->width() >= 2) {
+    const RotorLimits limits = rotor_limits(recording);  // what stands at one is no broken sensor
     std::vector<std::vector<char>> columns;
     for (Eigen::Index c = 0; c < speed->width(); ++c) columns.push_back(stuck(*speed, c, 0.2));
     for (std::size_t c = 0; c < columns.size(); ++c) {
       int bad = 0;  // stuck while at least half of the others move
       for (std::size_t i = 0; i < columns[c].size(); ++i) {
-        if (!columns[c][i]) continue;
+        if (!columns[c][i] || (!limits.held.empty() && limits.held[c][i])) continue;
         std::size_t moving = 0;
         for (const auto& other : columns) moving += !other[i];
         bad += 2 * moving >= columns.size() - 1;

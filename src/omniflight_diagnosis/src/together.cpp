@@ -46,6 +46,10 @@ void add_recording(const Diagnosis& one, const std::string& file, Diagnosis& all
     all.findings.push_back(f);
     all.findings.back().recordings = {file};
   }
+  for (const physics::ActiveEffect& e : one.model)
+    if (std::none_of(all.model.begin(), all.model.end(),
+                     [&](const physics::ActiveEffect& known) { return known.effect == e.effect; }))
+      all.model.push_back(e);
   for (const Mismatch& m : one.mismatch) {
     Mismatch* known = merged(all.mismatch, same_place, m);
     if (!known) {

@@ -9,7 +9,7 @@ namespace omniflight::diagnosis {
 Input input_of(const recording::Recording& recording);
 
 /// Adds findings, mismatches and the pairs to separate that one recording shows. What another one has shown
-/// already becomes the same finding, with both named and the words of both.
+/// already becomes the same finding, with both named and the words of both; its effects join the model once.
 void add_recording(const Diagnosis& one, const std::string& file, Diagnosis& all);
 
 /// The answer about a recording that cannot be believed.

@@ -1,0 +1,140 @@
+#include "rotor_limits.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "findings.hpp"
+#include "text.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+using recording::Signal;
+
+constexpr double kLasts = 0.1;     // s: longer than motors take to follow
+constexpr double kAtLeast = 0.2;   // s, summed over the rotors
+constexpr double kBeyond = 1.01;   // a command's size over that of the speed
+constexpr double kPlateau = 0.01;  // of a ceiling: rotors differ by that much
+constexpr double kAtRest = 0.05;   // of a command
+constexpr double kTurns = 0.5;
+constexpr double kLeastDead = 10;  // rad/s
+
+enum class Does { else_, beyond, rests, follows };
+
+/// What a rotor does at a sample with this command.
+Does doing(double u, double w) {
+  if (!std::isfinite(u) || !std::isfinite(w) || u == 0) return Does::else_;
+  if (std::abs(w) <= kAtRest * std::abs(u)) return Does::rests;
+  if (u * w < 0 || std::abs(w) < kTurns * std::abs(u)) return Does::else_;
+  return std::abs(u) > kBeyond * std::abs(w) ? Does::beyond : Does::follows;
+}
+
+struct Sample {
+  Eigen::Index row, rotor;
+  double command, speed;  ///< sizes, rad/s
+};
+
+/// Samples by what their rotor has been doing for a while.
+struct Lasting {
+  std::vector<Sample> beyond, rests, turns;
+};
+
+Lasting lasting(const Signal& speed, const Eigen::MatrixXd& ordered) {
+  Lasting out;
+  for (Eigen::Index r = 0; r < speed.width(); ++r) {
+    Does last = Does::else_, last_turning = Does::else_;
+    double since = 0, turns_since = 0;
+    for (Eigen::Index i = 0; i < speed.size(); ++i) {
+      const double t = speed.t_s[static_cast<std::size_t>(i)];
+      const Sample s{i, r, std::abs(ordered(i, r)), std::abs(speed.values(i, r))};
+      const Does now = doing(ordered(i, r), speed.values(i, r));
+      const Does turning = now == Does::beyond || now == Does::follows ? Does::follows : now;
+      if (now != last) last = now, since = t;
+      if (turning != last_turning) last_turning = turning, turns_since = t;
+      if (now == Does::beyond && t - since > kLasts) out.beyond.push_back(s);
+      if (now == Does::rests && t - since > kLasts) out.rests.push_back(s);
+      if (turning == Does::follows && t - turns_since > kLasts) out.turns.push_back(s);
+    }
+  }
+  return out;
+}
+
+double quantile(const std::vector<Sample>& samples, double Sample::* of, double share) {
+  std::vector<double> x;
+  for (const Sample& s : samples) x.push_back(s.*of);
+  const auto k = static_cast<std::size_t>(share * static_cast<double>(x.size() - 1));
+  std::nth_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(k), x.end());
+  return x[k];
+}
+
+std::optional<LimitSpeed> ceiling_of(const Lasting& l, double period) {
+  if (static_cast<double>(l.beyond.size()) * period < kAtLeast) return {};
+  const double from = quantile(l.beyond, &Sample::speed, 0.1), to = quantile(l.beyond, &Sample::speed, 0.9),
+               middle = quantile(l.beyond, &Sample::speed, 0.5);
+  const double highest = std::max(to, quantile(l.turns, &Sample::speed, 0.999));
+  if (to - from > kPlateau * middle || highest > (1 + kPlateau) * middle) return {};
+  constexpr double kKnown = 0.5 * kPlateau;
+  return LimitSpeed{middle, (1 - kKnown) * from, (1 + kKnown) * to,
+                    static_cast<double>(l.beyond.size()) * period};
+}
+
+std::optional<LimitSpeed> dead_of(const Lasting& l, double period) {
+  if (static_cast<double>(l.rests.size()) * period < kAtLeast || l.turns.empty()) return {};
+  const double most = quantile(l.rests, &Sample::command, 0.98),
+               least = quantile(l.turns, &Sample::command, 0.02);
+  if (most < kLeastDead || least < 0.9 * most) return {};
+  const double beyond = std::max(most, least);
+  constexpr double kKnown = 0.02;  // a command is known between two samples
+  return LimitSpeed{0.5 * (most + beyond), (1 - kKnown) * most, (1 + kKnown) * beyond,
+                    static_cast<double>(l.rests.size()) * period};
+}
+
+}  // namespace
+
+RotorLimits rotor_limits(const recording::Recording& r) {
+  RotorLimits out;
+  const Signal *speed = r.find("rotor_speed"), *command = r.find("rotor_command");
+  if (!speed || !command || speed->size() < 100 || command->empty() || speed->width() != command->width())
+    return out;
+  const Lasting l = lasting(*speed, recording::resample(*command, speed->t_s, 0.1));
+  out.ceiling = ceiling_of(l, speed->median_period_s());
+  out.dead = dead_of(l, speed->median_period_s());
+  out.held.assign(static_cast<std::size_t>(speed->width()),
+                  std::vector<char>(static_cast<std::size_t>(speed->size()), 0));
+  const auto hold = [&](const std::vector<Sample>& samples) {
+    for (const Sample& s : samples)
+      out.held[static_cast<std::size_t>(s.rotor)][static_cast<std::size_t>(s.row)] = 1;
+  };
+  if (out.ceiling) hold(l.beyond);
+  if (out.dead) hold(l.rests);
+  return out;
+}
+
+void add_rotor_limits(const recording::Recording& r, const vehicle::Vehicle& vehicle, Diagnosis& d) {
+  const RotorLimits limits = rotor_limits(r);
+  double largest = 0;
+  for (const vehicle::Rotor& rotor : vehicle.rotors) largest = std::max(largest, rotor.max_speed());
+  if (limits.ceiling && limits.ceiling->to < (1 - kPlateau) * largest) {
+    const LimitSpeed& c = *limits.ceiling;
+    const auto loss = [&](double speed) { return 1 - speed * speed / (largest * largest); };
+    add_sensor(d, "actuator_saturation", "rotor_speed", "rad/s",
+               format("No rotor turns quicker than %.4g rad/s, whatever it is ordered; the vehicle file says "
+                      "%.4g rad/s. %.0f %% of the largest thrust are missing.",
+                      c.value, largest, 100 * loss(c.value)),
+               {{"limit_loss", "l", "1", loss(c.value), loss(c.to), loss(c.from)}}, largest - c.value,
+               0.5 * kPlateau * c.value);
+    const physics::Effect* effect = physics::find_effect("actuator_saturation");
+    d.model.push_back({effect, {loss(c.value), effect->info().parameters[1].neutral}});
+  }
+  if (limits.dead) {
+    const LimitSpeed& z = *limits.dead;
+    add_sensor(
+        d, "thrust_dead_zone", "rotor_speed", "rad/s",
+        format("Rotors stand still where they are ordered to turn slower than %.3g rad/s.", z.value),
+        {{"dead_speed", "Omega_min", "rad/s", z.value, z.from, z.to}}, z.value,
+        std::max(1.0, 0.5 * (z.to - z.from)));
+    d.model.push_back({physics::find_effect("thrust_dead_zone"), {z.value, 0.0}});
+  }
+}
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,32 @@
+// What rotors cannot do, by their commands and their speeds: turn quicker than a ceiling, or slowly.
+#pragma once
+
+#include <optional>
+
+#include "omniflight_diagnosis/diagnosis.hpp"
+
+namespace omniflight::diagnosis {
+
+/// A speed [rad/s] with what bounds it on both sides.
+struct LimitSpeed {
+  double value = 0, from = 0, to = 0;
+  double seconds = 0;  ///< of the flight, summed over the rotors
+};
+
+struct RotorLimits {
+  std::optional<LimitSpeed> ceiling;  ///< speeds that all rotors keep to when they are ordered beyond
+  std::optional<LimitSpeed> dead;     ///< commands up to this leave every rotor at rest
+  /// A rotor, a sample of the speeds: it stands at one of these limits, as it was ordered beyond.
+  std::vector<std::vector<char>> held;
+};
+
+/// Judged where a command has lasted for .1 s. A limit must hold for .2 s, and for every rotor: a battery that
+/// gives way, a motor that fails or a sensor that is stuck shows none. Empty without rotor_speed and
+/// rotor_command of one width.
+RotorLimits rotor_limits(const recording::Recording& recording);
+
+/// Findings actuator_saturation (below the largest speed of the vehicle file) and thrust_dead_zone, with their
+/// mismatch and the effects for the model.
+void add_rotor_limits(const recording::Recording& recording, const vehicle::Vehicle& vehicle, Diagnosis& d);
+
+}  // namespace omniflight::diagnosis
