@@ -97,6 +97,28 @@ class MujocoPlant(system.SystemTest):
         for words in ("Hung mass over height", "going down", "going up", f"{100 * check['hysteresis']:.1f} %"):
             self.assertIn(words, page)
 
+    def test_torques_of_a_vehicle_that_rocks_are_those_of_its_rotors(self):
+        # half a step between gyro and rotors would be 0.6 mN m; such flights are what a diagnosis proposes
+        for sensors, most in (("ideal", 1e-4), ("laboratory", 7e-4)):
+            self.fly(self.rocking_mission(), "--plant", "mujoco", "--sensors", sensors, out=sensors)
+            self.run_command("diagnose", f"{sensors}/flight.mcap", "--vehicle", "omnimorph", "--out", "d", "--quiet",
+                             timeout=80)
+            found = self.json("d/diagnosis.json")
+            self.assertEqual(found["verdict"], "nothing_missing", found["summary"])
+            rms = {c["channel"]: c["rms_before"] for c in found["fit"]["in_sample"]}
+            print(f"\n{sensors}: torque unexplained {1e3 * rms['Mx']:.3f}, {1e3 * rms['My']:.3f} mN m")
+            self.assertLess(max(rms["Mx"], rms["My"]), most)
+
+    def rocking_mission(self):
+        turns = [f"  - {{by: [0, 0, 0], attitude: {{rpy_deg: [{', '.join(str(28 * (-1) ** k * (axis == i)) for i in range(3))}]}},"
+                 " hold_s: 0}" for axis in range(3) for k in range(16)]
+        return self.write("rocking.yaml", "\n".join((
+            "schema: omniflight.mission/1", "name: rocking", "vehicle: omnimorph", "test_bed: pyramid", "alpha_deg: 43",
+            "clearance_m: 0.08", "seed: 1", "budget_ms: 2000",
+            "limits: {speed_mps: 0.4, acceleration_mps2: 0.5, rate_dps: 212, angular_acceleration_dps2: 1320,"
+            " rotor_headroom: 0.1}",
+            "start: {position: [0, 0, 1], attitude: {rpy_deg: [0, 0, 0]}, hold_s: 3}", "waypoints:", *turns, "")))
+
     def test_agrees_with_the_simulator_on_trajectory_1(self):
         self.crosscheck("trajectory_1")
 

@@ -12,6 +12,9 @@ namespace {
 
 constexpr int kMostTerms = 5;
 constexpr double kError = 0.002;  // chance of one false term, all candidates together
+// RMS of a term over the natural size of its channel: filters, grid and derivatives leave 1.5e-5 of a flight
+// that is exact
+constexpr double kAccuracy = 5e-5;
 
 using physics::Feature;
 using physics::Quantity;
@@ -206,6 +209,11 @@ std::vector<Term> select_terms(const Problem& problem, const Eigen::VectorXd& re
   std::vector<Candidate> all = candidates_of(problem);
   for (Candidate& f : waves(problem)) all.push_back(std::move(f));
   const auto count = static_cast<Eigen::Index>(all.size());
+  Eigen::VectorXd spreads(count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const auto& x = all[static_cast<std::size_t>(k)].x;
+    spreads[k] = (x.array() - x.mean()).matrix().norm() / std::sqrt(static_cast<double>(n));
+  }
   // sines: half a line apart, up to a fifth of the sampling rate
   double duration = 0;
   for (const Run& run : problem.runs()) duration = std::max(duration, (run.end - run.begin) / o.grid_hz);
@@ -254,6 +262,7 @@ std::vector<Term> select_terms(const Problem& problem, const Eigen::VectorXd& re
           if (!(size > 1e-6 * x.squaredNorm())) continue;
           const double along = x.dot(rest), gain = 0.5 * along * along / size;
           if (gain <= best.gain) continue;
+          if (std::abs(along / size) * spreads[k] < kAccuracy * problem.scale(c)) continue;
           best = {c,    world,        f.words, f.variables, f.even,
                   gain, along / size, f.unit,  0,           f.x.array() - f.x.mean(),
                   {}};
@@ -268,6 +277,7 @@ std::vector<Term> select_terms(const Problem& problem, const Eigen::VectorXd& re
           const double gain = (a[k] * a[k] + b[k] * b[k]) / level[k] - 1;  // two numbers
           if (gain <= best.gain) continue;
           const double p = 2.0 / n * cosine.col(k).dot(raw), q = 2.0 / n * sine.col(k).dot(raw);
+          if (std::hypot(p, q) / std::sqrt(2.0) < kAccuracy * problem.scale(c)) continue;
           best = {c,
                   world,
                   "time, pulsating",

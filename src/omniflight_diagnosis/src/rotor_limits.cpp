@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "findings.hpp"
+#include "omniflight_diagnosis/residual.hpp"
 #include "text.hpp"
 
 namespace omniflight::diagnosis {
@@ -17,7 +18,9 @@ constexpr double kBeyond = 1.01;   // a command's size over that of the speed
 constexpr double kPlateau = 0.01;  // of a ceiling: rotors differ by that much
 constexpr double kAtRest = 0.05;   // of a command
 constexpr double kTurns = 0.5;
-constexpr double kLeastDead = 10;  // rad/s
+constexpr double kLeastDead = 10;       // rad/s
+constexpr double kInPassing = 0.85;     // of a dead zone
+constexpr Eigen::Index kReadings = 10;  // of speeds in passing
 
 enum class Does { else_, beyond, rests, follows };
 
@@ -30,8 +33,8 @@ Does doing(double u, double w) {
 }
 
 struct Sample {
-  Eigen::Index row, rotor;
-  double command, speed;  ///< sizes, rad/s
+  Eigen::Index row, since, rotor;  ///< it has been doing that since an earlier row
+  double command, speed;           ///< sizes, rad/s
 };
 
 /// Samples by what their rotor has been doing for a while.
@@ -43,23 +46,26 @@ Lasting lasting(const Signal& speed, const Eigen::MatrixXd& ordered) {
   Lasting out;
   for (Eigen::Index r = 0; r < speed.width(); ++r) {
     Does last = Does::else_, last_turning = Does::else_;
-    double since = 0, turns_since = 0;
+    Eigen::Index since = 0, turns_since = 0;
+    const auto lasts = [&](Eigen::Index from, Eigen::Index to) {
+      return speed.t_s[static_cast<std::size_t>(to)] - speed.t_s[static_cast<std::size_t>(from)] > kLasts;
+    };
     for (Eigen::Index i = 0; i < speed.size(); ++i) {
-      const double t = speed.t_s[static_cast<std::size_t>(i)];
-      const Sample s{i, r, std::abs(ordered(i, r)), std::abs(speed.values(i, r))};
+      Sample s{i, i, r, std::abs(ordered(i, r)), std::abs(speed.values(i, r))};
       const Does now = doing(ordered(i, r), speed.values(i, r));
       const Does turning = now == Does::beyond || now == Does::follows ? Does::follows : now;
-      if (now != last) last = now, since = t;
-      if (turning != last_turning) last_turning = turning, turns_since = t;
-      if (now == Does::beyond && t - since > kLasts) out.beyond.push_back(s);
-      if (now == Does::rests && t - since > kLasts) out.rests.push_back(s);
-      if (turning == Does::follows && t - turns_since > kLasts) out.turns.push_back(s);
+      if (now != last) last = now, since = i;
+      if (turning != last_turning) last_turning = turning, turns_since = i;
+      s.since = since;
+      if (now == Does::beyond && lasts(since, i)) out.beyond.push_back(s);
+      if (now == Does::rests && lasts(since, i)) out.rests.push_back(s);
+      if (turning == Does::follows && lasts(turns_since, i)) out.turns.push_back(s);
     }
   }
   return out;
 }
 
-double quantile(const std::vector<Sample>& samples, double Sample::* of, double share) {
+double quantile(const std::vector<Sample>& samples, double Sample::*of, double share) {
   std::vector<double> x;
   for (const Sample& s : samples) x.push_back(s.*of);
   const auto k = static_cast<std::size_t>(share * static_cast<double>(x.size() - 1));
@@ -99,15 +105,50 @@ RotorLimits rotor_limits(const recording::Recording& r) {
   const Lasting l = lasting(*speed, recording::resample(*command, speed->t_s, 0.1));
   out.ceiling = ceiling_of(l, speed->median_period_s());
   out.dead = dead_of(l, speed->median_period_s());
+  if (out.dead) {
+    const auto slow = [&](double w) {
+      return w > kAtRest * out.dead->from && w < kInPassing * out.dead->from;
+    };
+    out.reads_slower = speed->values.array().abs().unaryExpr(slow).count() >= kReadings;
+  }
   out.held.assign(static_cast<std::size_t>(speed->width()),
                   std::vector<char>(static_cast<std::size_t>(speed->size()), 0));
   const auto hold = [&](const std::vector<Sample>& samples) {
-    for (const Sample& s : samples)
-      out.held[static_cast<std::size_t>(s.rotor)][static_cast<std::size_t>(s.row)] = 1;
+    for (const Sample& s : samples) {
+      auto& held = out.held[static_cast<std::size_t>(s.rotor)];
+      for (Eigen::Index i = s.row; i >= s.since && !held[static_cast<std::size_t>(i)]; --i)
+        held[static_cast<std::size_t>(i)] = 1;
+    }
   };
   if (out.ceiling) hold(l.beyond);
   if (out.dead) hold(l.rests);
   return out;
+}
+
+std::optional<double> fill_slow_readings(const recording::Recording& r, const vehicle::Vehicle& vehicle,
+                                         Signal& speed) {
+  const RotorLimits limits = rotor_limits(r);
+  if (!limits.dead || limits.reads_slower) return {};
+  Signal turning = *r.find("rotor_command");
+  for (Eigen::Index k = 0; k < turning.width(); ++k) {
+    const double tau = vehicle.rotors[static_cast<std::size_t>(k)].time_constant;
+    double asked = turning.values(0, k), turns = asked;
+    for (Eigen::Index i = 1; i < turning.size(); ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      if (!std::isfinite(turns)) turns = asked;
+      if (std::isfinite(asked))
+        turns = lagged_speed(turns, asked, tau, turning.t_s[at] - turning.t_s[at - 1]);
+      asked = turning.values(i, k);
+      turning.values(i, k) = turns;
+    }
+  }
+  const Eigen::MatrixXd ordered = recording::resample(turning, speed.t_s, 0.1);
+  const double slowest = (speed.values.array() == 0).select(1e300, speed.values.array().abs()).minCoeff();
+  for (Eigen::Index k = 0; k < speed.width(); ++k)
+    for (Eigen::Index i = 0; i < speed.size(); ++i)
+      if (speed.values(i, k) == 0 && std::isfinite(ordered(i, k)))
+        speed.values(i, k) = std::clamp(ordered(i, k), -slowest, slowest);
+  return slowest;
 }
 
 void add_rotor_limits(const recording::Recording& r, const vehicle::Vehicle& vehicle, Diagnosis& d) {
@@ -126,13 +167,12 @@ void add_rotor_limits(const recording::Recording& r, const vehicle::Vehicle& veh
     const physics::Effect* effect = physics::find_effect("actuator_saturation");
     d.model.push_back({effect, {loss(c.value), effect->info().parameters[1].neutral}});
   }
-  if (limits.dead) {
+  if (limits.dead && limits.reads_slower) {
     const LimitSpeed& z = *limits.dead;
-    add_sensor(
-        d, "thrust_dead_zone", "rotor_speed", "rad/s",
-        format("Rotors stand still where they are ordered to turn slower than %.3g rad/s.", z.value),
-        {{"dead_speed", "Omega_min", "rad/s", z.value, z.from, z.to}}, z.value,
-        std::max(1.0, 0.5 * (z.to - z.from)));
+    add_sensor(d, "thrust_dead_zone", "rotor_speed", "rad/s",
+               format("Rotors stand still where they are ordered to turn slower than %.3g rad/s.", z.value),
+               {{"dead_speed", "Omega_min", "rad/s", z.value, z.from, z.to}}, z.value,
+               std::max(1.0, 0.5 * (z.to - z.from)));
     d.model.push_back({physics::find_effect("thrust_dead_zone"), {z.value, 0.0}});
   }
 }

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rotor_limits.hpp"
+#include "text.hpp"
+
 namespace omniflight::diagnosis {
 namespace {
 
@@ -32,6 +35,11 @@ std::optional<ThrustSource> thrust_source(const recording::Recording& r, const v
   const auto fits = [&](const recording::Signal* s) { return s && s->width() == vehicle.rotor_count(); };
   if (const auto* s = r.find("rotor_speed"); fits(s)) {
     out.speed = *s;
+    if (const auto slowest = fill_slow_readings(r, vehicle, out.speed))
+      out.note = format(
+          "The telemetry reads no rotor slower than %.3g rad/s: such rotors are taken to follow "
+          "their commands.",
+          *slowest);
     return out;
   }
   if (const auto* s = r.find("rotor_command"); fits(s)) {

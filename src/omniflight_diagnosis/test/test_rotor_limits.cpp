@@ -89,6 +89,15 @@ TEST(RotorLimits, ADeadZoneIsNamedWithItsSpeed) {
   EXPECT_EQ(broken(r), "");
 }
 
+TEST(RotorLimits, TelemetryThatReadsNoSlowRotorIsNoDeadZone) {
+  const vehicle::Vehicle v = test::omnimorph();
+  auto r = flown(v, [](double u, int, double) { return u; });
+  auto& speed = r.signals["rotor_speed"].values;
+  speed = (speed.array().abs() < 143).select(0.0, speed);
+  EXPECT_EQ(found(r, v), "");
+  EXPECT_EQ(broken(r), "") << "and no broken sensor";
+}
+
 TEST(RotorLimits, WhatIsNoLimitIsNone) {
   const vehicle::Vehicle v = test::omnimorph();
   EXPECT_EQ(found(flown(v, [](double u, int, double) { return u; }), v), "");
