@@ -122,7 +122,7 @@ Result<std::string> told(const FlightOptions& o, const Setup& s) {
   auto defaults = files::YamlReader::load(s.defaults);
   if (!defaults) return Failure(defaults.error());
   auto usual = defaults->child("controller").child("ros__parameters");
-  std::string gains, biases;
+  std::string gains, known;
   for (const auto& [gain, unit] : {std::pair{"kp", "1/s2"},
                                    {"kv", "1/s"},
                                    {"ki", "1/s3"},
@@ -143,15 +143,21 @@ Result<std::string> told(const FlightOptions& o, const Setup& s) {
     auto yaml = files::YamlReader::load(s.sensors);
     if (!yaml) return Failure(yaml.error());
     const simulation::SensorConfig sensors = simulation::read_sensor_config(*yaml);
-    const auto tell = [&](const char* sensor, const char* key, const Vec3& bias) {
-      if (const double most = bias.cwiseAbs().maxCoeff(); most > 0)
-        biases += fmt::format("  {}: {{{}: {:.10g}}}  # at most\n", sensor, key, most);
-    };
-    tell("accelerometer", "bias_mps2", sensors.accelerometer_bias);
-    tell("gyro", "bias_radps", sensors.gyro_bias);
+    const auto most = [](const Vec3& v) { return v.cwiseAbs().maxCoeff(); };
+    std::string accelerometer;
+    for (const auto& [key, value] : {std::pair{"bias_mps2", most(sensors.accelerometer_bias)},
+                                     {"scale", most(sensors.accelerometer_scale)},
+                                     {"misalignment_rad", most(sensors.accelerometer_misalignment)}})
+      if (value > 0)
+        accelerometer += fmt::format("{}{}: {:.10g}", accelerometer.empty() ? "" : ", ", key, value);
+    if (!accelerometer.empty()) known += "  accelerometer: {" + accelerometer + "}  # at most\n";
+    if (const double bias = most(sensors.gyro_bias); bias > 0)
+      known += fmt::format("  gyro: {{bias_radps: {:.10g}}}  # at most\n", bias);
+    if (!sensors.imu_position.isZero())
+      known += "  imu: {position_m: " + in_brackets(sensors.imu_position) + "}  # in the body\n";
   }
   return "# What is known beside the recording of this flight; omniflight diagnose reads it by itself.\n" +
-         (biases.empty() ? "" : "sensors:\n" + biases) + "controller: {" + gains + "}\n";
+         (known.empty() ? "" : "sensors:\n" + known) + "controller: {" + gains + "}\n";
 }
 
 namespace {

@@ -170,7 +170,9 @@ Solution solve(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Eigen::
 double tolerated(const Group& g, int k, const Options& o) {
   if (g.first == 3) return o.tolerance.world_force;
   if (g.first == 5) return kLeastLever / 3.5;
-  return k < 2 ? o.tolerance.accelerometer_lateral : o.tolerance.accelerometer_vertical;
+  const double turned = o.tolerance.accelerometer_scale + o.tolerance.accelerometer_misalignment;
+  return std::hypot(k < 2 ? o.tolerance.accelerometer_lateral : o.tolerance.accelerometer_vertical,
+                    turned * o.environment.gravity);
 }
 
 bool among(const std::vector<Group>& groups, const Group& g) {

@@ -6,6 +6,8 @@ namespace omniflight::diagnosis {
 
 namespace {
 
+constexpr double kLeastTurn = 1e-5;  ///< 1 and rad: an offset needs some tolerance
+
 /// How fast the rotors' wrench changes with their speeds [N/s, Nm/s].
 Vec6 rotor_wrench_rate(const physics::Situation& s) {
   physics::Situation rate = s;
@@ -100,6 +102,16 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
   offset_names_.emplace_back("rotor_clock");
   offset_sigma_.conservativeResize(clock + 1);
   offset_sigma_[clock] = tol.rotor_clock;
+  const Eigen::Index axes = offset_sigma_.size();
+  const bool turned = biased && (tol.accelerometer_scale > 0 || tol.accelerometer_misalignment > 0);
+  if (turned) {
+    for (const char* name :
+         {"acc_scale_x", "acc_scale_y", "acc_scale_z", "acc_turn_x", "acc_turn_y", "acc_turn_z"})
+      offset_names_.push_back(name);
+    offset_sigma_.conservativeResize(axes + 6);
+    offset_sigma_.segment(axes, 3).setConstant(std::max(kLeastTurn, tol.accelerometer_scale));
+    offset_sigma_.tail<3>().setConstant(std::max(kLeastTurn, tol.accelerometer_misalignment));
+  }
   // a thrust that is only modelled: scale, exponent and voltage are known roughly
   const bool modelled = flight_count_ > 0 && flights[0]->thrust_modelled;
   forces_only_ = modelled;
@@ -145,6 +157,12 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
         for (int k = 0; k < 3; ++k) offsets_(row, 4 + k) = weight * s.R_WB(k, c);
       if (c < 3 && biased) offsets_(row, 7 + c) = vehicle.mass;
       offsets_(row, clock) = rate[c];
+      if (c < 3 && turned) {
+        // of what the rotors give: the measured force has the disturbances of the residual in it
+        const Vec3 force = rotors.head<3>();
+        offsets_(row, axes + c) = force[c];
+        for (int k = 0; k < 3; ++k) offsets_(row, axes + 3 + k) = Vec3::Unit(k).cross(force)[c];
+      }
       if (modelled) {
         offsets_(row, first_model) = rotors[c] * drive[static_cast<std::size_t>(i)][0];
         offsets_(row, first_model + 1) = rotors[c] * drive[static_cast<std::size_t>(i)][1];

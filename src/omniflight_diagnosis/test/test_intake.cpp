@@ -118,6 +118,10 @@ TEST(Intake, TakesWhatIsToldAndRefusesWhatIsNoNumber) {
   const auto bad = load_told(path);
   ASSERT_FALSE(bad);
   EXPECT_NE(bad.error().text().find("environment.floor_z_m"), std::string::npos) << bad.error().text();
+  std::ofstream(path) << "sensors: {imu: {position_m: 0.02}}\n";
+  const auto one = load_told(path);
+  ASSERT_FALSE(one) << "a place has three numbers";
+  EXPECT_NE(one.error().text().find("position_m"), std::string::npos) << one.error().text();
 }
 
 TEST(Intake, TakesEveryThingThatAToldFileMayState) {
@@ -126,7 +130,8 @@ TEST(Intake, TakesEveryThingThatAToldFileMayState) {
   std::ofstream(path)
       << "rates_hz: {imu: 250, mocap: 125.5, rotor_speed: 100}\n"
          "sensors:\n"
-         "  accelerometer: {noise_rms_mps2: 0.08, bias_mps2: 0.03}\n"
+         "  accelerometer: {noise_rms_mps2: 0.08, bias_mps2: 0.03, scale: 0.004, misalignment_rad: 0.006}\n"
+         "  imu: {position_m: [0.02, -0.01, 0.015]}\n"
          "  gyro: {noise_rms_radps: 0.004, bias_radps: 0.002, low_pass_hz: 80}\n"
          "  mocap: {position_noise_m: 0.0002, attitude_noise_rad: 0.0008, stamp_jitter_s: 0.0005, stamps: "
          "receive}\n"
@@ -144,6 +149,8 @@ TEST(Intake, TakesEveryThingThatAToldFileMayState) {
                                                             {"rates_hz.rotor_speed", 100},
                                                             {"sensors.accelerometer.noise_rms_mps2", 0.08},
                                                             {"sensors.accelerometer.bias_mps2", 0.03},
+                                                            {"sensors.accelerometer.scale", 0.004},
+                                                            {"sensors.accelerometer.misalignment_rad", 0.006},
                                                             {"sensors.gyro.noise_rms_radps", 0.004},
                                                             {"sensors.gyro.bias_radps", 0.002},
                                                             {"sensors.gyro.low_pass_hz", 80},
@@ -168,7 +175,8 @@ TEST(Intake, TakesEveryThingThatAToldFileMayState) {
     ASSERT_NE(found, told->numbers.end()) << gain;
     EXPECT_EQ(found->second, (std::vector<double>{9.5, 10.5, 12.0})) << gain;
   }
-  EXPECT_EQ(told->numbers.size(), scalars.size() + 6);
+  EXPECT_EQ(told->numbers.size(), scalars.size() + 7);
+  EXPECT_EQ(told->numbers.at("sensors.imu.position_m"), (std::vector<double>{0.02, -0.01, 0.015}));
   // words are no numbers to use, but no reason to refuse the file either
   EXPECT_EQ(told->ignored, (std::vector<std::string>{"sensors.mocap.stamps", "sensors.rotor_speed.method"}));
   EXPECT_EQ(told->neighbours, (std::vector<std::string>{testing::TempDir() + "one.csv", "/tracks/two.csv"}));

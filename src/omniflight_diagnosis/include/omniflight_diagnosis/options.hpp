@@ -18,10 +18,13 @@ struct Tolerance {
   double thrust_scale = 0.01;            ///< 1, thrust coefficient and mass together
   double accelerometer_lateral = 0.15;   ///< m/s^2, bias and mounting tilt
   double accelerometer_vertical = 0.05;  ///< m/s^2
-  double gyro_bias = 0.008;              ///< rad/s, one standard deviation
-  double world_force = 0.005;            ///< 1, constant force in the world over weight (level, alignment)
-  double rotor_clock = 0.0015;           ///< s, rotor speeds against accelerometer and gyro; on instruments
-  double torque_trim = 0.03;             ///< 1, constant torque over weight times largest rotor arm
+  /// Scale [1] and alignment [rad] of the accelerometer's axes. They follow the force, a bias stays: a
+  /// vehicle that turns over tells them apart. 0: perfect, as far as the bias does not cover them.
+  double accelerometer_scale = 0, accelerometer_misalignment = 0;
+  double gyro_bias = 0.008;     ///< rad/s, one standard deviation
+  double world_force = 0.005;   ///< 1, constant force in the world over weight (level, alignment)
+  double rotor_clock = 0.0015;  ///< s, rotor speeds against accelerometer and gyro; on instruments
+  double torque_trim = 0.03;    ///< 1, constant torque over weight times largest rotor arm
   /// How unevenly motors of one kind share a load: torque over weight times mean arm.
   double motor_lateral = 0.03, motor_yaw = 0.06;
   /// When thrust is only modelled from duty cycles: its scale, its exponent and its dependence on voltage.
@@ -41,6 +44,7 @@ using Reflight =
 
 struct Options {
   physics::Environment environment;
+  Vec3 imu_position = Vec3::Zero();  ///< m, body: where the accelerometer is
   Tolerance tolerance;
   double cutoff_hz = 15.0;        ///< zero-phase low pass on both sides
   double effect_cutoff_hz = 5.0;  ///< low pass of the rotor speeds inside the effects, see Problem::predict
