@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "findings.hpp"
 #include "omniflight_diagnosis/residual.hpp"
@@ -143,7 +144,9 @@ std::optional<double> fill_slow_readings(const recording::Recording& r, const ve
     }
   }
   const Eigen::MatrixXd ordered = recording::resample(turning, speed.t_s, 0.1);
-  const double slowest = (speed.values.array() == 0).select(1e300, speed.values.array().abs()).minCoeff();
+  double slowest = std::numeric_limits<double>::infinity();
+  for (const double w : speed.values.reshaped())
+    if (std::abs(w) > 0) slowest = std::min(slowest, std::abs(w));
   for (Eigen::Index k = 0; k < speed.width(); ++k)
     for (Eigen::Index i = 0; i < speed.size(); ++i)
       if (speed.values(i, k) == 0 && std::isfinite(ordered(i, k)))

@@ -98,6 +98,26 @@ TEST(RotorLimits, TelemetryThatReadsNoSlowRotorIsNoDeadZone) {
   EXPECT_EQ(broken(r), "") << "and no broken sensor";
 }
 
+TEST(RotorLimits, WhatTelemetryDoesNotReadFollowsTheCommand) {
+  const vehicle::Vehicle v = test::omnimorph();
+  auto r = flown(v, [](double u, int, double) { return u; });
+  const Eigen::MatrixXd turned = r.signals["rotor_speed"].values;
+  recording::Signal& speed = r.signals["rotor_speed"];
+  speed.values = (turned.array().abs() < 143).select(0.0, turned);
+  speed.values(7, 2) = std::nan("");
+  recording::Signal filled = speed;
+  const auto slowest = fill_slow_readings(r, v, filled);
+  ASSERT_TRUE(slowest);
+  EXPECT_NEAR(*slowest, 143, 1) << "rad/s";
+  EXPECT_TRUE(std::isnan(filled.values(7, 2)));
+  filled.values(7, 2) = turned(7, 2);
+  EXPECT_LT((filled.values - turned).cwiseAbs().maxCoeff(), 25) << "rad/s";
+  EXPECT_GT((speed.values - turned).cwiseAbs().bottomRows(100).maxCoeff(), 100);
+  recording::Signal whole = r.signals["rotor_speed"];
+  r.signals["rotor_speed"].values = turned;
+  EXPECT_FALSE(fill_slow_readings(r, v, whole)) << "a telemetry that reads every speed is left alone";
+}
+
 TEST(RotorLimits, WhatIsNoLimitIsNone) {
   const vehicle::Vehicle v = test::omnimorph();
   EXPECT_EQ(found(flown(v, [](double u, int, double) { return u; }), v), "");
