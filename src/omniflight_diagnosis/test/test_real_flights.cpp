@@ -309,7 +309,9 @@ TEST(RealFlights, AMotorThatIsSlowerOrQuickerThanTheFileIsNamed) {
       return 0.0;
     };
     EXPECT_NEAR(told + value("motor_lag"), 0.036, 0.004) << name << ": " << d->summary;
-    if (told < 0.03) EXPECT_NEAR(value("transport_delay"), 0.005, 0.002) << name << ": " << d->summary;
+    if (told < 0.03) {
+      EXPECT_NEAR(value("transport_delay"), 0.005, 0.002) << name << ": " << d->summary;
+    }
   }
 }
 
