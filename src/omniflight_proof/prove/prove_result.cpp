@@ -100,6 +100,8 @@ json to_json(const ProofResult& r) {
                      {"magnitude_sigma", j.magnitude},
                      {"truth", j.truth},
                      {"said", j.said},
+                     {"hidden", j.hidden},
+                     {"named", j.named},
                      {"verdict", j.verdict},
                      {"why_wrong", j.why},
                      {"alarm", j.alarm},
@@ -219,7 +221,8 @@ Status write_report(const ProofResult& r, const std::filesystem::path& file) {
             "Every case, the worst first"};
   for (const Judged& j : cases)
     all.rows.push_back({Cell(j.id), Cell(j.kind), Cell(j.level), Cell(j.flight), Cell(j.magnitude),
-                        Cell(j.truth), Cell(j.said), Cell(j.verdict), Cell(j.why), Cell(100 * j.explained)});
+                        Cell(j.hidden), Cell(j.named), Cell(j.verdict), Cell(j.why),
+                        Cell(100 * j.explained)});
   page.section("Cases").table(all);
   return page.write(file);
 }

@@ -26,6 +26,12 @@ std::set<std::string> names(const std::vector<AnsweredEffect>& effects, const st
   for (const auto& e : effects) out.insert(merged(e.id, flight));
   return out;
 }
+template <class Effect>
+std::set<std::string> own_names(const std::vector<Effect>& effects) {
+  std::set<std::string> out;
+  for (const auto& e : effects) out.insert(e.id);
+  return out;
+}
 template <class Range>
 std::string joined(const Range& range) {
   std::string out;
@@ -78,8 +84,10 @@ Judged judge(const Truth& t, const Answer& given) {
   j.magnitude = t.effects.empty() ? "" : fmt::format("{:.2g}", t.magnitude);
   const auto truth = names(t.effects, t.flight), said = names(a.findings, t.flight);
   j.truth = t.effects.empty() ? (t.decoy.empty() ? "nothing" : "nothing (" + t.decoy + ")") : joined(truth);
+  j.hidden = t.effects.empty() ? j.truth : joined(own_names(t.effects));
   j.verdict = a.given ? a.verdict : "no answer: " + a.problem;
   j.said = a.findings.empty() ? (a.unknown.empty() ? "nothing" : "unknown") : joined(said);
+  j.named = a.findings.empty() ? j.said : joined(own_names(a.findings));
   j.refused = !a.given || a.verdict == "unusable";
   j.explained = std::nan("");
   j.alarm = !j.refused && (a.verdict != "nothing_missing" || !a.findings.empty() || !a.unknown.empty());

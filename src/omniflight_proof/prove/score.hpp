@@ -28,7 +28,9 @@ std::string to_string(Score::Verdict verdict);
 
 /// How one case was judged.
 struct Judged {
-  std::string id, kind, level, flight, magnitude, truth, said, verdict, why;
+  std::string id, kind, level, flight, magnitude, verdict, why;
+  std::string truth, said;    ///< as judged: aliases of a flight merged under one name
+  std::string hidden, named;  ///< the same before merging
   bool alarm = false, detected = false, stage = false, top1 = false, covered = false, exact = false;
   bool refused = false;  ///< no answer, or "unusable"
   int set_size = 0;

@@ -100,7 +100,11 @@ TEST(Score, NamingANuisanceThatIsThereIsNoAlarm) {
 
 TEST(Score, OnlyDeclaredAliasesAreMerged) {
   const Truth t = truth("a", Kind::single, {effect("thrust_scale")});
-  EXPECT_TRUE(judge(t, answer("[" + found("payload_mass") + "]")).top1);
+  const Judged j = judge(t, answer("[" + found("payload_mass") + "]"));
+  EXPECT_TRUE(j.top1);
+  EXPECT_EQ(j.truth, j.said) << "as aliases they are one";
+  EXPECT_EQ(j.named, "payload_mass");
+  EXPECT_NE(j.hidden, j.named) << "the report says what was hidden, and what was named";
   EXPECT_FALSE(judge(t, answer("[" + found("hung_cable") + "]")).top1);
   Truth level = t;
   level.flight = "T1";
