@@ -4,6 +4,7 @@
 #include "../src/agreement.hpp"
 #include "../src/faults.hpp"
 #include "../src/findings.hpp"
+#include "omniflight_core/random.hpp"
 #include "synthetic.hpp"
 
 namespace omniflight::diagnosis {
@@ -150,6 +151,22 @@ TEST(Agreement, RotorsThatRunInStepsAreNoBrokenSensors) {
   ASSERT_FALSE(d.findings.empty());
   EXPECT_EQ(d.findings[0].effect, "command_quantisation");
   EXPECT_NEAR(d.findings[0].parameters.at(0).value, 12, 0.05);
+}
+
+TEST(Agreement, SpeedsThatHardlyEverLeaveTheirStepAreNoBrokenSensorsEither) {
+  const vehicle::Vehicle v = omnimorph();
+  recording::Recording r = with_commands(v);
+  Eigen::MatrixXd &command = r.signals["rotor_command"].values, &speed = r.signals["rotor_speed"].values;
+  Random random(3, "between two steps");
+  for (Eigen::Index i = 0; i < command.rows(); ++i)  // too little for the step to be seen
+    for (Eigen::Index k = 0; k < command.cols(); ++k)
+      command(i, k) = 601.5 + 2.2 * std::sin(0.02 * static_cast<double>(i) + static_cast<double>(k)) +
+                      0.8 * random.normal();
+  speed = (command.array() / 3).round() * 3;
+  EXPECT_TRUE(find_sensor_faults(r).empty());
+  speed = command;
+  for (const Eigen::Index k : {1, 4}) speed.col(k).tail(speed.rows() / 3).setConstant(500);
+  EXPECT_EQ(find_sensor_faults(r).size(), 2u) << "two of eight that stand still are";
 }
 
 TEST(Agreement, OneRotorThatTurnsOtherwiseIsNamedWithItsScale) {
