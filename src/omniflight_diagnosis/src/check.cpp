@@ -1,6 +1,5 @@
 // What recordings could tell, before anything is fitted.
 #include "findings.hpp"
-#include "imu_place.hpp"
 #include "intake.hpp"
 #include "missing.hpp"
 #include "offered.hpp"
@@ -26,8 +25,7 @@ Diagnosis check_motors(const Recording& r, const vehicle::Vehicle& vehicle, cons
 
 Result<Diagnosis> check_one(const Recording& recorded, const vehicle::Vehicle& vehicle, const Options& o) {
   const Reach reach = reach_of(recorded);
-  Repaired known = reach == Reach::wrench ? repaired(recorded) : as_it_is(recorded);
-  known.recording = at_origin(known.recording, o.imu_position);
+  const Repaired known = in_order(recorded, o);
   const Recording& r = known.recording;
   auto against = objections(r, vehicle, o);
   if (!against) return tl::unexpected(against.error());

@@ -12,7 +12,6 @@
 #include "floor_height.hpp"
 #include "ground_law.hpp"
 #include "improvement.hpp"
-#include "imu_place.hpp"
 #include "instrument_estimate.hpp"
 #include "instruments.hpp"
 #include "intake.hpp"
@@ -171,13 +170,8 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   const auto lacks = [](const recording::Recording& r) { return reach_of(r) != Reach::wrench; };
   // what is fitted or predicted is without copies, freezes and clipping
   std::vector<Repaired> fitted, predicted;
-  const auto in_order = [&](const recording::Recording& r) {
-    Repaired one = lacks(r) ? as_it_is(r) : repaired(r);
-    one.recording = at_origin(one.recording, o.imu_position);
-    return one;
-  };
-  for (const recording::Recording& r : fit) fitted.push_back(in_order(r));
-  for (const recording::Recording& r : held_out) predicted.push_back(in_order(r));
+  for (const recording::Recording& r : fit) fitted.push_back(in_order(r, o));
+  for (const recording::Recording& r : held_out) predicted.push_back(in_order(r, o));
   for (const auto* list : {&fitted, &predicted}) {
     for (const Repaired& r : *list) {
       auto against = objections(r.recording, vehicle, o);

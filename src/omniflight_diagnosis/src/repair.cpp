@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "clocks.hpp"
+#include "imu_place.hpp"
+#include "missing.hpp"
 #include "repeats.hpp"
 #include "text.hpp"
 
@@ -182,6 +184,12 @@ Repaired repaired(const Recording& recording) {
   cut_freezes(out);
   cut_clipped(out);
   settle_clocks(out);
+  return out;
+}
+
+Repaired in_order(const Recording& recording, const Options& o) {
+  Repaired out = reach_of(recording) == Reach::wrench ? repaired(recording) : as_it_is(recording);
+  out.recording = at_origin(out.recording, o.imu_position);
   return out;
 }
 

@@ -18,6 +18,10 @@ Repaired repaired(const recording::Recording& recording);
 /// Of what is judged as it was recorded, or is known to be in order.
 Repaired as_it_is(const recording::Recording& recording);
 
+/// As diagnosis and check take a recording: repaired where it carries a wrench, its accelerometer read as if
+/// it were at the body's origin.
+Repaired in_order(const recording::Recording& recording, const Options& options);
+
 /// prepare_flight() of what has been repaired, or needs no repair.
 Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle& vehicle,
                                 const Options& options);

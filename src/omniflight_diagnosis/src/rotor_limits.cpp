@@ -81,8 +81,7 @@ std::optional<LimitSpeed> ceiling_of(const Lasting& l, double period) {
   const double highest = std::max(to, quantile(l.turns, &Sample::speed, 0.999));
   if (to - from > kPlateau * middle || highest > (1 + kPlateau) * middle) return {};
   constexpr double kKnown = 0.5 * kPlateau;
-  return LimitSpeed{middle, (1 - kKnown) * from, (1 + kKnown) * to,
-                    static_cast<double>(l.beyond.size()) * period};
+  return LimitSpeed{middle, (1 - kKnown) * from, (1 + kKnown) * to};
 }
 
 std::optional<LimitSpeed> dead_of(const Lasting& l, double period) {
@@ -92,8 +91,7 @@ std::optional<LimitSpeed> dead_of(const Lasting& l, double period) {
   if (most < kLeastDead || least < 0.9 * most) return {};
   const double beyond = std::max(most, least);
   constexpr double kKnown = 0.02;  // a command is known between two samples
-  return LimitSpeed{0.5 * (most + beyond), (1 - kKnown) * most, (1 + kKnown) * beyond,
-                    static_cast<double>(l.rests.size()) * period};
+  return LimitSpeed{0.5 * (most + beyond), (1 - kKnown) * most, (1 + kKnown) * beyond};
 }
 
 }  // namespace

@@ -10,7 +10,6 @@ namespace omniflight::diagnosis {
 /// A speed [rad/s] with what bounds it on both sides.
 struct LimitSpeed {
   double value = 0, from = 0, to = 0;
-  double seconds = 0;  ///< of the flight, summed over the rotors
 };
 
 struct RotorLimits {

@@ -17,14 +17,14 @@ struct Known {
   const char* place;
   double min, max;
   const char* unit;
+  bool alone = true;  ///< one number may stand for all axes
 };
-constexpr const char* kPlaceOfImu = "sensors.imu.position_m";  // three numbers, never one
 constexpr Known kKnown[] = {
     {"sensors.accelerometer.noise_rms_mps2", 0, 100, "m/s2"},
     {"sensors.accelerometer.bias_mps2", -50, 50, "m/s2"},
     {"sensors.accelerometer.scale", 0, 0.5, "1"},
     {"sensors.accelerometer.misalignment_rad", 0, 0.5, "rad"},
-    {kPlaceOfImu, -10, 10, "m"},
+    {"sensors.imu.position_m", -10, 10, "m", false},
     {"sensors.gyro.noise_rms_radps", 0, 100, "rad/s"},
     {"sensors.gyro.bias_radps", -10, 10, "rad/s"},
     {"sensors.gyro.low_pass_hz", 0, 1e5, "Hz"},
@@ -85,7 +85,7 @@ Status walk(const Document& document, const std::vector<std::string>& path, Told
       YamlReader one = map_at(document(), path), three = map_at(document(), path);
       const double value = one.number(key, b);
       const std::vector<double> values = three.numbers(key, 3, b);
-      if (one.ok() && place != kPlaceOfImu)
+      if (one.ok() && (rate || known->alone))
         told.numbers[place] = {value};
       else if (three.ok())
         told.numbers[place] = values;
@@ -153,7 +153,7 @@ void apply(const Told& told, Options& o) {
   if (const auto* v = get("sensors.accelerometer.scale")) o.tolerance.accelerometer_scale = largest(*v);
   if (const auto* v = get("sensors.accelerometer.misalignment_rad"))
     o.tolerance.accelerometer_misalignment = largest(*v);
-  if (const auto* v = get(kPlaceOfImu)) o.imu_position = three(*v);
+  if (const auto* v = get("sensors.imu.position_m")) o.imu_position = three(*v);
   if (const auto* v = get("sensors.gyro.bias_radps")) o.tolerance.gyro_bias = std::max(1e-4, largest(*v));
   if (const auto* v = get("tolerance.thrust_scale")) o.tolerance.thrust_scale = (*v)[0];
   if (const auto* v = get("tolerance.world_force")) o.tolerance.world_force = (*v)[0];

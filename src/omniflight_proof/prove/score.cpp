@@ -16,12 +16,8 @@ bool contains(const std::vector<std::string>& list, const std::string& what) {
   return std::find(list.begin(), list.end(), what) != list.end();
 }
 
-std::set<std::string> names(const std::vector<TrueEffect>& effects, const std::string& flight) {
-  std::set<std::string> out;
-  for (const auto& e : effects) out.insert(merged(e.id, flight));
-  return out;
-}
-std::set<std::string> names(const std::vector<AnsweredEffect>& effects, const std::string& flight) {
+template <class Effect>
+std::set<std::string> names(const std::vector<Effect>& effects, const std::string& flight) {
   std::set<std::string> out;
   for (const auto& e : effects) out.insert(merged(e.id, flight));
   return out;
