@@ -32,7 +32,8 @@ Named Alternatives::of(const Fit& current, std::size_t k, const std::function<bo
   named.gate = gate_effect(problem_, current, k, o_);
   // differences far below the gain are within what an imperfect noise model can produce
   const double temper = std::max(1.0, 0.003 * named.gain);
-  const Eigen::VectorXd own = problem_.noise().apply_vector(problem_, contribution_of(problem_, current, k));
+  const Eigen::VectorXd own = without_free_scale(
+      problem_, problem_.noise().apply_vector(problem_, contribution_of(problem_, current, k)));
   std::vector<const Effect*> others;
   for (const Effect* effect : candidates_)
     if (!contains(current, effect)) others.push_back(effect);
@@ -50,7 +51,8 @@ Named Alternatives::of(const Fit& current, std::size_t k, const std::function<bo
             score(current, costs_) - score(swapped, costs_) < 20.0 + 6.0 * temper)
           swapped = fit_with(problem, frozen, *effect, o_);
         const double behind = behind_by(current, k, swapped);
-        const double alike = cosine_of(last_columns(problem, problem.noise(), swapped), own);
+        const double alike =
+            cosine_of(without_free_scale(problem, last_columns(problem, problem.noise(), swapped)), own);
         const bool no_rival =
             alike >= kRival && behind / temper < 10.0 &&
             (bent_into_it(problem, swapped, frozen, current.log_likelihood - 3.0 * temper) ||

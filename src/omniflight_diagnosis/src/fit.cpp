@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bounded_step.hpp"
 #include "unknowns.hpp"
 
 namespace omniflight::diagnosis {
@@ -61,7 +62,7 @@ Eigen::VectorXd minimise(const Problem& problem, std::vector<ActiveEffect>& effe
     Eigen::MatrixXd H = X.transpose() * X;
     H.diagonal() += u.weight;
     const Eigen::VectorXd g = X.transpose() * r - u.weight.cwiseProduct(u.x);
-    const Eigen::VectorXd step = bounded_step(H, g, u);
+    const Eigen::VectorXd step = bounded_step(H, g, u.down(), u.up());
     if (linear) {
       u.x += step;
       rest -= jacobian * step;
@@ -87,7 +88,7 @@ Eigen::VectorXd minimise(const Problem& problem, std::vector<ActiveEffect>& effe
     for (double damping = 0.01; damping < 1e3 && !found; damping *= 10) {
       Eigen::MatrixXd damped = H;
       damped.diagonal() *= 1 + damping;
-      found = improves(bounded_step(damped, g, u));
+      found = improves(bounded_step(damped, g, u.down(), u.up()));
     }
     const bool settled = now - best < 0.01 + 1e-7 * now;
     u.x = to;
@@ -194,7 +195,7 @@ std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, co
         H.topRightCorner(own, rest_size) = X.transpose() * Z;
         H.bottomLeftCorner(rest_size, own) = H.topRightCorner(own, rest_size).transpose();
         g.head(own) = X.transpose() * target;
-        const Eigen::VectorXd step = bounded_step(H, g, u);
+        const Eigen::VectorXd step = bounded_step(H, g, u.down(), u.up());
         const double gain = g.dot(step) - 0.5 * step.dot(H * step);
         if (gain <= best * (1 + 1e-9) + 1e-9) continue;
         best = gain;

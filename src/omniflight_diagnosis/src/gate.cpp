@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "blocks.hpp"
+#include "bounded_step.hpp"
 #include "statistics.hpp"
-#include "unknowns.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -116,10 +116,7 @@ Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, con
   }
   // changes of the offsets stay inside their tolerances, all other coefficients are free
   const Eigen::Index offset_count = problem.offset_sigma().size();
-  Unknowns bounds(problem, {}, nullptr);
-  bounds.x = Eigen::VectorXd::Zero(F.cols());
-  bounds.lower = Eigen::VectorXd::Constant(F.cols(), -1e12);
-  bounds.upper = Eigen::VectorXd::Constant(F.cols(), 1e12);
+  Eigen::VectorXd low = Eigen::VectorXd::Constant(F.cols(), -1e12), high = -low;
   const Eigen::Index from = R.cols() - offset_count;
   // the tolerances say how much an offset may do for free, with and without the effect
   Eigen::VectorXd tolerances = Eigen::VectorXd::Zero(F.cols()), found = tolerances;
@@ -128,17 +125,14 @@ Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, con
   // where feedback colours the state, a law with a bend of its own must beat whatever their limits allow
   const Eigen::VectorXd prior =
       problem.instrumented() || width == 1 ? tolerances : Eigen::VectorXd::Zero(F.cols());
-  bounds.lower.segment(from, offset_count) = (-3 * problem.offset_sigma() - full.offsets).cwiseMin(0.0);
-  bounds.upper.segment(from, offset_count) = (3 * problem.offset_sigma() - full.offsets).cwiseMax(0.0);
+  low.segment(from, offset_count) = (-3 * problem.offset_sigma() - full.offsets).cwiseMin(0.0);
+  high.segment(from, offset_count) = (3 * problem.offset_sigma() - full.offsets).cwiseMax(0.0);
   const auto solve = [&](const Eigen::MatrixXd& h, const Eigen::VectorXd& r, Eigen::Index size,
                          const Eigen::VectorXd& weight) {
-    Unknowns u = bounds;
-    u.x.conservativeResize(size);
-    u.lower.conservativeResize(size);
-    u.upper.conservativeResize(size);
     Eigen::MatrixXd with_prior = h.topLeftCorner(size, size);
     with_prior.diagonal() += weight.head(size);
-    return bounded_step(with_prior, (r - weight.cwiseProduct(found)).head(size), u);
+    return bounded_step(with_prior, (r - weight.cwiseProduct(found)).head(size), low.head(size),
+                        high.head(size));
   };
   const auto cost_of_offsets = [&](const Eigen::VectorXd& x) {
     return prior.head(x.size()).dot((0.5 * x + found.head(x.size())).cwiseProduct(x));

@@ -6,11 +6,22 @@
 namespace omniflight::diagnosis {
 namespace {
 
-double lift_at(const Eigen::MatrixXd& speed, Eigen::Index i, const vehicle::Vehicle& v) {
-  double lift = 0;
+/// Of all rotors together, as if they pushed the same way [N].
+double push_at(const Eigen::MatrixXd& speed, Eigen::Index i, const vehicle::Vehicle& v) {
+  double sum = 0;
   for (Eigen::Index r = 0; r < speed.cols(); ++r)
-    lift += std::abs(v.rotors[static_cast<std::size_t>(r)].thrust(speed(i, r)));
-  return lift;
+    sum += std::abs(v.rotors[static_cast<std::size_t>(r)].thrust(speed(i, r)));
+  return sum;
+}
+
+/// Size of their force [N]: those that tilt against each other carry less than they push.
+double lift_at(const Eigen::MatrixXd& speed, const Eigen::MatrixXd& alpha, Eigen::Index i,
+               const vehicle::Vehicle& v) {
+  Vec3 force = Vec3::Zero();
+  for (Eigen::Index r = 0; r < speed.cols(); ++r)
+    force += v.rotors[static_cast<std::size_t>(r)].thrust(speed(i, r)) *
+             v.rotor_axis(static_cast<int>(r), alpha(i, 0));
+  return force.norm();
 }
 
 }  // namespace
@@ -30,7 +41,7 @@ Ground find_ground(const Eigen::MatrixXd& p, bool has_position, const Eigen::Mat
   g.crashed = g.resting;
   const double weight = v.mass * o.environment.gravity;
   std::vector<double> lift(static_cast<std::size_t>(n));
-  for (Eigen::Index i = 0; i < n; ++i) lift[static_cast<std::size_t>(i)] = lift_at(speed, i, v) / weight;
+  for (Eigen::Index i = 0; i < n; ++i) lift[static_cast<std::size_t>(i)] = push_at(speed, i, v) / weight;
   const auto second = static_cast<Eigen::Index>(rate_hz), moment = std::max<Eigen::Index>(2, 3 * second / 10);
   if (has_position && n > 2 * second) {
     double sum = 0;
@@ -96,18 +107,18 @@ Ground find_ground(const Eigen::MatrixXd& p, bool has_position, const Eigen::Mat
   return g;
 }
 
-double lift_scale(const Eigen::MatrixXd& speed, const Eigen::MatrixXd& force, const Eigen::MatrixXd& p,
-                  bool has_position, const vehicle::Vehicle& v) {
+double lift_scale(const Eigen::MatrixXd& speed, const Eigen::MatrixXd& alpha, const Eigen::MatrixXd& force,
+                  const Eigen::MatrixXd& p, bool has_position, const vehicle::Vehicle& v) {
   const Eigen::Index n = speed.rows();
   double top = 0, floor = -1e18;
-  for (Eigen::Index i = 0; i < n; ++i) top = std::max(top, lift_at(speed, i, v));
+  for (Eigen::Index i = 0; i < n; ++i) top = std::max(top, lift_at(speed, alpha, i, v));
   if (has_position && n > 0) {
     const double low = p.col(2).minCoeff(), high = p.col(2).maxCoeff();
     if (high - low > 0.2) floor = low + std::max(0.1 * (high - low), 0.1);
   }
   std::vector<double> ratio;
   for (Eigen::Index i = 0; i < n; ++i) {
-    const double lift = lift_at(speed, i, v);
+    const double lift = lift_at(speed, alpha, i, v);
     if (lift > 0.4 * top && p(i, 2) > floor) ratio.push_back(v.mass * force.row(i).norm() / lift);
   }
   if (ratio.empty()) return 1;

@@ -11,6 +11,13 @@ Eigen::MatrixXd last_columns(const Problem& problem, const Whitening& noise, con
   return noise.apply(problem, all.middleCols(all.cols() - problem.offset_sigma().size() - own, own));
 }
 
+Eigen::MatrixXd without_free_scale(const Problem& problem, Eigen::MatrixXd columns) {
+  if (!problem.forces_only()) return columns;
+  const Eigen::VectorXd scale = problem.noise().apply_vector(problem, problem.offsets().col(0)).normalized();
+  columns -= scale * (scale.transpose() * columns);
+  return columns;
+}
+
 Imitator::Imitator(const Eigen::MatrixXd& columns) : Z_(columns) {
   for (Eigen::Index k = 0; k < Z_.cols(); ++k)
     if (const double size = Z_.col(k).norm(); size > 0) Z_.col(k) /= size;

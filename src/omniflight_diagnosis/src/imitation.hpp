@@ -8,6 +8,10 @@ namespace omniflight::diagnosis {
 /// Whitened columns of the last effect of a fit.
 Eigen::MatrixXd last_columns(const Problem& problem, const Whitening& noise, const Fit& fit);
 
+/// Whitened columns without what is in proportion to a thrust whose scale comes from the flight: that says
+/// nothing. As they are where the scale is known.
+Eigen::MatrixXd without_free_scale(const Problem& problem, Eigen::MatrixXd columns);
+
 /// How well columns imitate directions: sqrt of the share of a direction that they explain.
 class Imitator {
  public:

@@ -45,7 +45,8 @@ class Search {
  private:
   static int any_width() { return 1 << 20; }
   static constexpr std::size_t kMostRefused = 3;
-  static constexpr double kAlike = 0.8;                  ///< cosine of contributions, whitened
+  static constexpr double kLawKnown = 0.25;  ///< of a gain: what a law known in its outline may lack
+  static constexpr double kAlike = 0.8;      ///< cosine of contributions, whitened
   static constexpr double kNear = 30, kNearShare = 0.1;  ///< of the best gain, before polishing
 
   /// May enter: neither named nor found wanting.
@@ -336,13 +337,13 @@ class Search {
   }
 
   /// A tie within what the noise model can be trusted goes to the effect that stands first in the catalogue,
-  /// or that comes with another one.
+  /// or that comes with another one, or that must be there.
   Fit break_ties(Fit current) {
     for (std::size_t k = 0; k < current.effects.size() && !stop("ties between effects"); ++k) {
       const double gain =
           current.log_likelihood - fit_effects(problem_, without(current.effects, k), o_).log_likelihood;
-      const Eigen::VectorXd own =
-          problem_.noise().apply_vector(problem_, contribution_of(problem_, current, k));
+      const Eigen::VectorXd own = without_free_scale(
+          problem_, problem_.noise().apply_vector(problem_, contribution_of(problem_, current, k)));
       bool earlier = true;
       for (const Effect* effect : candidates_) {
         earlier = earlier && effect != current.effects[k].effect;
@@ -350,10 +351,12 @@ class Search {
         const int more = current.effects[k].effect->parameter_count() - effect->parameter_count();
         const bool straight = more >= 0 && is_linear(*effect) && !is_linear(*current.effects[k].effect);
         const bool simpler = more >= 3 || straight;
-        const bool usual = comes_with_another(*effect, current, k);
+        // the floor lifts whoever leaves it; its height law is an idealised one
+        const bool certain = problem_.took_off() && effect->info().id == "ground_effect";
+        const bool usual = certain || comes_with_another(*effect, current, k);
         if (effect == current.effects[k].effect || (!earlier && !simpler && !usual)) continue;
         if (!may_enter(current, effect)) continue;
-        const double slack = tie(gain, more);
+        const double slack = certain ? std::max(tie(gain, more), kLawKnown * gain) : tie(gain, more);
         const Fit frozen = frozen_without(problem_, current, k);
         if (!declared_alias(*effect, *current.effects[k].effect) &&
             score(alone_.quick(problem_, frozen, *effect, o_), costs_) <
@@ -362,10 +365,11 @@ class Search {
         Fit swapped = fit_with(problem_, frozen, *effect, o_);
         if (score(swapped, costs_) < score(current, costs_) - slack) continue;
         if (!makes_sense(problem_, swapped, swapped.effects.size() - 1)) continue;
-        if (cosine_of(last_columns(problem_, problem_.noise(), swapped), own) < (usual       ? kRival
-                                                                                 : more >= 3 ? 0.8
-                                                                                 : straight  ? 0.9
-                                                                                             : 0.98))
+        if (cosine_of(without_free_scale(problem_, last_columns(problem_, problem_.noise(), swapped)), own) <
+            (usual       ? kRival
+             : more >= 3 ? 0.8
+             : straight  ? 0.9
+                         : 0.98))
           continue;
         std::rotate(swapped.effects.begin() + static_cast<std::ptrdiff_t>(k), swapped.effects.end() - 1,
                     swapped.effects.end());

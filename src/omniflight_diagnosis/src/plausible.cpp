@@ -53,6 +53,8 @@ Range plausible_range(const physics::Effect& effect, std::size_t parameter, cons
     within(0.3 * s.weight / s.speed_sum);
   } else if (id == "blade_flapping") {  // moment over weight times arm per m/s
     within(0.15 * s.weight * s.arm / s.speed_sum);
+  } else if (id == "wind") {  // seen from the side
+    if (p.unit == "m2") within(0.5 * s.disc);
   } else if (p.unit == "m2") {  // an area times a drag coefficient
     within(2.0 * s.disc);
   } else if (info.id == "com_offset") {
@@ -81,6 +83,9 @@ bool contradicts_itself(const physics::ActiveEffect& e, const VehicleScale& s) {
   const std::string& id = e.effect->info().id;
   if (id == "taut_rope")  // stretched by a metre it pulls; what only damps is air
     return value("stiffness") < 0.05 * s.weight || value("damping") > 0.5 * value("stiffness");
+  if (id == "ceiling_effect") return value("height") < s.highest;
+  if (id == "guide_friction")
+    return value("transition") > 0.099;  // what still grows with speed there is drag
   return false;
 }
 

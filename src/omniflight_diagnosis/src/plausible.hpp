@@ -17,6 +17,7 @@ struct VehicleScale {
   double inertia_min = 1, inertia_max = 1;  ///< kg m2, principal
   Mat3 inertia = Mat3::Identity();
   double mass = 1;
+  double highest = -1e18;           ///< m, where its frame has been
   double least_drag_torque = -0.6;  ///< 1, of drag_torque_scale; noisy torques of rotors pull it towards -1
 };
 VehicleScale scale_of(const vehicle::Vehicle& vehicle, double gravity);
@@ -30,7 +31,8 @@ struct Range {
 /// flight shows. Already within the catalogue's bounds.
 Range plausible_range(const physics::Effect& effect, std::size_t parameter, const VehicleScale& scale);
 
-/// Values that each make sense but not together: a rope that damps and does not pull.
+/// Values that each make sense but not together, or not with the flight: a rope that damps and does not pull,
+/// a ceiling below the vehicle, a friction that grows with speed.
 bool contradicts_itself(const physics::ActiveEffect& effect, const VehicleScale& scale);
 
 }  // namespace omniflight::diagnosis

@@ -69,6 +69,8 @@ class Problem {
   const VehicleScale& vehicle_scale() const { return vehicle_scale_; }
   /// Effects are evaluated on the flight as its reference alone makes it, see Flight::instrument.
   bool instrumented() const { return instrumented_; }
+  /// A flight among them left the floor, or came back to it.
+  bool took_off() const { return took_off_; }
   /// Torques are not judged: thrusts are only modelled.
   bool forces_only() const { return forces_only_; }
 
@@ -100,7 +102,7 @@ class Problem {
 
   std::shared_ptr<const Whitening> noise_;
   int n_ = 0, flight_count_ = 0;
-  bool forces_only_ = false, instrumented_ = false;
+  bool forces_only_ = false, took_off_ = false, instrumented_ = false;
   double period_ = 0;  ///< s, of the grid
   double weight_ = 1;
   Vec3 lever_ = Vec3::Ones();  ///< m, of a rotor's thrust about the body axes

@@ -38,6 +38,10 @@ struct Unknowns {
       x.tail(offset_count) = offsets->cwiseMax(lower.tail(offset_count)).cwiseMin(upper.tail(offset_count));
   }
 
+  /// To the limits, from where x is.
+  Eigen::VectorXd down() const { return lower - x; }
+  Eigen::VectorXd up() const { return upper - x; }
+
   /// Prior and hard limit of three standard deviations: no amount of data turns a tolerance into an effect.
   void limit_offsets(const Eigen::VectorXd& sigma) {
     weight.tail(sigma.size()) = sigma.cwiseAbs2().cwiseInverse();
@@ -45,8 +49,5 @@ struct Unknowns {
     upper.tail(sigma.size()) = 3 * sigma;
   }
 };
-
-/// Minimises 1/2 d'Hd - g'd with x + d inside the bounds, by fixing violated bounds one after another.
-Eigen::VectorXd bounded_step(const Eigen::MatrixXd& H, const Eigen::VectorXd& g, const Unknowns& u);
 
 }  // namespace omniflight::diagnosis

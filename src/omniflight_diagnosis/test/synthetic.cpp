@@ -121,11 +121,18 @@ recording::Recording fly(const vehicle::Vehicle& vehicle, const std::vector<phys
 
 void drive_by_duty(recording::Recording& r, const vehicle::Vehicle& v, double full) {
   recording::Signal duty = r.signals["rotor_speed"];
+  const recording::Signal speed = duty;
   duty.name = "pwm";
-  for (Eigen::Index i = 0; i < duty.size(); ++i)
-    for (Eigen::Index k = 0; k < duty.width(); ++k)
-      duty.values(i, k) = std::pow(
-          full * std::abs(duty.values(i, k)) / v.rotors[static_cast<std::size_t>(k)].max_speed(), 1 / 0.85);
+  const Eigen::Index last = duty.size() - 1;
+  for (Eigen::Index i = 0; i <= last; ++i)
+    for (Eigen::Index k = 0; k < duty.width(); ++k) {
+      const vehicle::Rotor& rotor = v.rotors[static_cast<std::size_t>(k)];
+      const Eigen::Index from = std::max<Eigen::Index>(0, i - 1), to = std::min(last, i + 1);
+      const double lead =
+          rotor.time_constant * (speed.values(to, k) - speed.values(from, k)) /
+          (speed.t_s[static_cast<std::size_t>(to)] - speed.t_s[static_cast<std::size_t>(from)]);
+      duty.values(i, k) = std::pow(full * std::abs(speed.values(i, k) + lead) / rotor.max_speed(), 1 / 0.85);
+    }
   r.signals.erase("rotor_speed");
   r.signals["pwm"] = duty;
 }
