@@ -7,6 +7,7 @@
 #include "agreement.hpp"
 #include "balance.hpp"
 #include "bursts.hpp"
+#include "confirmed.hpp"
 #include "control_replay.hpp"
 #include "findings.hpp"
 #include "floor_height.hpp"
@@ -292,6 +293,16 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     std::vector<Flight> seen = calm ? calm_flights : freed;
     for (Flight& f : seen) f.instrument = f.smooth;
     measured = std::make_unique<const Problem>(pointers(seen), vehicle, o);
+    constexpr int kRounds = 3;
+    auto left = hypotheses;
+    for (int round = 0; round < kRounds && !o.stopped(); ++round) {
+      const auto refused = unconfirmed(*measured, naming.model, hypotheses.size(), o);
+      if (refused.empty()) break;
+      std::erase_if(left, [&](const physics::Effect* e) {
+        return std::find(refused.begin(), refused.end(), e->info().id) != refused.end();
+      });
+      naming = name_effects(problem, left, o);
+    }
   }
   const auto estimate = [&] {
     if (naming.model.effects.empty()) return;

@@ -336,8 +336,8 @@ class Search {
     return current;
   }
 
-  /// A tie within what the noise model can be trusted goes to the effect that stands first in the catalogue,
-  /// or that comes with another one, or that must be there.
+  /// A tie within what the noise model can be trusted goes to the effect that stands first in the catalogue
+  /// and is no richer, or that comes with another one, or that must be there.
   Fit break_ties(Fit current) {
     for (std::size_t k = 0; k < current.effects.size() && !stop("ties between effects"); ++k) {
       const double gain =
@@ -354,7 +354,7 @@ class Search {
         // the floor lifts whoever leaves it; its height law is an idealised one
         const bool certain = problem_.took_off() && effect->info().id == "ground_effect";
         const bool usual = certain || comes_with_another(*effect, current, k);
-        if (effect == current.effects[k].effect || (!earlier && !simpler && !usual)) continue;
+        if (effect == current.effects[k].effect || (!(earlier && more >= 0) && !simpler && !usual)) continue;
         if (!may_enter(current, effect)) continue;
         const double slack = certain ? std::max(tie(gain, more), kLawKnown * gain) : tie(gain, more);
         const Fit frozen = frozen_without(problem_, current, k);
