@@ -1,5 +1,7 @@
 #include "manoeuvres.hpp"
 
+#include <algorithm>
+#include <limits>
 #include <string>
 
 namespace omniflight::diagnosis {
@@ -54,12 +56,34 @@ void rock(Waypoints& w, int axis, double deg, int times) {
   w.push_back({{0, 0, 0}, {0, 0, 0}, 1});
 }
 
-/// Stages of height with rocking about every axis, leaning at the lowest and the highest; at each, the rotors
-/// move through `tilts` [rad].
-Waypoints survey(const std::vector<double>& tilts = {}) {
+/// Up and down without a pause: mass resists, a pull does not.
+void heave(Waypoints& w, double stroke_m, int times) {
+  for (int k = 0; k < 2 * times; ++k) w.push_back({{0, 0, k % 2 == 0 ? stroke_m : -stroke_m}, {0, 0, 0}, 0});
+  w.push_back({{0, 0, 0}, {0, 0, 0}, 1});
+}
+
+/// What an upright vehicle can climb with beyond its weight, half of it, as far as is usual in a test bed
+/// [m/s^2].
+double spare_acceleration(const vehicle::Vehicle& v, double alpha) {
+  constexpr double kGravity = 9.81, kMost = 3.7;
+  Vec6 weight = Vec6::Zero();
+  weight[2] = v.mass * kGravity;
+  const Eigen::VectorXd hover = v.allocation_matrix(alpha).completeOrthogonalDecomposition().solve(weight);
+  double times = std::numeric_limits<double>::infinity();  // the weight
+  for (std::size_t r = 0; r < v.rotors.size(); ++r) {
+    const double thrust = std::abs(hover[static_cast<Eigen::Index>(r)]);
+    if (thrust > 1e-9) times = std::min(times, v.rotors[r].max_thrust / thrust);
+  }
+  return std::clamp(0.5 * (times - 1) * kGravity, 0.2, kMost);
+}
+
+/// Stages of height with heaving and rocking about every axis, leaning at the lowest and the highest; at
+/// each, the rotors move through `tilts` [rad].
+Waypoints survey(double stroke_m, const std::vector<double>& tilts = {}) {
   Waypoints w{{{0, 0, 0}, {0, 0, 0}, 3}};
   for (int level = 0; level < 3; ++level) {
     for (int axis = 0; axis < 3; ++axis) rock(w, axis, 28, axis < 2 ? 12 : 6);
+    heave(w, level < 2 ? stroke_m : -stroke_m, 12);  // a place that is high enough for the stages is for this
     if (level != 1) lean(w, 20);
     for (const double alpha : tilts) w.push_back({{0, 0, 0}, {0, 0, 0}, 3, alpha});
     if (level < 2) w.push_back({{0, 0, 0.5}, {0, 0, 0}, 3});
@@ -78,7 +102,15 @@ std::vector<ProposedFlight> manoeuvres(const vehicle::Vehicle& vehicle, double a
     f.alpha = tilt, f.name = name, f.words = words, f.waypoints = std::move(waypoints);
     return f;
   };
-  const auto quick = [](ProposedFlight& f) { f.rate = 3.7, f.angular_acceleration = 23; };
+  const auto add_survey = [&](double tilt, const std::string& name, const std::string& words,
+                              const std::vector<double>& tilts = {}) {
+    double spare = spare_acceleration(vehicle, tilt);
+    for (const double other : tilts) spare = std::min(spare, spare_acceleration(vehicle, other));
+    constexpr double kStroke = 0.5;  // s, there or back
+    ProposedFlight& f = add(tilt, name, words, survey(spare * kStroke * kStroke / 5.78, tilts));
+    f.speed = 0.8, f.acceleration = spare;
+    f.rate = 3.7, f.angular_acceleration = 23;
+  };
   add(alpha, "ascent_with_pauses", "climb by 1.1 m in two steps with pauses, and down again", ascent());
   auto& fast = add(alpha, "fast_up_and_down", "climb and sink by 0.4 m as fast as the vehicle may, six times",
                    up_and_down());
@@ -88,8 +120,8 @@ std::vector<ProposedFlight> manoeuvres(const vehicle::Vehicle& vehicle, double a
   aside.speed = 0.6, aside.acceleration = 1.0;
   if (!turns) return out;
   add(alpha, "tilts_in_place", "roll and pitch by 20 deg both ways in one place, at two heights", tilts());
-  const std::string rocking = "rock quickly about every axis and lean by 20 deg, at three heights";
-  quick(add(alpha, "rocking_at_three_heights", rocking, survey()));
+  const std::string rocking = "rock quickly about every axis, heave and lean by 20 deg, at three heights";
+  add_survey(alpha, "rocking_at_three_heights", rocking);
   if (vehicle.tilt.kind == vehicle::TiltKind::none) return out;
   const auto possible = [&](double tilt) {
     return tilt <= vehicle.tilt.max && tilt >= vehicle.tilt.min &&
@@ -103,12 +135,12 @@ std::vector<ProposedFlight> manoeuvres(const vehicle::Vehicle& vehicle, double a
     const std::string direction = way > 0 ? "further" : "less";
     const std::string tilted = "with the rotors tilted 12 deg " + direction;
     add(other, "ascent_tilted_" + direction, "the ascent with pauses " + tilted, ascent());
-    quick(add(other, "rocking_tilted_" + direction, rocking + ", " + tilted, survey()));
+    add_survey(other, "rocking_tilted_" + direction, rocking + ", " + tilted);
   }
   if (sweep.empty()) return out;
   sweep.push_back(alpha);
-  quick(add(alpha, "rocking_and_tilting", rocking + ", and move the tilt of the rotors by 20 deg at each",
-            survey(sweep)));
+  add_survey(alpha, "rocking_and_tilting", rocking + ", and move the tilt of the rotors by 20 deg at each",
+             sweep);
   return out;
 }
 

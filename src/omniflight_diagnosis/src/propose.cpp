@@ -198,7 +198,8 @@ std::string stay_together(const NextFlight& next) {
 
 std::vector<Rivals> rivals_of(const Naming& naming, std::size_t k) {
   std::vector<ActiveEffect> all{naming.model.effects[k]};
-  for (const Alternative& a : naming.named[k].set) all.push_back({physics::find_effect(a.effect), a.theta});
+  for (const auto* list : {&naming.named[k].set, &naming.named[k].alike})
+    for (const Alternative& a : *list) all.push_back({physics::find_effect(a.effect), a.theta});
   std::vector<Rivals> out;
   for (std::size_t one = 0; one < all.size(); ++one)
     for (std::size_t other = one + 1; other < all.size(); ++other) out.push_back({all[one], all[other]});

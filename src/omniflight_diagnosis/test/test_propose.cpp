@@ -41,6 +41,27 @@ TEST(Propose, RockingTellsALoadFromWeakThrustAndClimbingDoesNot) {
   EXPECT_EQ(flights.front().name.rfind("rocking", 0), 0u) << flights.front().name;
 }
 
+/// Only what accelerates the mass itself tells a load from a pull.
+TEST(Propose, HeavingTellsALoadFromAPullAndClimbingDoesNot) {
+  const vehicle::Vehicle v = test::omnimorph();
+  const Options o;
+  const physics::ActiveEffect load{physics::find_effect("payload_mass"), {0.02}},
+      pull{physics::find_effect("constant_pull"), {0, 0, -0.02 * 9.81}};
+  const auto flight = prepare_flight(test::fly(v, {load}, {}), v, o);
+  ASSERT_TRUE(flight) << flight.error().text();
+  const Flight* one[] = {&*flight};
+  const Problem problem(one, v, o);
+  const auto flights = propose_flights(problem, *flight, v, {{load, pull}}, o);
+  const ProposedFlight *climb = find(flights, "ascent_with_pauses"),
+                       *heave = find(flights, "rocking_at_three_heights");
+  ASSERT_TRUE(climb && heave);
+  printf("load against pull: climbing %.2f sigma, heaving %.2f sigma\n", climb->separation_sigma,
+         heave->separation_sigma);
+  EXPECT_LT(climb->separation_sigma, 1.5);
+  EXPECT_GT(heave->separation_sigma, 2.5 * climb->separation_sigma);
+  EXPECT_LE(heave->acceleration, 3.7);
+}
+
 /// A thrust that changes with the tilt can be a weak thrust, on every flight: what counts is whether its
 /// further number would show.
 TEST(Propose, MovingTheTiltTellsAWeakThrustFromOneThatChangesWithIt) {
@@ -69,11 +90,13 @@ TEST(Propose, EveryTwoOfASetAreToBeToldApart) {
   naming.model.effects = {tilt};
   naming.named.emplace_back();
   naming.named[0].set = {{"payload_mass", {0.01}, 1.0, 0.9}, {"thrust_scale", {-0.01}, 1.0, 0.9}};
+  naming.named[0].alike = {{"constant_pull", {0, 0, -0.1}, 2.0, 0.99}};
   std::vector<std::string> pairs;
   for (const Rivals& pair : rivals_of(naming, 0))
     pairs.push_back(pair.named.effect->info().id + " " + pair.other.effect->info().id);
   EXPECT_EQ(pairs, (std::vector<std::string>{"tilt_offset payload_mass", "tilt_offset thrust_scale",
-                                             "payload_mass thrust_scale"}));
+                                             "tilt_offset constant_pull", "payload_mass thrust_scale",
+                                             "payload_mass constant_pull", "thrust_scale constant_pull"}));
   NextFlight next;
   next.separates = {{"tilt_offset", "payload_mass"}, {"payload_mass", "thrust_scale"}, {"a", "b"}};
   next.separations_sigma = {13.5, 2.14};  // of the third pair nothing is predicted
