@@ -22,8 +22,10 @@ constexpr double kLeastSigmas = 4;
 constexpr double kLeastChange[] = {0.15, 0.15, 0.5};  // of the told gain; limits and resets move integrals
 constexpr double kLate = 0.02;  // s: of the logged state against the one that was controlled
 
-using Mat5 = Eigen::Matrix<double, 5, 5>;
-using Vec5 = Eigen::Matrix<double, 5, 1>;
+/// Of a regression: proportional, derivative, integral, lag, late pose, that to second order.
+constexpr int kUnknowns = 6;
+using MatU = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+using VecU = Eigen::Matrix<double, kUnknowns, 1>;
 
 /// A command and what its gains multiply, n x 3 each, one column an axis.
 struct Loop {
@@ -50,51 +52,52 @@ struct Gains {
 /// coloured.
 std::optional<Gains> gains_of(const Loop& loop, Eigen::Index axis, const Vec3& told) {
   const Eigen::Index n = loop.command.rows();
-  Eigen::MatrixXd x(n, 6);  // proportional, derivative, integral, lag, late pose, command
+  Eigen::MatrixXd x(n, kUnknowns + 1);  // and the command
   x << loop.error.col(axis), loop.rate.col(axis), loop.error.col(axis), loop.rate.col(axis),
-      loop.motion.col(axis), loop.command.col(axis);
+      loop.motion.col(axis), loop.motion.col(axis), loop.command.col(axis);
   for (Eigen::Index i = 1; i < n; ++i) x(i, 2) = x(i - 1, 2) + loop.error(i, axis) / kRate;
   x = low_pass(x, kRate, kCutoff);
-  x.col(3) = differentiate(x.col(3), kRate);
+  for (const int k : {3, 5}) x.col(k) = differentiate(x.col(k), kRate);
   const auto length = static_cast<Eigen::Index>(kBlock * kRate);
   std::vector<Eigen::MatrixXd> blocks;
   for (Eigen::Index from = 0; from + length <= n; from += length) {
-    Eigen::MatrixXd block(length, 6);
+    Eigen::MatrixXd block(length, kUnknowns + 1);
     Eigen::Index kept = 0;
     for (Eigen::Index i = from; i < from + length; ++i)
       if (loop.valid[static_cast<std::size_t>(i)]) block.row(kept++) = x.row(i);
     if (kept < length / 2) continue;
-    block.conservativeResize(kept, 6);
+    block.conservativeResize(kept, kUnknowns + 1);
     block.rowwise() -= block.colwise().mean().eval();
     blocks.push_back(std::move(block));
   }
   if (static_cast<int>(blocks.size()) < kLeastBlocks) return std::nullopt;
-  Mat5 H = Mat5::Zero();
-  Vec5 g = Vec5::Zero();
+  MatU H = MatU::Zero();
+  VecU g = VecU::Zero();
   double energy = 0;
   Eigen::Index samples = 0;
   for (const auto& b : blocks) {
-    H += b.leftCols<5>().transpose() * b.leftCols<5>();
-    g += b.leftCols<5>().transpose() * b.col(5);
-    energy += b.col(5).squaredNorm();
+    H += b.leftCols<kUnknowns>().transpose() * b.leftCols<kUnknowns>();
+    g += b.leftCols<kUnknowns>().transpose() * b.col(kUnknowns);
+    energy += b.col(kUnknowns).squaredNorm();
     samples += b.rows();
   }
-  if (H(4, 4) < 1e-12) H(4, 4) = 1;  // a reference that stands still
-  const Vec5 scale = H.diagonal().cwiseSqrt().cwiseMax(1e-12).cwiseInverse();
-  const Mat5 scaled = scale.asDiagonal() * H * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Mat5> eigen(scaled);
+  for (const int k : {4, 5})
+    if (H(k, k) < 1e-12) H(k, k) = 1;  // a reference that stands still
+  const VecU scale = H.diagonal().cwiseSqrt().cwiseMax(1e-12).cwiseInverse();
+  const MatU scaled = scale.asDiagonal() * H * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatU> eigen(scaled);
   if (energy <= 0 || eigen.eigenvalues()[0] < 1e-6) return std::nullopt;
-  const Mat5 inverse = scale.asDiagonal() * scaled.inverse() * scale.asDiagonal();
+  const MatU inverse = scale.asDiagonal() * scaled.inverse() * scale.asDiagonal();
   Gains out;
-  const Vec5 found = inverse * g;
-  Mat5 scatter = Mat5::Zero();
+  const VecU found = inverse * g;
+  MatU scatter = MatU::Zero();
   double rest = 0, off = 0;
   for (const auto& b : blocks) {
-    const Eigen::VectorXd r = b.col(5) - b.leftCols<5>() * found;
-    const Vec5 score = b.leftCols<5>().transpose() * r;
+    const Eigen::VectorXd r = b.col(kUnknowns) - b.leftCols<kUnknowns>() * found;
+    const VecU score = b.leftCols<kUnknowns>().transpose() * r;
     scatter += score * score.transpose();
     rest += r.squaredNorm();
-    off += (b.col(5) - b.leftCols<3>() * told).squaredNorm();
+    off += (b.col(kUnknowns) - b.leftCols<3>() * told).squaredNorm();
   }
   const auto count = static_cast<double>(blocks.size());
   out.value = found.head<3>();

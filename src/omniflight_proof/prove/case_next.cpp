@@ -9,7 +9,7 @@ namespace {
 
 using files::between;
 
-constexpr double kLongest = 240, kWidest = 3, kSettle = 2;  // s, m, s
+constexpr double kLongest = 300, kWidest = 3, kSettle = 2;  // s, m, s
 constexpr double kTiltRate = to_radians(15);  // rad/s, half of what the servo of the vehicle does
 
 Vec3 rotation_of(files::YamlReader& at, const Vec3& otherwise) {
@@ -70,7 +70,7 @@ Result<Path> read_next_flight(std::string_view mission, const std::string& name)
     if ((at - from).norm() > kWidest) w.error("is more than 3 m from the start");
   }
   p.duration = t + 1;
-  if (p.duration > kLongest) yaml->error("takes longer than 240 s");
+  if (p.duration > kLongest) yaml->error("takes longer than 300 s");
   if (auto ok = yaml->finish(); !ok) return Failure(ok.error());
   return p;
 }
