@@ -24,6 +24,31 @@ std::vector<char> stuck(const recording::Signal& s, Eigen::Index column, double 
   return out;
 }
 
+/// Samples at which the command stands still as well, as at the limit of a rotor: no sensor is to blame.
+std::vector<char> obeys(const recording::Recording& r, const recording::Signal& speed, Eigen::Index column,
+                        const std::vector<char>& still) {
+  constexpr double kLag = 0.1, kStill = 2e-3;  // s, of a motor; of the command
+  const recording::Signal* command = r.find("rotor_command");
+  if (!command) command = r.find("pwm");
+  std::vector<char> out(still.size(), 0);
+  if (!command || command->width() != speed.width()) return out;
+  const Eigen::MatrixXd asked = recording::resample(*command, speed.t_s, kLag);
+  for (std::size_t i = 0; i < still.size();) {
+    std::size_t j = i;
+    double low = 1e300, high = -1e300;
+    for (; j < still.size() && still[j] == still[i]; ++j) {
+      if (speed.t_s[j] < speed.t_s[i] + kLag) continue;
+      const double value = asked(static_cast<Eigen::Index>(j), column);
+      low = std::min(low, value), high = std::max(high, value);
+    }
+    if (still[i] && low <= high && high - low <= kStill * std::abs(high))
+      std::fill(out.begin() + static_cast<std::ptrdiff_t>(i), out.begin() + static_cast<std::ptrdiff_t>(j),
+                1);
+    i = j;
+  }
+  return out;
+}
+
 /// Median of a rotor's speed over its duty cycle, where the motor runs.
 double speed_over_duty(const recording::Signal& speed, const Eigen::MatrixXd& duty, Eigen::Index rotor) {
   std::vector<double> ratio;
@@ -85,9 +110,10 @@ std::vector<SensorFault> find_sensor_faults(const recording::Recording& recordin
     std::vector<std::vector<char>> columns;
     for (Eigen::Index c = 0; c < speed->width(); ++c) columns.push_back(stuck(*speed, c, 0.2));
     for (std::size_t c = 0; c < columns.size(); ++c) {
+      const std::vector<char> asked = obeys(recording, *speed, static_cast<Eigen::Index>(c), columns[c]);
       int bad = 0;  // stuck while at least half of the others move
       for (std::size_t i = 0; i < columns[c].size(); ++i) {
-        if (!columns[c][i] || (!limits.held.empty() && limits.held[c][i])) continue;
+        if (!columns[c][i] || asked[i] || (!limits.held.empty() && limits.held[c][i])) continue;
         std::size_t moving = 0;
         for (const auto& other : columns) moving += !other[i];
         bad += 2 * moving >= columns.size() - 1;

@@ -51,6 +51,20 @@ std::string broken(const recording::Recording& r) {
   return channels;
 }
 
+/// An allocator that asks for no more than the vehicle file allows, of one rotor that a rope loads.
+TEST(RotorLimits, ASpeedThatStandsWhereItsCommandStandsIsNoBrokenSensor) {
+  const vehicle::Vehicle v = test::omnimorph();
+  auto r = flown(v, [](double u, int, double) { return u; });
+  auto &u = r.signals["rotor_command"].values, &w = r.signals["rotor_speed"].values;
+  for (Eigen::Index i = 2000; i < 3000; ++i) {
+    u(i, 7) = 1145.87;
+    if (i > 2015) w(i, 7) = 1146.1;
+  }
+  EXPECT_EQ(broken(r), "");
+  u.col(7).segment(2000, 1000) = u.col(6).segment(2000, 1000);
+  EXPECT_EQ(broken(r), "rotor8_speed ") << "that its command moves is what tells";
+}
+
 TEST(RotorLimits, ACeilingIsNamedWithItsLoss) {
   const vehicle::Vehicle v = test::omnimorph();
   const double ceiling = 0.7 * v.rotors[0].max_speed();
