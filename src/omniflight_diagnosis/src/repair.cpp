@@ -99,12 +99,14 @@ void cut_freezes(Repaired& r) {
   for (const auto& sender : senders()) {
     std::vector<std::string> names;
     std::vector<Window> windows;
+    double starts = -1e18;
     for (const char* name : sender) {
       const auto at = r.recording.signals.find(name);
       if (at == r.recording.signals.end()) continue;
       Signal& s = at->second;
       const std::vector<Rows> runs = frozen(s, driven(r.recording, s));
       if (runs.empty()) continue;
+      starts = std::max(starts, s.t_s.front());
       std::vector<char> bad(s.t_s.size(), 0);
       for (const Rows& run : runs) {
         windows.push_back({time_of(s, run.begin), time_of(s, std::min(run.end, s.size() - 1)), ""});
@@ -118,9 +120,17 @@ void cut_freezes(Repaired& r) {
     double longest = 0;
     for (Window& w : windows) {
       w.why = listed(names) + " frozen: the same sample again and again";
-      longest = std::max(longest, w.to_s - w.from_s);
       r.frozen.push_back(w);
     }
+    // what stands still from its first sample on has not begun yet
+    const double first = windows.front().from_s <= starts ? windows.front().to_s : -1;
+    if (first >= 0) {
+      windows.erase(windows.begin());
+      r.notes.push_back(format("The %s %s still up to %.2f s, from the first sample on; cut out.",
+                               listed(names).c_str(), names.size() > 1 ? "stand" : "stands", first));
+      if (windows.empty()) continue;
+    }
+    for (const Window& w : windows) longest = std::max(longest, w.to_s - w.from_s);
     const double share = length(windows) / std::max(1e-9, r.recording.duration_s);
     const bool several = names.size() > 1, again = windows.size() > 1;
     const std::string sentence =

@@ -55,6 +55,21 @@ bool noted(const Flight& f, const std::string& text) {
                      [&](const std::string& n) { return n.find(text) != std::string::npos; });
 }
 
+TEST(Repair, WhatStandsStillFromTheFirstSampleOnHasNotBegun) {
+  Recording r = flown();
+  freeze(r, "position", -1, 1.5);
+  freeze(r, "attitude", -1, 1.5);
+  const auto f = prepare_flight(r, vehicle(), {});
+  ASSERT_TRUE(f) << f.error().text();
+  EXPECT_TRUE(cut(*f, "position and attitude frozen"));
+  EXPECT_TRUE(f->faults.empty());
+  EXPECT_TRUE(noted(*f, "position and attitude stand still up to 1.5"));
+  freeze(r, "position", 10, 11.5);
+  const auto again = prepare_flight(r, vehicle(), {});
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_EQ(again->faults.size(), 1u) << "a later one is";
+}
+
 TEST(Repair, AFrozenPoseIsCutOutAndAFinding) {
   Recording r = flown();
   freeze(r, "position", 10, 11.5);
