@@ -175,9 +175,12 @@ Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, con
   gate.energy_share = std::max(most_removed(problem, all0, all1), most_removed(problem, raw0, full.residual));
   // tolerances may stand in for a steady effect, the better the longer a flight is; here they do not
   gate.prominence = most_removed(problem, full.residual + value, full.residual);
-  for (int c = 0; c < 6; ++c)
+  for (int c = 0; c < 6; ++c) {
     gate.magnitude =
         std::max(gate.magnitude, std::sqrt(value.segment(c * n, n).squaredNorm() / n) / problem.scale(c));
+    const double gone = raw0.segment(c * n, n).squaredNorm() - full.residual.segment(c * n, n).squaredNorm();
+    gate.removed = std::max(gate.removed, std::sqrt(std::max(0.0, gone) / n) / problem.scale(c));
+  }
   return gate;
 }
 

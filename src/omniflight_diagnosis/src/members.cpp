@@ -17,11 +17,17 @@ bool contains(const Fit& fit, const physics::Effect* effect) {
                      [&](const physics::ActiveEffect& e) { return e.effect == effect; });
 }
 
+constexpr double kSure = 20;  // times what chance asks for
+
 bool gate_open(const Problem& problem, const Gate& gate, const Options& o, double needed) {
   const double least = problem.instrumented() ? 0.0 : 2.0;
   const bool shows = problem.instrumented() ? std::max(gate.energy_share, gate.prominence) > 0.5 * o.min_share
                                             : gate.energy_share > o.min_share;
-  return gate.gain > needed && gate.cross_validated_se > least && shows && gate.magnitude > o.min_magnitude;
+  // small, yet most of what is there: without a name it would be called unknown
+  const bool sure = problem.instrumented() && gate.energy_share > 0.5 && gate.gain > kSure * needed &&
+                    gate.removed > kAccuracy;
+  return gate.gain > needed && gate.cross_validated_se > least && shows &&
+         (sure || gate.magnitude > o.min_magnitude);
 }
 
 namespace {
