@@ -461,13 +461,14 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
     if (!is_finite(body) || !f.specific_force.row(k).allFinite()) good[static_cast<std::size_t>(k)] = 0;
   }
   if (f.thrust_modelled) {
-    f.log_voltage = Eigen::VectorXd::Zero(n);
-    f.mean_speed = f.rotor_speed.cwiseAbs().mean();
+    f.log_drive = f.log_voltage = Eigen::VectorXd::Zero(n);
     const Signal* vbat = recording.find("vbat");
     const Eigen::MatrixXd volt = vbat ? recording::resample(*vbat, f.t) : Eigen::MatrixXd::Ones(n, 1);
-    const double mean = vbat ? vbat->values.mean() : 1.0;
-    for (int k = 0; k < n; ++k)
+    const double mean = vbat ? vbat->values.mean() : 1.0, top = f.rotor_speed.cwiseAbs().mean();
+    for (int k = 0; k < n; ++k) {
+      f.log_drive[k] = std::log(std::clamp(f.rotor_speed.row(k).cwiseAbs().mean() / top, 0.2, 5.0));
       if (std::isfinite(volt(k, 0))) f.log_voltage[k] = std::log(std::clamp(volt(k, 0) / mean, 0.3, 3.0));
+    }
   }
   if (const Signal* aid = recording.find("position"); aid && velocity && velocity->name == "est_velocity")
     cut_unaided(unaided(*aid, grid, o.max_gap_s), grid, good, f);

@@ -83,6 +83,8 @@ bool contradicts_itself(const physics::ActiveEffect& e, const VehicleScale& s) {
   const std::string& id = e.effect->info().id;
   if (id == "taut_rope")  // stretched by a metre it pulls; what only damps is air
     return value("stiffness") < 0.05 * s.weight || value("damping") > 0.5 * value("stiffness");
+  if (id == "wind")
+    return value("area") > 0.49 * s.disc;  // what presses the wind to its limit is another force
   if (id == "ceiling_effect") return value("height") < s.highest;
   if (id == "guide_friction")
     return value("transition") > 0.099;  // what still grows with speed there is drag

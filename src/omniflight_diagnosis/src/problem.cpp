@@ -55,7 +55,7 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
                  const Options& options)
     : flight_count_(static_cast<int>(flights.size())), period_(1.0 / options.grid_hz) {
   std::vector<Vec6> fast;
-  std::vector<std::array<double, 2>> drive;  // mean rotor speed, ln of voltage
+  std::vector<std::array<double, 2>> drive;
   std::vector<const physics::Situation*> instrument;
   for (int k = 0; k < flight_count_; ++k) {
     const Flight& f = *flights[static_cast<std::size_t>(k)];
@@ -70,7 +70,8 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
         acceleration_.emplace_back();
         acceleration_.back() << s.a_WB_B, s.dw_WB_B;
         if (!f.instrument.empty()) instrument.push_back(&f.instrument[at]);
-        drive.push_back({f.mean_speed, f.log_voltage.size() > 0 ? f.log_voltage[i] : 0.0});
+        const bool known = f.log_drive.size() > 0;
+        drive.push_back({known ? f.log_drive[i] : 0.0, known ? f.log_voltage[i] : 0.0});
         fast.push_back(physics::rotor_wrench(f.smooth[at]) - physics::rotor_wrench(s));
       }
     }
@@ -151,11 +152,6 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
     const Vec6 rotors = physics::rotor_wrench(s);
     // where feedback colours the state, a clock that is off looks as the answer of the rotors does
     const Vec6 rate = instrumented_ ? rotor_wrench_rate(s) : Vec6::Zero();
-    const auto& [mean_speed, log_voltage] = drive[static_cast<std::size_t>(i)];
-    Vec3 steeper = Vec3::Zero();  // more of a rotor that is quick, less of one that is slow
-    for (const physics::RotorSituation& r : s.all_rotors())
-      if (modelled && mean_speed > 0)
-        steeper += std::log(std::clamp(std::abs(r.speed) / mean_speed, 0.2, 5.0)) * r.thrust * r.n_B;
     for (int c = 0; c < 6; ++c) {
       const int row = c * n_ + i;
       offsets_(row, 0) = rotors[c];
@@ -170,9 +166,9 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
         offsets_(row, axes + c) = force[c];
         for (int k = 0; k < 3; ++k) offsets_(row, axes + 3 + k) = Vec3::Unit(k).cross(force)[c];
       }
-      if (modelled && c < 3) {
-        offsets_(row, first_model) = steeper[c];
-        offsets_(row, first_model + 1) = rotors[c] * log_voltage;
+      if (modelled) {
+        offsets_(row, first_model) = rotors[c] * drive[static_cast<std::size_t>(i)][0];
+        offsets_(row, first_model + 1) = rotors[c] * drive[static_cast<std::size_t>(i)][1];
       }
     }
   }

@@ -58,8 +58,8 @@ struct Flight {
   bool has_accelerometer = false, has_gyro = false, has_alpha = false, has_position = false;
   bool speed_from_command = false;  ///< there are no measured rotor speeds
   bool thrust_modelled = false;     ///< thrust comes from duty cycles, its scale from this flight
-  double mean_speed = 0;            ///< rad/s, of all rotors; of a modelled thrust only
-  Eigen::VectorXd log_voltage;      ///< of a modelled thrust: ln of voltage over its mean
+  Eigen::VectorXd log_drive,
+      log_voltage;  ///< of a modelled thrust: ln of mean speed and voltage over their means
   std::vector<Alignment> alignment;
   double floor_z = 0;  ///< m, as used
   std::optional<double>
