@@ -4,8 +4,8 @@
 
 namespace omniflight::diagnosis {
 
-std::vector<std::string> unconfirmed(const Problem& measured, const Fit& model,
-                                                std::size_t candidates, const Options& o) {
+std::vector<std::string> unconfirmed(const Problem& measured, const Fit& model, std::size_t candidates,
+                                     const Options& o) {
   std::vector<std::string> out;
   const Costs costs(candidates, o.error_rate, measured.instrumented());
   std::vector<physics::ActiveEffect> kept = model.effects;

@@ -5,11 +5,11 @@
 
 namespace omniflight::diagnosis {
 
-/// Ids of members beside others that do not earn their parameters on `measured`. Instruments are what a simulator
-/// made of the reference: a strong effect turns the vehicle a little from it, and what that does to the wrench
-/// is a share of the effect which others seem to explain. On the measured flight there is no such share; what
-/// is really there shows on both. `candidates`: how many were tried.
-std::vector<std::string> unconfirmed(const Problem& measured, const Fit& model,
-                                                std::size_t candidates, const Options& o);
+/// Ids of members beside others that do not earn their parameters on `measured`. Instruments are what a
+/// simulator made of the reference: a strong effect turns the vehicle a little from it, and what that does to
+/// the wrench is a share of the effect which others seem to explain. On the measured flight there is no such
+/// share; what is really there shows on both. `candidates`: how many were tried.
+std::vector<std::string> unconfirmed(const Problem& measured, const Fit& model, std::size_t candidates,
+                                     const Options& o);
 
 }  // namespace omniflight::diagnosis

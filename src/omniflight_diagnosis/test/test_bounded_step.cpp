@@ -51,8 +51,7 @@ TEST(BoundedStep, IsTheMinimumOfAllChoicesAlsoWhereColumnsHardlyDiffer) {
     H.diagonal().array() += 1e-4;
     const Eigen::VectorXd g =
         X.transpose() * Eigen::VectorXd::NullaryExpr(40, [&] { return 3 * normal(random); });
-    const Eigen::VectorXd high =
-                              Eigen::VectorXd::NullaryExpr(5, [&] { return std::abs(normal(random)); }),
+    const Eigen::VectorXd high = Eigen::VectorXd::NullaryExpr(5, [&] { return std::abs(normal(random)); }),
                           low = -Eigen::VectorXd::NullaryExpr(5, [&] { return std::abs(normal(random)); });
     const Eigen::VectorXd d = bounded_step(H, g, low, high);
     EXPECT_TRUE((d.array() >= low.array() - 1e-12).all() && (d.array() <= high.array() + 1e-12).all());
