@@ -224,8 +224,9 @@ TEST(Next, WhatAnAnswerMayNotAskForIsRefusedByName) {
         {with("alpha_deg: 42", "alpha_deg: 80"), "alpha_deg"},
         {with("mission/1", "mission/9"), "schema"},
         {with("name: ascent", "effect: payload"), "effect"},
-        {std::string(kNext) + "  - {hold_s: 60}\n  - {hold_s: 60}\n  - {hold_s: 60}\n  - {hold_s: 60}\n",
-         "240 s"}}) {
+        {std::string(kNext) + "  - {hold_s: 60}\n  - {hold_s: 60}\n  - {hold_s: 60}\n  - {hold_s: 60}\n"
+                              "  - {hold_s: 60}\n",
+         "300 s"}}) {
     auto p = read_next_flight(text, "next.yaml");
     ASSERT_FALSE(p) << words;
     EXPECT_NE(p.error().text().find(words), std::string::npos) << p.error().text();
