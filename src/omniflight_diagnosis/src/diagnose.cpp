@@ -287,7 +287,6 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
       naming = name_effects(*calm, hypotheses, o);
   }
   const Problem& problem = calm ? *calm : *all;
-  if (grounded) add_ground_law(problem, per_parameter, o, naming);
   std::unique_ptr<const Problem> measured;  // the same samples, the state as it was measured
   if (!freed.empty()) {
     std::vector<Flight> seen = calm ? calm_flights : freed;
@@ -304,6 +303,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
       naming = name_effects(problem, left, o);
     }
   }
+  if (grounded) add_ground_law(problem, per_parameter, o, naming);
   const auto estimate = [&] {
     if (naming.model.effects.empty()) return;
     naming.model = settle(problem, naming.model, o);
