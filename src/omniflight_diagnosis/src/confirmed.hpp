@@ -1,7 +1,10 @@
 // What was found free of feedback, held against the flight as it was measured.
 #pragma once
 
-#include "naming.hpp"
+#include <string>
+#include <vector>
+
+#include "fit.hpp"
 
 namespace omniflight::diagnosis {
 

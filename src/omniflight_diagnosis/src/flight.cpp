@@ -386,12 +386,9 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
 
   // too little thrust to fly: on the ground or falling
   std::vector<char> ground(grid.t.size());
-  for (Eigen::Index i = 0; i < fine; ++i) {
-    double lift = 0;
-    for (Eigen::Index r = 0; r < speed.cols(); ++r)
-      lift += std::abs(vehicle.rotors[static_cast<std::size_t>(r)].thrust(speed(i, r)));
-    ground[static_cast<std::size_t>(i)] = lift < 0.25 * vehicle.mass * o.environment.gravity;
-  }
+  for (Eigen::Index i = 0; i < fine; ++i)
+    ground[static_cast<std::size_t>(i)] =
+        push_at(speed, i, vehicle) < 0.25 * vehicle.mass * o.environment.gravity;
   exclude(ground, grid, contact.known ? 0.15 : 1.0, "rotors too slow to fly", use, f.excluded);
   for (const SensorFault& fault : f.faults) {
     if (fault.effect != "rotor_speed_sensor_fault" || f.speed_from_command) continue;

@@ -6,14 +6,6 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// Of all rotors together, as if they pushed the same way [N].
-double push_at(const Eigen::MatrixXd& speed, Eigen::Index i, const vehicle::Vehicle& v) {
-  double sum = 0;
-  for (Eigen::Index r = 0; r < speed.cols(); ++r)
-    sum += std::abs(v.rotors[static_cast<std::size_t>(r)].thrust(speed(i, r)));
-  return sum;
-}
-
 /// Size of their force [N]: those that tilt against each other carry less than they push.
 double lift_at(const Eigen::MatrixXd& speed, const Eigen::MatrixXd& alpha, Eigen::Index i,
                const vehicle::Vehicle& v) {
@@ -25,6 +17,13 @@ double lift_at(const Eigen::MatrixXd& speed, const Eigen::MatrixXd& alpha, Eigen
 }
 
 }  // namespace
+
+double push_at(const Eigen::MatrixXd& speed, Eigen::Index i, const vehicle::Vehicle& v) {
+  double sum = 0;
+  for (Eigen::Index r = 0; r < speed.cols(); ++r)
+    sum += std::abs(v.rotors[static_cast<std::size_t>(r)].thrust(speed(i, r)));
+  return sum;
+}
 
 double mean_radius(const vehicle::Vehicle& v) {
   double radius = 0;

@@ -17,6 +17,9 @@ constexpr double kLeastHubHeight = 0.3;
 /// m, mean of the rotors.
 double mean_radius(const vehicle::Vehicle& vehicle);
 
+/// Thrust of all rotors at sample i, as if they pushed the same way [N].
+double push_at(const Eigen::MatrixXd& rotor_speed, Eigen::Index i, const vehicle::Vehicle& vehicle);
+
 /// All matrices have one row a sample of a uniform grid: position [m], rotor speed [rad/s], tilt (one column)
 /// [rad], specific force [m/s^2, body], attitude (w, x, y, z). Standing: nothing moves for 0.3 s and the
 /// rotors carry less than 85 % of the weight, or they carry less than 30 % at the lowest place; up to a
