@@ -37,8 +37,8 @@ void add_sines(Coordinate& c, Random& random, std::initializer_list<double> freq
 
 /// The designed flight repeats its stages: turbulence of 0.3 s leaves a constant force known to
 /// sqrt(2 * 0.3 s / duration) of its RMS, a tenth after one round, and what is to be told at 0.3 needs half
-/// that.
-constexpr int kRounds = 3;
+/// that. Sides are exchanged each round, so that an even number leaves none preferred.
+constexpr int kRounds = 4;
 constexpr double kRound = 60;  ///< s
 
 }  // namespace
