@@ -8,7 +8,6 @@
 #include "omniflight_files/yaml.hpp"
 #include "omniflight_physics/effect.hpp"
 #include "omniflight_simulation/faults.hpp"
-#include "omniflight_simulation/sensors.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
@@ -25,6 +24,10 @@ std::string join(const std::vector<std::string>& items) {
 }
 
 std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
+
+std::string in_brackets(const Vec3& v) {
+  return fmt::format("[{:.10g}, {:.10g}, {:.10g}]", v.x(), v.y(), v.z());
+}
 
 }  // namespace
 
@@ -57,6 +60,7 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
   if (o.monitor) {
     common("monitor");
     p["monitor"]["summary_file"] = quoted((s.out / "monitor.json").string());
+    p["monitor"]["imu_position_m"] = in_brackets(s.sensing.imu_position);
   }
   p["controller"]["settle_s"] = fmt::format("{}", kSettle);
   const auto plant = [&](const std::string& component) {
@@ -116,9 +120,6 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
 }
 
 Result<std::string> told(const FlightOptions& o, const Setup& s) {
-  const auto in_brackets = [](const Vec3& v) {
-    return fmt::format("[{:.10g}, {:.10g}, {:.10g}]", v.x(), v.y(), v.z());
-  };
   auto defaults = files::YamlReader::load(s.defaults);
   if (!defaults) return Failure(defaults.error());
   auto usual = defaults->child("controller").child("ros__parameters");
@@ -140,9 +141,7 @@ Result<std::string> told(const FlightOptions& o, const Setup& s) {
     gains += fmt::format("{}{}: {}", gains.empty() ? "" : ", ", gain, in_brackets(value));
   }
   if (o.plant != "hardware") {
-    auto yaml = files::YamlReader::load(s.sensors);
-    if (!yaml) return Failure(yaml.error());
-    const simulation::SensorConfig sensors = simulation::read_sensor_config(*yaml);
+    const simulation::SensorConfig& sensors = s.sensing;
     const auto most = [](const Vec3& v) { return v.cwiseAbs().maxCoeff(); };
     std::string accelerometer;
     for (const auto& [key, value] : {std::pair{"bias_mps2", most(sensors.accelerometer_bias)},
@@ -264,6 +263,11 @@ Result<Setup> find_inputs(const FlightOptions& o, planning::Mission& mission) {
   auto sensors = find_config("sensors", o.sensors);
   if (!sensors) return Failure(sensors.error());
   s.sensors = *sensors;
+  if (o.plant != "hardware") {
+    auto yaml = files::YamlReader::load(s.sensors);
+    if (!yaml) return Failure(yaml.error());
+    s.sensing = simulation::read_sensor_config(*yaml);
+  }
   if (!o.effects.empty()) {
     auto effects = find_config("effects", o.effects);
     if (!effects) return Failure(effects.error());

@@ -5,6 +5,7 @@
 
 #include "flight.hpp"
 #include "omniflight_planning/plan.hpp"
+#include "omniflight_simulation/sensors.hpp"
 
 namespace omniflight::cli {
 
@@ -14,9 +15,10 @@ struct Setup {
   std::filesystem::path out;
   std::string sensors, effects, faults, world, defaults, loopback;  ///< files; without effects, ...: empty
   std::vector<std::string> neighbours;                              ///< files
-  std::map<std::string, std::string> weights;                       ///< parameters of the allocator
-  std::string fingerprint;                                          ///< see fingerprint()
-  double duration = 0;                                              ///< s, whole flight
+  simulation::SensorConfig sensing;            ///< of the plant's sensors, where it is ours
+  std::map<std::string, std::string> weights;  ///< parameters of the allocator
+  std::string fingerprint;                     ///< see fingerprint()
+  double duration = 0;                         ///< s, whole flight
   std::int64_t epoch_ns = 0;
 };
 
@@ -27,8 +29,8 @@ Result<Setup> prepare(const FlightOptions& options);
 /// The parameters of this flight, on top of configs/components/default.yaml.
 std::string parameters(const FlightOptions& options, const Setup& setup);
 
-/// What a diagnosis may be told of this flight (told.yaml): the gains it is flown with and, where the plant is
-/// ours, the size of its sensors' biases. Nothing of the effects.
+/// What a diagnosis may be told of this flight (told.yaml): the gains it is flown with and, where the plant
+/// is ours, the size of its sensors' biases. Nothing of the effects.
 Result<std::string> told(const FlightOptions& options, const Setup& setup);
 
 }  // namespace omniflight::cli

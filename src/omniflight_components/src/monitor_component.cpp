@@ -48,6 +48,8 @@ class MonitorComponent final : public bus::Component {
     const auto read = [&](const char* key, double& value, double low, double high) {
       value = p.number(key, value, low, high);
     };
+    const std::vector<double> imu = p.numbers("imu_position_m", std::vector<double>(3, 0.0), 3);
+    if (imu.size() == 3) o.imu_position = Vec3(imu[0], imu[1], imu[2]);
     read("grid_hz", o.grid_hz, 20, 2000);
     read("cutoff_hz", o.cutoff_hz, 0.05, 100);
     read("max_gap_s", o.max_gap_s, 0.001, 10);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "omniflight_diagnosis/residual.hpp"
+
 namespace omniflight::diagnosis {
 
 recording::Recording at_origin(const recording::Recording& recording, const Vec3& p_BI) {
@@ -20,7 +22,7 @@ recording::Recording at_origin(const recording::Recording& recording, const Vec3
   const Eigen::MatrixXd before = rate(-half), now = rate(0), after = rate(half);
   for (Eigen::Index i = 0; i < moved.size(); ++i) {
     const Vec3 w = now.row(i).transpose(), dw = (after.row(i) - before.row(i)).transpose() / (2 * half);
-    const Vec3 beside = dw.cross(p_BI) + w.cross(w.cross(p_BI));
+    const Vec3 beside = beside_origin(p_BI, w, dw);
     if (beside.allFinite()) moved.values.row(i) -= beside.transpose();
   }
   return out;

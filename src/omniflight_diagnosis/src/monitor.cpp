@@ -177,7 +177,8 @@ void Monitor::advance_wrench(double t) {
     const double alpha = vehicle_.tilt.kind == vehicle::TiltKind::none ? 0.0 : rotor[rotor.size() - 1];
     physics::prepare(vehicle_, body, alpha, {rotor.data(), rotors_}, {}, environment, s);
     s.dw_WB_B = (after.tail<3>() - before.tail<3>()) * (0.5 * options_.grid_hz);
-    filtered_ = wrench_residual(s, now.head<3>(), vehicle_.center_of_mass);
+    const Vec3 at_origin = now.head<3>() - beside_origin(options_.imu_position, body.w_WB_B, s.dw_WB_B);
+    filtered_ = wrench_residual(s, at_origin, vehicle_.center_of_mass);
     wrench_filter_.step(filtered_);
     wrench_t_ = next_;
     if (next_ < released_ + options_.settle_s) continue;

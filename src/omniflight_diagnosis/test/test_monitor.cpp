@@ -77,6 +77,29 @@ TEST(Monitor, AHiddenLoadIsAnErrorWithinASecond) {
   EXPECT_EQ(h.last[1].level, Level::ok) << "the motors follow";
 }
 
+// An accelerometer a hand's breadth off reads what turning does to it; told where it is, that is no wrench.
+TEST(Monitor, AnImuOffTheOriginIsNoWrenchWhereItsPlaceIsTold) {
+  const auto vehicle = omnimorph();
+  const Vec3 place(0.25, -0.1, 0.15);
+  recording::Recording r = test::fly(vehicle, {}, {.sway = 0.2});
+  const recording::Signal& gyro = r.signals.at("gyro");
+  recording::Signal& acc = r.signals.at("acc");
+  for (Eigen::Index i = 1; i + 1 < gyro.size(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Vec3 w = gyro.values.row(i).transpose();
+    const Vec3 dw =
+        (gyro.values.row(i + 1) - gyro.values.row(i - 1)).transpose() / (gyro.t_s[k + 1] - gyro.t_s[k - 1]);
+    acc.values.row(i) += (dw.cross(place) + w.cross(w.cross(place))).transpose();
+  }
+  auto unaware = Monitor::create(vehicle);
+  auto told = Monitor::create(vehicle, {.imu_position = place});
+  ASSERT_TRUE(unaware && told);
+  const Heard without = listen(r, *unaware), with = listen(r, *told);
+  EXPECT_LT(with.largest_sigma, 3.0);
+  EXPECT_GT(without.largest_sigma, 2 * with.largest_sigma);
+  EXPECT_LT(with.warn[0], 0) << with.last[0].message;
+}
+
 TEST(Monitor, ARotorThatDoesNotFollowIsNamed) {
   const auto vehicle = omnimorph();
   recording::Recording r = test::fly(vehicle, {}, {});

@@ -16,17 +16,18 @@
 namespace omniflight::diagnosis {
 
 struct MonitorOptions {
-  Tolerance tolerance;          ///< what one sigma of a wrench residual is
-  double gravity = kGravity;    ///< m/s^2
-  double grid_hz = 200;         ///< signals are interpolated to this rate
-  double cutoff_hz = 2;         ///< causal low pass of the residuals, 4th order
-  double max_gap_s = 0.08;      ///< a longer gap in a signal starts the residual anew
-  double settle_s = 0.3;        ///< after the release nothing is judged for so long
-  double confirm_s = 0.2;       ///< a limit must be exceeded for so long
-  double warn_sigma = 4;        ///< limits of the wrench, in sigma of the tolerance
-  double error_sigma = 10;      ///<
-  double warn_speed = 0.12;     ///< limits of command minus speed of a rotor, over its largest speed
-  double error_speed = 0.25;    ///<
+  Tolerance tolerance;               ///< what one sigma of a wrench residual is
+  Vec3 imu_position = Vec3::Zero();  ///< m, body: where the accelerometer is
+  double gravity = kGravity;         ///< m/s^2
+  double grid_hz = 200;              ///< signals are interpolated to this rate
+  double cutoff_hz = 2;              ///< causal low pass of the residuals, 4th order
+  double max_gap_s = 0.08;           ///< a longer gap in a signal starts the residual anew
+  double settle_s = 0.3;             ///< after the release nothing is judged for so long
+  double confirm_s = 0.2;            ///< a limit must be exceeded for so long
+  double warn_sigma = 4;             ///< limits of the wrench, in sigma of the tolerance
+  double error_sigma = 10;           ///<
+  double warn_speed = 0.12;          ///< limits of command minus speed of a rotor, over its largest speed
+  double error_speed = 0.25;         ///<
   double imu_stale_s = 0.1;     ///< age of the last sample that is a warning; four times that is an error
   double mocap_stale_s = 0.2;   ///<
   double rotors_stale_s = 0.2;  ///<
