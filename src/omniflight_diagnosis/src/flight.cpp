@@ -307,6 +307,11 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   const Eigen::MatrixXd q = take(turned ? turned->seen : *attitude_used, "attitude");
   Eigen::MatrixXd speed = roots(take(spun ? spun->subtracted : rotor_squares, rotor->name));
   if (f.speed_from_command) speed = modelled_speed(speed, grid.rate_hz, vehicle);
+  // momentum goes with the speed itself: the root of a filtered square starts at zero like a wall
+  Signal rotor_itself = spun ? spun->subtracted : rotor_squares;
+  rotor_itself.values = roots(rotor_itself.values);
+  Eigen::MatrixXd turning = on_grid(rotor_itself, grid, o).x;
+  if (f.speed_from_command) turning = modelled_speed(turning, grid.rate_hz, vehicle);
   Eigen::MatrixXd seen_speed = spun ? roots(take(spun->seen, rotor->name)) : speed;
   const Eigen::MatrixXd p =
       position ? take(moved ? moved->seen : *position, "position") : Eigen::MatrixXd::Zero(fine, 3);
@@ -352,14 +357,13 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
     f.notes.push_back("No tilt angle: it is taken as zero.");
   }
   if (gyro && !f.speed_from_command) {
-    const auto lag = lag_behind_rotors(dw, speed, alpha, grid.rate_hz, use, vehicle);
+    const auto lag = lag_behind_rotors(dw, speed, turning, alpha, grid.rate_hz, use, vehicle);
     if (lag)
       f.alignment.push_back(
           {"rotor_speed (torque)", "gyro", lag->lag_s, lag->se_s, 0, 0, std::sqrt(lag->explained)});
     if (lag && std::abs(lag->lag_s) > kLeastTorqueLag + 3 * lag->se_s)
-      for (Eigen::MatrixXd* s : {&speed, &seen_speed}) *s = delayed(*s, lag->lag_s, grid.rate_hz);
+      for (Eigen::MatrixXd* s : {&speed, &turning, &seen_speed}) *s = delayed(*s, lag->lag_s, grid.rate_hz);
   }
-  const Eigen::MatrixXd dspeed = differentiate(speed, grid.rate_hz);
   const Signal* reference = recording.find("ref_position");
   Eigen::MatrixXd ref;
   if (reference && position) ref = low_pass(on_grid(*reference, grid, o).x, grid.rate_hz, o.cutoff_hz);
@@ -367,6 +371,7 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   if (f.thrust_modelled) {
     const double scale = lift_scale(speed, alpha, force, p, position != nullptr, vehicle);
     speed *= std::sqrt(scale);
+    turning *= std::sqrt(scale);
     seen_speed *= std::sqrt(scale);
   }
   physics::Environment environment = o.environment;
@@ -410,6 +415,7 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
     use[static_cast<std::size_t>(i)] = use[static_cast<std::size_t>(fine - 1 - i)] = 0;
 
   const std::vector<physics::NeighbourTrack> neighbours = neighbours_of(recording, o);
+  const Eigen::MatrixXd dspeed = differentiate(turning, grid.rate_hz);
   const Eigen::MatrixXd slow_speed = roots(low_pass(squares(seen_speed), grid.rate_hz, o.effect_cutoff_hz));
 
   // decimate to the grid

@@ -44,11 +44,12 @@ Axis regress(const Eigen::VectorXd& y, const Eigen::VectorXd& torque, const Eige
 }  // namespace
 
 std::optional<TorqueLag> lag_behind_rotors(const Eigen::MatrixXd& dw, const Eigen::MatrixXd& speed,
-                                           const Eigen::MatrixXd& alpha, double rate_hz,
-                                           const std::vector<char>& use, const vehicle::Vehicle& vehicle) {
+                                           const Eigen::MatrixXd& turning, const Eigen::MatrixXd& alpha,
+                                           double rate_hz, const std::vector<char>& use,
+                                           const vehicle::Vehicle& vehicle) {
   const auto n = static_cast<int>(dw.rows());
   const int reach = static_cast<int>(std::ceil(kReach * rate_hz));
-  const Eigen::MatrixXd dspeed = differentiate(speed, rate_hz);
+  const Eigen::MatrixXd dspeed = differentiate(turning, rate_hz);
   Eigen::MatrixXd torque(n, 3), spin_up(n, 3);
   std::vector<double> s(static_cast<std::size_t>(speed.cols())), ds(s.size());
   physics::Situation now;

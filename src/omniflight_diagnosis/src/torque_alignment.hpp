@@ -16,12 +16,14 @@ struct TorqueLag {
   double explained = 0;  ///< share of the angular acceleration's variance, of the axis where it is largest
 };
 
-/// w [rad/s], dw [rad/s^2] and speed [rad/s] on one grid, a row a sample; alpha [rad]; only samples with
+/// dw [rad/s^2], speed and turning [rad/s] on one grid, a row a sample; speed is what thrust follows (root of
+/// filtered squares), turning what momentum follows (filtered as it is); alpha [rad]; only samples with
 /// `use` count. Nothing where they explain less than 85 % of every axis: what
 /// pushes from outside is answered by the rotors later, and would pass for a clock.
 std::optional<TorqueLag> lag_behind_rotors(const Eigen::MatrixXd& dw, const Eigen::MatrixXd& speed,
-                                           const Eigen::MatrixXd& alpha, double rate_hz,
-                                           const std::vector<char>& use, const vehicle::Vehicle& vehicle);
+                                           const Eigen::MatrixXd& turning, const Eigen::MatrixXd& alpha,
+                                           double rate_hz, const std::vector<char>& use,
+                                           const vehicle::Vehicle& vehicle);
 
 /// x as it was `lag_s` before; the first and last rows are held.
 Eigen::MatrixXd delayed(const Eigen::MatrixXd& x, double lag_s, double rate_hz);

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "omniflight_diagnosis/diagnosis.hpp"
+#include "omniflight_diagnosis/flight.hpp"
 #include "omniflight_diagnosis/told.hpp"
 #include "synthetic.hpp"
 
@@ -44,6 +45,26 @@ const Alignment* pair(const std::vector<Alignment>& all, const std::string& earl
   for (const Alignment& a : all)
     if (a.early == early && a.late == late) return &a;
   return nullptr;
+}
+
+// Thrust is filtered as squares of speeds; their root starts at zero like a wall, and a rotor that swings
+// through rest would seem to spin up without end there.
+TEST(Intake, ARotorThatReversesSpinsUpAsItDoes) {
+  const vehicle::Vehicle v = omnimorph();
+  recording::Recording r = test::fly(v, {}, {.duration_s = 12, .speed_noise = 0});
+  recording::Signal& speed = r.signals["rotor_speed"];
+  constexpr double kSwing = 150, kRate = 2 * kPi * 2;  // rad/s
+  for (Eigen::Index i = 0; i < speed.size(); ++i)
+    speed.values(i, 0) = kSwing * std::sin(kRate * speed.t_s[static_cast<std::size_t>(i)]);
+  const auto f = prepare_flight(r, v, {});
+  ASSERT_TRUE(f) << f.error().text();
+  for (const Segment& s : f->segments)
+    for (int i = s.begin + 20; i < s.end - 20; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      EXPECT_NEAR(f->situation[k].rotors[0].acceleration, kSwing * kRate * std::cos(kRate * f->t[k]),
+                  0.05 * kSwing * kRate)
+          << f->t[k] << " s";
+    }
 }
 
 TEST(Intake, MeasuresLagAndSkewOfTheAttitude) {
