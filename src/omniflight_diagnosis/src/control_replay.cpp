@@ -20,7 +20,8 @@ constexpr int kLeastBlocks = 4;
 constexpr double kLeastShare = 0.8;  // of the command's variance: else it is another law
 constexpr double kLeastSigmas = 4;
 constexpr double kLeastChange[] = {0.15, 0.15, 0.5};  // of the told gain; limits and resets move integrals
-constexpr double kLate = 0.02;  // s: of the logged state against the one that was controlled
+constexpr double kWorst = 0.25;  // of the blocks: what only they show is a limit that was met, not a gain
+constexpr double kLate = 0.02;   // s: of the logged state against the one that was controlled
 
 /// Of a regression: proportional, derivative, integral, lag, late pose, that to second order.
 constexpr int kUnknowns = 6;
@@ -44,13 +45,13 @@ struct Lateness {
 
 struct Gains {
   Vec3 value, se;
+  Vec3 usual;        ///< the value without the blocks in which the told gains are off most
   double share = 0;  ///< of the command's variance
   double off = 0;    ///< RMS of the command less what the told gains ask for
 };
 
-/// Regression of one axis with a mean a block; the standard errors are those of blocks, which may be
-/// coloured.
-std::optional<Gains> gains_of(const Loop& loop, Eigen::Index axis, const Vec3& told) {
+/// Command and what its gains multiply, a matrix a block of kBlock seconds, each without its mean.
+std::vector<Eigen::MatrixXd> blocks_of(const Loop& loop, Eigen::Index axis) {
   const Eigen::Index n = loop.command.rows();
   Eigen::MatrixXd x(n, kUnknowns + 1);  // and the command
   x << loop.error.col(axis), loop.rate.col(axis), loop.error.col(axis), loop.rate.col(axis),
@@ -70,7 +71,18 @@ std::optional<Gains> gains_of(const Loop& loop, Eigen::Index axis, const Vec3& t
     block.rowwise() -= block.colwise().mean().eval();
     blocks.push_back(std::move(block));
   }
-  if (static_cast<int>(blocks.size()) < kLeastBlocks) return std::nullopt;
+  return blocks;
+}
+
+/// Energy of the command less what the told gains ask for.
+double off_in(const Eigen::MatrixXd& block, const Vec3& told) {
+  return (block.col(kUnknowns) - block.leftCols<3>() * told).squaredNorm();
+}
+
+/// Regression of blocks, each with a mean of its own; the standard errors are those of blocks, which may be
+/// coloured.
+std::optional<Gains> regress(const std::vector<Eigen::MatrixXd>& blocks, const Vec3& told) {
+  if (blocks.size() < 2) return std::nullopt;
   MatU H = MatU::Zero();
   VecU g = VecU::Zero();
   double energy = 0;
@@ -97,13 +109,33 @@ std::optional<Gains> gains_of(const Loop& loop, Eigen::Index axis, const Vec3& t
     const VecU score = b.leftCols<kUnknowns>().transpose() * r;
     scatter += score * score.transpose();
     rest += r.squaredNorm();
-    off += (b.col(kUnknowns) - b.leftCols<3>() * told).squaredNorm();
+    off += off_in(b, told);
   }
   const auto count = static_cast<double>(blocks.size());
-  out.value = found.head<3>();
+  out.value = out.usual = found.head<3>();
   out.se = (count / (count - 1) * inverse * scatter * inverse).diagonal().head<3>().cwiseSqrt();
   out.share = 1 - rest / energy;
   out.off = std::sqrt(off / static_cast<double>(samples));
+  return out;
+}
+
+/// Of one axis. Where all blocks are not of one law, those that are: a limit that is met bends a command.
+std::optional<Gains> gains_of(const Loop& loop, Eigen::Index axis, const Vec3& told) {
+  const std::vector<Eigen::MatrixXd> blocks = blocks_of(loop, axis);
+  if (static_cast<int>(blocks.size()) < kLeastBlocks) return std::nullopt;
+  const auto all = regress(blocks, told);
+  std::vector<double> off;
+  for (const auto& b : blocks) off.push_back(off_in(b, told));
+  std::vector<double> sorted = off;
+  std::sort(sorted.begin(), sorted.end());
+  const double limit = sorted[static_cast<std::size_t>((1 - kWorst) * static_cast<double>(off.size() - 1))];
+  std::vector<Eigen::MatrixXd> rest;
+  for (std::size_t b = 0; b < blocks.size(); ++b)
+    if (off[b] <= limit) rest.push_back(blocks[b]);
+  const auto usual = regress(rest, told);
+  if (!all || !usual) return all;
+  Gains out = all->share < kLeastShare ? *usual : *all;
+  out.usual = usual->value;
   return out;
 }
 
@@ -117,7 +149,7 @@ Loop on_one_clock(const Make& make) {
     const Loop loop = make(late);
     double left = 0;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const auto gains = gains_of(loop, axis, Vec3::Zero());
+      const auto gains = regress(blocks_of(loop, axis), Vec3::Zero());
       left += gains ? 1 - gains->share : 1;
     }
     return left;
@@ -154,7 +186,8 @@ void judge(const Loop& loop, const std::string& frame, Finding& f, std::vector<M
       const double late = k == 1 ? kLate * told[0] : 0;  // a late error adds its gain times its rate
       if (told[k] <= 0 ||  // an action that is not told, or off, cannot be told wrong by this
           std::abs(difference) <
-              std::max(kLeastSigmas * gains->se[k], (kLeastChange[k] + 1 - gains->share) * told[k] + late))
+              std::max(kLeastSigmas * gains->se[k], (kLeastChange[k] + 1 - gains->share) * told[k] + late) ||
+          std::abs(gains->usual[k] - told[k]) < kLeastChange[k] * told[k])
         continue;
       const auto which = static_cast<std::size_t>(k);
       const std::string name =

@@ -23,6 +23,8 @@ struct World {
   double rock = 0;         ///< rad, amplitude of a reference that rolls once a second; 0: it stands still
   double late = 0;         ///< s, the measured attitude carries the stamp of this much later
   double late_gyro = 0;    ///< s, the same of the gyro
+  double limit = 1e9;      ///< rad/s2, of what is asked about an axis; integrals wait there
+  double knock = 0;        ///< rad/s2 about all axes for half a second
   bool estimates = false;  ///< the state that is controlled is recorded beside the measured one
 };
 
@@ -54,11 +56,16 @@ recording::Recording flown(const ToldController& gains, const World& world = {})
     const Mat3 R_BD = (q.conjugate() * goal).toRotationMatrix();
     const Vec3 e_R = vee(R_BD), e_w = R_BD * w_ref - w;
     sum -= p * kStep;
+    const Vec3 before = turned;
     turned += e_R * kStep;
     Vec6 command;
     command << bend(-gains.kp.cwiseProduct(p) - gains.kv.cwiseProduct(v) + gains.ki.cwiseProduct(sum)),
         R_BD * dw_ref +
             bend(gains.kR.cwiseProduct(e_R) + gains.kw.cwiseProduct(e_w) + gains.kI.cwiseProduct(turned));
+    for (int k = 0; k < 3; ++k) {
+      double& asked = command[3 + k];
+      if (std::abs(asked) > world.limit) asked = std::copysign(world.limit, asked), turned[k] = before[k];
+    }
     const auto coefficients = [](const Quat& x) { return Eigen::Vector4d(x.w(), x.x(), x.y(), x.z()); };
     put("position", t, p + noise(0.0002));
     put("attitude", t + world.late, coefficients(q * exp_rotation(noise(0.0008))));
@@ -75,6 +82,7 @@ recording::Recording flown(const ToldController& gains, const World& world = {})
     put("ref_angular_acceleration", t, dw_ref);
     wind = 0.97 * wind + noise(0.05 * world.turbulence);
     twist = 0.97 * twist + noise(0.4 * world.turbulence);
+    if (t > 30 && t < 30.5) w += Vec3::Constant(world.knock * kStep);
     v += (command.head<3>() + wind) * kStep;
     p += v * kStep;
     w += (command.tail<3>() + twist) * kStep;
@@ -143,6 +151,18 @@ TEST(ControlReplay, AGyroOnALateClockIsNoMismatch) {
   for (const ParameterValue& p : d.findings[0].parameters) {
     EXPECT_EQ(p.name[1], 'w') << d.findings[0].sentence;
     EXPECT_NEAR(p.value, 12, 0.6) << p.name;
+  }
+}
+
+// A cable that bends where the vehicle is upside down: once in a flight more is asked than the limit allows.
+TEST(ControlReplay, ALimitThatIsMetOnceIsNoOtherGain) {
+  for (const double knock : {7, 9, 20}) {
+    const World knocked{.limit = 6, .knock = knock, .estimates = true};
+    const Diagnosis d = judged(flown(usual(), knocked));
+    EXPECT_TRUE(d.findings.empty()) << d.findings[0].sentence;
+    ToldController cut = usual();
+    cut.kR *= 0.5;
+    EXPECT_EQ(judged(flown(cut, knocked)).findings.size(), 1U);
   }
 }
 
