@@ -47,7 +47,7 @@ Lasting lasting(const Signal& speed, const Eigen::MatrixXd& ordered) {
   Lasting out;
   for (Eigen::Index r = 0; r < speed.width(); ++r) {
     Does last = Does::else_, last_turning = Does::else_;
-    Eigen::Index since = 0, turns_since = 0;
+    Eigen::Index since = 0, turns_since = 0, ago = 0;
     const auto lasts = [&](Eigen::Index from, Eigen::Index to) {
       return speed.t_s[static_cast<std::size_t>(to)] - speed.t_s[static_cast<std::size_t>(from)] > kLasts;
     };
@@ -58,7 +58,10 @@ Lasting lasting(const Signal& speed, const Eigen::MatrixXd& ordered) {
       if (now != last) last = now, since = i;
       if (turning != last_turning) last_turning = turning, turns_since = i;
       s.since = since;
-      if (now == Does::beyond && lasts(since, i)) out.beyond.push_back(s);
+      while (lasts(ago + 1, i)) ++ago;
+      // what still speeds up is on its way to what it was ordered
+      const bool stands = std::abs(speed.values(i, r) - speed.values(ago, r)) < kPlateau * s.speed;
+      if (now == Does::beyond && lasts(since, i) && stands) out.beyond.push_back(s);
       if (now == Does::rests && lasts(since, i)) out.rests.push_back(s);
       if (turning == Does::follows && lasts(turns_since, i)) out.turns.push_back(s);
     }

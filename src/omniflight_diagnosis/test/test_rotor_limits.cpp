@@ -80,6 +80,15 @@ TEST(RotorLimits, ACeilingIsNamedWithItsLoss) {
   EXPECT_EQ(broken(r), "") << "what stands at the ceiling does as it can";
 }
 
+// Commands are ahead of every motor that speeds up, and for longer than they are at a ceiling that is high.
+TEST(RotorLimits, ACeilingIsFoundAlsoWhereItIsMetForMoments) {
+  const vehicle::Vehicle v = test::omnimorph();
+  const double ceiling = 1050;
+  const auto r = flown(v, [&](double u, int, double) { return std::min(u, ceiling); });
+  EXPECT_EQ(found(r, v), "actuator_saturation ");
+  EXPECT_EQ(broken(r), "");
+}
+
 TEST(RotorLimits, TheCeilingOfTheFileIsNoFinding) {
   vehicle::Vehicle v = test::omnimorph();
   const double ceiling = 900;
