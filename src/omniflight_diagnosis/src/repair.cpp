@@ -95,6 +95,20 @@ void drop_copies(Repaired& r) {
     r.notes.push_back("Samples were recorded twice and one of each was kept: " + listed(names) + ".");
 }
 
+/// Rotors that stand still as ordered: their commands do not change either.
+bool ordered(const Recording& r, const Signal& s, const Rows& run) {
+  const Signal* command = s.name == "rotor_speed" ? r.find("rotor_command") : nullptr;
+  if (!command) return false;
+  constexpr double kStill = 0.01;  // of a command: some motors keep to steps of that
+  const auto from = std::lower_bound(command->t_s.begin(), command->t_s.end(), time_of(s, run.begin)),
+             to = std::upper_bound(from, command->t_s.end(), time_of(s, run.end - 1));
+  const Eigen::MatrixXd asked =
+      command->values.middleRows(from - command->t_s.begin(), std::distance(from, to));
+  if (asked.rows() < 2 || !asked.allFinite()) return false;
+  const Eigen::ArrayXd range = asked.colwise().maxCoeff() - asked.colwise().minCoeff();
+  return (range <= kStill * asked.cwiseAbs().colwise().maxCoeff().transpose().array()).all();
+}
+
 void cut_freezes(Repaired& r) {
   for (const auto& sender : senders()) {
     std::vector<std::string> names;
@@ -104,7 +118,8 @@ void cut_freezes(Repaired& r) {
       const auto at = r.recording.signals.find(name);
       if (at == r.recording.signals.end()) continue;
       Signal& s = at->second;
-      const std::vector<Rows> runs = frozen(s, driven(r.recording, s));
+      std::vector<Rows> runs = frozen(s, driven(r.recording, s));
+      std::erase_if(runs, [&](const Rows& run) { return ordered(r.recording, s, run); });
       if (runs.empty()) continue;
       starts = std::max(starts, s.t_s.front());
       std::vector<char> bad(s.t_s.size(), 0);

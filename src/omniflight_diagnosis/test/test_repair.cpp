@@ -90,6 +90,20 @@ TEST(Repair, AFrozenPoseIsCutOutAndAFinding) {
   EXPECT_NE(d->summary.find("10.00 s"), std::string::npos) << d->summary;
 }
 
+TEST(Repair, RotorsThatStandAsOrderedAreNotFrozen) {
+  Recording r = flown();
+  r.signals["rotor_command"] = r.signals["rotor_speed"];
+  r.signals["rotor_command"].name = "rotor_command";
+  freeze(r, "rotor_speed", 10, 11.5);
+  const auto stuck = prepare_flight(r, vehicle(), {});
+  ASSERT_TRUE(stuck) << stuck.error().text();
+  EXPECT_EQ(stuck->faults.size(), 1u);
+  freeze(r, "rotor_command", 10, 11.5);
+  const auto still = prepare_flight(r, vehicle(), {});
+  ASSERT_TRUE(still) << still.error().text();
+  EXPECT_TRUE(still->faults.empty()) << still->faults[0].sentence;
+}
+
 TEST(Repair, AShortFreezeOfAnInertialSensorIsCutOutAndNoted) {
   for (const char* name : {"gyro", "acc", "rotor_speed"}) {
     Recording r = flown();
