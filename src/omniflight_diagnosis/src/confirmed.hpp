@@ -15,4 +15,11 @@ namespace omniflight::diagnosis {
 std::vector<std::string> unconfirmed(const Problem& measured, const Fit& model, std::size_t candidates,
                                      const Options& o);
 
+/// The law that instruments are blind to: beside `model` it alone takes nine tenths of what is left in one of
+/// the channels of `measured`, and stays within its limits. Rotors that shiver around their reversal do so at
+/// other moments in a simulated flight, so that nothing they do shows on instruments. Where so little is
+/// left, feedback has little to bend. Null where there is none.
+const physics::Effect* overlooked(const Problem& measured, const Fit& model,
+                                  const std::vector<const physics::Effect*>& candidates, const Options& o);
+
 }  // namespace omniflight::diagnosis

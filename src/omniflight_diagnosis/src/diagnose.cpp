@@ -286,12 +286,14 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     else
       naming = name_effects(*calm, hypotheses, o);
   }
-  const Problem& problem = calm ? *calm : *all;
   std::unique_ptr<const Problem> measured;  // the same samples, the state as it was measured
-  if (!freed.empty()) {
+  const auto take_measured = [&] {
     std::vector<Flight> seen = calm ? calm_flights : freed;
     for (Flight& f : seen) f.instrument = f.smooth;
     measured = std::make_unique<const Problem>(pointers(seen), vehicle, o);
+  };
+  if (!freed.empty()) {
+    take_measured();
     constexpr int kRounds = 3;
     auto left = hypotheses;
     for (int round = 0; round < kRounds && !o.stopped(); ++round) {
@@ -300,9 +302,25 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
       std::erase_if(left, [&](const physics::Effect* e) {
         return std::find(refused.begin(), refused.end(), e->info().id) != refused.end();
       });
-      naming = name_effects(problem, left, o);
+      naming = name_effects(calm ? *calm : *all, left, o);
+      // the instruments were flown under the wrench of what is refused now
+      if (!calm && !naming.model.effects.empty() && free_of_feedback(wrench_of(*all, naming.model, used))) {
+        take_measured();
+        naming = name_effects(*all, left, o);
+      }
     }
   }
+  if (measured && !o.stopped())
+    if (const physics::Effect* effect = overlooked(*measured, naming.model, hypotheses, o)) {
+      Options as_measured = o;
+      as_measured.refly.clear();
+      auto again = diagnose(fit, held_out, vehicle, as_measured);
+      if (again)
+        again->summary += " The flight flown again without disturbance does not show what " +
+                          effect->info().term + " does here: the names come from the measured flight alone.";
+      return again;
+    }
+  const Problem& problem = calm ? *calm : *all;
   if (grounded) add_ground_law(problem, per_parameter, o, naming);
   const auto estimate = [&] {
     if (naming.model.effects.empty()) return;

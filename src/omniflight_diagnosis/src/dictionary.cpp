@@ -13,9 +13,6 @@ namespace {
 
 constexpr int kMostTerms = 5;
 constexpr double kError = 0.002;  // chance of one false term, all candidates together
-// RMS of a term over the natural size of its channel: who says that something is in no library has looked at
-// more than what a known effect needs
-constexpr double kLeast = 4 * kAccuracy;
 
 using physics::Feature;
 using physics::Quantity;
@@ -263,7 +260,7 @@ std::vector<Term> select_terms(const Problem& problem, const Eigen::VectorXd& re
           if (!(size > 1e-6 * x.squaredNorm())) continue;
           const double along = x.dot(rest), gain = 0.5 * along * along / size;
           if (gain <= best.gain) continue;
-          if (std::abs(along / size) * spreads[k] < kLeast * problem.scale(c)) continue;
+          if (std::abs(along / size) * spreads[k] < kLeastUnknown * problem.scale(c)) continue;
           best = {c,    world,        f.words, f.variables, f.even,
                   gain, along / size, f.unit,  0,           f.x.array() - f.x.mean(),
                   {}};
@@ -278,7 +275,7 @@ std::vector<Term> select_terms(const Problem& problem, const Eigen::VectorXd& re
           const double gain = (a[k] * a[k] + b[k] * b[k]) / level[k] - 1;  // two numbers
           if (gain <= best.gain) continue;
           const double p = 2.0 / n * cosine.col(k).dot(raw), q = 2.0 / n * sine.col(k).dot(raw);
-          if (std::hypot(p, q) / std::sqrt(2.0) < kLeast * problem.scale(c)) continue;
+          if (std::hypot(p, q) / std::sqrt(2.0) < kLeastUnknown * problem.scale(c)) continue;
           best = {c,
                   world,
                   "time, pulsating",

@@ -8,6 +8,9 @@ namespace omniflight::diagnosis {
 /// RMS over the natural size of a channel below which nothing is said: filters, grid and derivatives leave
 /// 1.5e-5 of a flight that is exact.
 constexpr double kAccuracy = 5e-5;
+/// The same for a term that is called unknown: who says that something is in no library has looked at more
+/// than what a known effect needs.
+constexpr double kLeastUnknown = 4 * kAccuracy;
 
 /// Mean gain per block, in units of its standard error, that effect `index` brings on blocks its coefficients
 /// were not fitted to; and the share of whitened residual energy it removes in its best channel of its best

@@ -17,15 +17,18 @@ bool contains(const Fit& fit, const physics::Effect* effect) {
                      [&](const physics::ActiveEffect& e) { return e.effect == effect; });
 }
 
-constexpr double kSure = 20;  // times what chance asks for
+constexpr double kNearlyAll = 0.95;  // of the energy of its best channel
+constexpr double kSure = 3;          // times what chance asks for
 
 bool gate_open(const Problem& problem, const Gate& gate, const Options& o, double needed) {
-  const double least = problem.instrumented() ? 0.0 : 2.0;
+  // blocks differ most where an effect acts for moments only; what leaves next to nothing is seen all the
+  // same
+  const double least = problem.instrumented() || gate.energy_share > kNearlyAll ? 0.0 : 2.0;
   const bool shows = problem.instrumented() ? std::max(gate.energy_share, gate.prominence) > 0.5 * o.min_share
                                             : gate.energy_share > o.min_share;
-  // small, yet most of what is there: without a name it would be called unknown
-  const bool sure = problem.instrumented() && gate.energy_share > 0.5 && gate.gain > kSure * needed &&
-                    gate.removed > kAccuracy;
+  // small, yet large enough to be called unknown without a name
+  const bool sure = problem.instrumented() && gate.gain > kSure * needed && gate.cross_validated_se > 2 &&
+                    gate.removed > kLeastUnknown;
   return gate.gain > needed && gate.cross_validated_se > least && shows &&
          (sure || gate.magnitude > o.min_magnitude);
 }

@@ -3,13 +3,16 @@
 
 #include <gtest/gtest.h>
 
+#include <stdexcept>
+
 #include "synthetic.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
 
-/// On a flight in which `passed` act, of a model of com_offset and rotor_drag.
-std::vector<std::string> refused(const std::vector<physics::ActiveEffect>& passed) {
+/// What is asked of a flight in which `passed` act, as it was measured.
+template <class Ask>
+auto of_flight(const std::vector<physics::ActiveEffect>& passed, const Ask& ask) {
   const vehicle::Vehicle v = test::omnimorph();
   Options o;
   o.tolerance.torque_trim = 0.001;
@@ -17,17 +20,33 @@ std::vector<std::string> refused(const std::vector<physics::ActiveEffect>& passe
   flown.duration_s = 20;
   flown.sway = 0.25;
   auto flight = prepare_flight(test::fly(v, passed, flown), v, o);
-  EXPECT_TRUE(flight);
-  if (!flight) return {};
+  if (!flight) throw std::runtime_error(flight.error().text());
   flight->instrument = flight->smooth;
   const Flight* one[] = {&*flight};
-  const Problem measured(one, v, o);
+  return ask(Problem(one, v, o), o);
+}
+
+/// Of a model of com_offset and rotor_drag.
+std::vector<std::string> refused(const std::vector<physics::ActiveEffect>& passed) {
   const auto neutral = [](const char* id) {
     const physics::Effect* e = physics::find_effect(id);
     return physics::ActiveEffect{e, std::vector<double>(static_cast<std::size_t>(e->parameter_count()))};
   };
-  const Fit model = fit_effects(measured, {neutral("com_offset"), neutral("rotor_drag")}, o);
-  return unconfirmed(measured, model, 60, o);
+  return of_flight(passed, [&](const Problem& measured, const Options& o) {
+    const Fit model = fit_effects(measured, {neutral("com_offset"), neutral("rotor_drag")}, o);
+    return unconfirmed(measured, model, 60, o);
+  });
+}
+
+/// Beside a model of nothing, of a weak thrust, a pull and rotors that have inertia.
+std::string seen_at_once(const std::vector<physics::ActiveEffect>& passed) {
+  return of_flight(passed, [&](const Problem& measured, const Options& o) {
+    const std::vector<const physics::Effect*> candidates{physics::find_effect("thrust_scale"),
+                                                         physics::find_effect("constant_pull"),
+                                                         physics::find_effect("rotor_inertia")};
+    const physics::Effect* e = overlooked(measured, fit_effects(measured, {}, o), candidates, o);
+    return e ? e->info().id : std::string();
+  });
 }
 
 TEST(Confirmed, WhatIsNotThereEarnsNothingBesideWhatIs) {
@@ -36,6 +55,15 @@ TEST(Confirmed, WhatIsNotThereEarnsNothingBesideWhatIs) {
   EXPECT_EQ(refused({offset, drag}), std::vector<std::string>{});
   EXPECT_EQ(refused({offset}), std::vector<std::string>{"rotor_drag"});
   EXPECT_EQ(refused({drag}), std::vector<std::string>{"com_offset"});
+}
+
+TEST(Overlooked, OnlyWhatLeavesNextToNothingOfAChannel) {
+  const auto pull = [](double x) {
+    return physics::ActiveEffect{physics::find_effect("constant_pull"), {x, 0, 0}};
+  };
+  EXPECT_EQ(seen_at_once({}), "");
+  EXPECT_EQ(seen_at_once({pull(0.15)}), "") << "as large as the noise: instruments tell";
+  EXPECT_EQ(seen_at_once({pull(2.0)}), "constant_pull");
 }
 
 TEST(Confirmed, TheLastOneIsNotTakenOut) {
