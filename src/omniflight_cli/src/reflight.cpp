@@ -149,7 +149,8 @@ diagnosis::Reflight make_reflight(const Recording& recording, const vehicle::Veh
   for (const auto& [name, signal] : recording.signals)
     if (name.rfind("ref_", 0) == 0) references[name] = signal;
 
-  return [=](const Eigen::MatrixXd& wrench, double from_s, double rate_hz) -> Result<Recording> {
+  return [=](const Eigen::MatrixXd& wrench, double from_s, double rate_hz,
+             const std::vector<physics::ActiveEffect>& motors) -> Result<Recording> {
     if (wrench.rows() < 2 || wrench.cols() != 6)
       return bad_input("a disturbance needs two samples of a wrench", "", "");
     const double begin = asked->t.front() - kSettle;
@@ -160,7 +161,7 @@ diagnosis::Reflight make_reflight(const Recording& recording, const vehicle::Veh
     config.initial.p_WB = asked->reference.front().p_WB;
     config.initial.q_WB = asked->reference.front().q_WB;
     config.initial_alpha = asked->reference.front().alpha;
-    auto plant = simulation::Plant::create(vehicle, physics::Model{}, config);
+    auto plant = simulation::Plant::create(vehicle, physics::Model{motors, {}}, config);
     if (!plant) return Failure(plant.error());
     plant->set_disturbance(&gusts);
     simulation::SensorSuite suite(sensors, physics::Model{}, kStep, 1);

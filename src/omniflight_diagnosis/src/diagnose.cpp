@@ -233,6 +233,12 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   const auto hypotheses = with_single_rotors(candidates, vehicle);
   d.intake = describe(fitted[0].recording, flights[0]);
   for (std::size_t k = 1; k < fit.size(); ++k) d.further.push_back(describe(fitted[k].recording, flights[k]));
+  std::vector<std::vector<ActuationFit>> actuation;
+  for (std::size_t k = 0; k < fit.size(); ++k)
+    if (!flights[k].speed_from_command)
+      actuation.push_back(fit_actuation(fitted[k].recording, vehicle, flights[k]));
+  Diagnosis motors;  // they follow late with whatever pushes the body, and turn the thrusts of a flight again
+  add_actuation(actuation, motors);
   // where the flight can be flown again, effects are judged free of feedback; once more with what was found,
   // since a load moves the working point of the rotors
   std::vector<Flight> freed;
@@ -242,7 +248,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     std::vector<Flight> found;
     for (std::size_t k = 0; k < recorded.size(); ++k) {
       const auto which = static_cast<std::size_t>(recorded[k] - flights.data());
-      auto one = with_instruments(*recorded[k], known[k], vehicle, o, o.refly[which]);
+      auto one = with_instruments(*recorded[k], known[k], motors.model, vehicle, o, o.refly[which]);
       if (!one) return false;
       d.inputs[which].excluded = one->excluded;
       found.push_back(std::move(*one));
@@ -370,10 +376,8 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     all->predict(naming.model.effects, naming.model.offsets, after, nullptr);
     add_bursts(*all, before, after, d);
   }
-  std::vector<std::vector<ActuationFit>> actuation;
   for (std::size_t k = 0; k < fit.size(); ++k) {
     const recording::Recording& r = fitted[k].recording;
-    if (!flights[k].speed_from_command) actuation.push_back(fit_actuation(r, vehicle, flights[k]));
     Diagnosis one;
     one.mismatch = locate_allocation(r);
     add_recording(one, r.file, d);

@@ -27,10 +27,11 @@ std::vector<char> reversing(const Flight& f) {
 }  // namespace
 
 std::optional<Flight> with_instruments(const Flight& flight, const Eigen::MatrixXd& wrench,
+                                       const std::vector<physics::ActiveEffect>& motors,
                                        const vehicle::Vehicle& vehicle, const Options& o,
                                        const Reflight& refly) {
   if (!refly || flight.size() < 2) return std::nullopt;
-  const auto flown = refly(wrench, flight.t.front(), flight.rate_hz);
+  const auto flown = refly(wrench, flight.t.front(), flight.rate_hz, motors);
   if (!flown) return std::nullopt;
   Options same = o;
   same.grid_origin_s = flight.t.front();

@@ -17,8 +17,9 @@ bool contains(const Fit& fit, const physics::Effect* effect) {
                      [&](const physics::ActiveEffect& e) { return e.effect == effect; });
 }
 
-constexpr double kNearlyAll = 0.95;  // of the energy of its best channel
-constexpr double kSure = 3;          // times what chance asks for
+// of the energy of the best channel
+constexpr double kMuch = 0.2, kMost = 0.5, kNearlyAll = 0.95;
+constexpr double kSure = 3, kVerySure = 20;  // times what chance asks for
 
 bool gate_open(const Problem& problem, const Gate& gate, const Options& o, double needed) {
   // blocks differ most where an effect acts for moments only; what leaves next to nothing is seen all the
@@ -26,9 +27,10 @@ bool gate_open(const Problem& problem, const Gate& gate, const Options& o, doubl
   const double least = problem.instrumented() || gate.energy_share > kNearlyAll ? 0.0 : 2.0;
   const bool shows = problem.instrumented() ? std::max(gate.energy_share, gate.prominence) > 0.5 * o.min_share
                                             : gate.energy_share > o.min_share;
-  // small, yet large enough to be called unknown without a name
-  const bool sure = problem.instrumented() && gate.gain > kSure * needed && gate.cross_validated_se > 2 &&
-                    gate.removed > kLeastUnknown;
+  // small, yet much of what is there: without a name it would be called unknown
+  const bool much = gate.energy_share > kMuch && gate.gain > kSure * needed && gate.cross_validated_se > 2,
+             most = gate.energy_share > kMost && gate.gain > kVerySure * needed;
+  const bool sure = problem.instrumented() && (much || most) && gate.removed > kAccuracy;
   return gate.gain > needed && gate.cross_validated_se > least && shows &&
          (sure || gate.magnitude > o.min_magnitude);
 }

@@ -27,7 +27,7 @@ Diagnosis judged(const recording::Recording& r, const vehicle::Vehicle& v, const
   o.only = {"payload_mass", "thrust_scale", "com_offset", "rotor_drag", "constant_pull"};
   o.tolerance.thrust_scale = 0.001;
   o.tolerance.torque_trim = 0.001;
-  o.refly = {[&](const Eigen::MatrixXd&, double, double) -> Result<recording::Recording> {
+  o.refly = {[&](const Eigen::MatrixXd&, double, double, const auto&) -> Result<recording::Recording> {
     test::Flown still = f;
     still.force_noise_N = still.torque_noise_Nm = still.accelerometer_noise = still.gyro_noise =
         still.speed_noise = 0;

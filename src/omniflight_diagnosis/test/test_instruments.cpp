@@ -42,8 +42,8 @@ Options with_flights_again(const vehicle::Vehicle& v, int& flown_again) {
             "constant_pull", "tilt_efficiency", "thrust_curve", "attachment_torque"};
   o.tolerance.thrust_scale = 0.001;
   o.tolerance.torque_trim = 0.001;
-  o.refly = {[&v, &flown_again](const Eigen::MatrixXd& wrench, double from_s,
-                                double rate_hz) -> Result<recording::Recording> {
+  o.refly = {[&v, &flown_again](const Eigen::MatrixXd& wrench, double from_s, double rate_hz,
+                                const auto&) -> Result<recording::Recording> {
     EXPECT_EQ(wrench.cols(), 6);
     EXPECT_TRUE(wrench.allFinite());
     EXPECT_NEAR(static_cast<double>(wrench.rows()), 30 * rate_hz, rate_hz);
@@ -122,7 +122,7 @@ TEST(Instruments, AFlightAgainThatTurnsTooMuchDoesNotShrinkTheAnswer) {
     Options o;
     o.rollouts = false;
     o.only = {"inertia_error", "payload_mass", "constant_pull"};
-    o.refly = {[&](const Eigen::MatrixXd&, double, double) -> Result<recording::Recording> {
+    o.refly = {[&](const Eigen::MatrixXd&, double, double, const auto&) -> Result<recording::Recording> {
       test::Flown again = f;
       again.sway *= 1.2;
       again.force_noise_N = again.torque_noise_Nm = again.accelerometer_noise = again.gyro_noise =
@@ -158,9 +158,10 @@ TEST(Instruments, ARotorThatReversesIsNotJudgedAroundTheReversal) {
   ASSERT_TRUE(f) << f.error().text();
   EXPECT_TRUE(f->excluded.empty()) << "without instruments its telemetry is all there is";
   const Eigen::MatrixXd nothing = Eigen::MatrixXd::Zero(f->size(), 6);
-  const auto freed = with_instruments(*f, nothing, v, {}, [&](const Eigen::MatrixXd&, double, double) {
-    return Result<recording::Recording>(backwards(8.5, 10));
-  });
+  const auto freed =
+      with_instruments(*f, nothing, {}, v, {}, [&](const Eigen::MatrixXd&, double, double, const auto&) {
+        return Result<recording::Recording>(backwards(8.5, 10));
+      });
   ASSERT_TRUE(freed);
   ASSERT_EQ(freed->excluded.size(), 3u);
   int found = 0;
@@ -173,13 +174,14 @@ TEST(Instruments, ARotorThatReversesIsNotJudgedAroundTheReversal) {
     for (int i = s.begin; i < s.end; ++i)
       for (const double at : {8.0, 8.5, 10.0})
         EXPECT_GT(std::abs(f->t[static_cast<std::size_t>(i)] - at), 0.15);
-  const auto always = with_instruments(*f, nothing, v, {}, [&](const Eigen::MatrixXd&, double, double) {
-    recording::Recording r = backwards(0, 0);
-    recording::Signal& speed = r.signals.at("rotor_speed");
-    for (Eigen::Index i = 0; i < speed.values.rows(); ++i)
-      if (i / 50 % 2 == 1) speed.values(i, 2) = -speed.values(i, 2);
-    return Result<recording::Recording>(r);
-  });
+  const auto always =
+      with_instruments(*f, nothing, {}, v, {}, [&](const Eigen::MatrixXd&, double, double, const auto&) {
+        recording::Recording r = backwards(0, 0);
+        recording::Signal& speed = r.signals.at("rotor_speed");
+        for (Eigen::Index i = 0; i < speed.values.rows(); ++i)
+          if (i / 50 % 2 == 1) speed.values(i, 2) = -speed.values(i, 2);
+        return Result<recording::Recording>(r);
+      });
   ASSERT_TRUE(always);
   EXPECT_TRUE(always->excluded.empty()) << "one that reverses all the time is judged as it is";
   EXPECT_EQ(always->usable(), f->usable());
@@ -220,7 +222,7 @@ TEST(Instruments, AFlightThatCannotBeFlownAgainIsJudgedAsItIs) {
   Options o;
   o.rollouts = false;
   o.only = {"payload_mass", "rotor_drag"};
-  o.refly = {[](const Eigen::MatrixXd&, double, double) -> Result<recording::Recording> {
+  o.refly = {[](const Eigen::MatrixXd&, double, double, const auto&) -> Result<recording::Recording> {
     return fail(ErrorCode::incomplete, "lost", "");
   }};
   const auto d = diagnose({&real, 1}, {}, v, o);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "omniflight_physics/effect.hpp"
 #include "omniflight_physics/neighbour_track.hpp"
 #include "omniflight_physics/situation.hpp"
 #include "omniflight_recording/recording.hpp"
@@ -38,9 +39,11 @@ struct ToldController {
 };
 
 /// Flies the recorded reference again in closed loop with nothing left out of the model but this body wrench
-/// [N, Nm], samples x 6 from from_s [s] on the recording's clock at rate_hz; without noise.
+/// [N, Nm], samples x 6 from from_s [s] on the recording's clock at rate_hz, and what its motors do besides;
+/// without noise.
 using Reflight =
-    std::function<Result<recording::Recording>(const Eigen::MatrixXd& wrench, double from_s, double rate_hz)>;
+    std::function<Result<recording::Recording>(const Eigen::MatrixXd& wrench, double from_s, double rate_hz,
+                                               const std::vector<physics::ActiveEffect>& motors)>;
 
 struct Options {
   physics::Environment environment;
