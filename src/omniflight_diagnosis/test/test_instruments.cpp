@@ -7,7 +7,9 @@
 #include "../src/fit.hpp"
 #include "../src/instruments.hpp"
 #include "../src/problem.hpp"
+#include "omniflight_core/random.hpp"
 #include "omniflight_diagnosis/diagnosis.hpp"
+#include "omniflight_diagnosis/residual.hpp"
 #include "synthetic.hpp"
 
 namespace omniflight::diagnosis {
@@ -213,6 +215,39 @@ TEST(Instruments, TheClockOfTheRotorsIsATolerance) {
   };
   EXPECT_NEAR(clock_of(true), kLate, 0.3 * kLate);
   EXPECT_EQ(clock_of(false), 0) << "feedback looks the same";
+}
+
+// Slow motors turn the thrusts of every quick motion: an instrument of quick ones would be another flight.
+TEST(Instruments, TheFlightIsFlownAgainWithTheMotorsThatWereFound) {
+  const vehicle::Vehicle v = omnimorph();
+  recording::Recording r = test::fly(v, {}, {.sway = 0.3, .speed_noise = 0});
+  recording::Signal& speed = r.signals["rotor_speed"];
+  Random random(3, "motors");
+  for (Eigen::Index i = 0; i < speed.size(); ++i)
+    for (Eigen::Index k = 0; k < speed.width(); ++k)
+      speed.values(i, k) +=
+          20 * std::sin(0.5 * static_cast<double>(k + 4) * speed.t_s[static_cast<std::size_t>(i)]);
+  recording::Signal command = speed;
+  command.name = "rotor_command";
+  const double slower = 0.03, tau = v.rotors[0].time_constant + slower;
+  for (Eigen::Index i = 1; i < speed.size(); ++i)
+    for (Eigen::Index k = 0; k < speed.width(); ++k)
+      speed.values(i, k) =
+          lagged_speed(speed.values(i - 1, k), command.values(i - 1, k), tau, 1 / test::Flown{}.rate_hz);
+  for (double& x : speed.values.reshaped()) x += 0.5 * random.normal();
+  r.signals["rotor_command"] = command;
+  std::vector<physics::ActiveEffect> motors;
+  Options o;
+  o.rollouts = false;
+  o.only = {"payload_mass"};
+  o.refly = {[&](const Eigen::MatrixXd&, double, double, const auto& found) -> Result<recording::Recording> {
+    motors = found;
+    return fail(ErrorCode::incomplete, "lost", "");
+  }};
+  ASSERT_TRUE(diagnose({&r, 1}, {}, v, o));
+  ASSERT_EQ(motors.size(), 1u);
+  EXPECT_EQ(motors[0].effect->info().id, "motor_lag");
+  EXPECT_NEAR(motors[0].theta[0], slower, 0.1 * slower);
 }
 
 TEST(Instruments, AFlightThatCannotBeFlownAgainIsJudgedAsItIs) {
