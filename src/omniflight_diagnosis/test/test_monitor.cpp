@@ -92,7 +92,9 @@ TEST(Monitor, AnImuOffTheOriginIsNoWrenchWhereItsPlaceIsTold) {
     acc.values.row(i) += (dw.cross(place) + w.cross(w.cross(place))).transpose();
   }
   auto unaware = Monitor::create(vehicle);
-  auto told = Monitor::create(vehicle, {.imu_position = place});
+  MonitorOptions aware;
+  aware.imu_position = place;
+  auto told = Monitor::create(vehicle, aware);
   ASSERT_TRUE(unaware && told);
   const Heard without = listen(r, *unaware), with = listen(r, *told);
   EXPECT_LT(with.largest_sigma, 3.0);
