@@ -130,7 +130,7 @@ Path path_designed(Random& random, double vigour) {
   // Stages of height with pauses. In each pause the rotors are tilted further, the vehicle leans as far as it
   // can without reversing a rotor, and comes back; between them quick legs to the side.
   // 33 deg at 59 deg of tilt leaves every rotor 0.15 N above its smallest thrust; beyond 38 deg one reverses.
-  const double lean = to_radians(33) * std::min(1.0, vigour), spread = to_radians(29), leg_m = 0.6;
+  const double lean = to_radians(33) * std::min(1.0, vigour), spread = to_radians(28), leg_m = 0.6;
   p.position[2].start = 0.55;
   std::vector<Coordinate::Calm> calms;
   for (int round = 0; round < kRounds; ++round) {
@@ -162,8 +162,8 @@ Path path_designed(Random& random, double vigour) {
   add_sines(p.rotation[0], random, {1.67, 2.23}, to_radians(1.5) * vigour, 0.8, end);
   add_sines(p.rotation[1], random, {1.79, 2.39}, to_radians(1.5) * vigour, 0.8, end);
   add_sines(p.rotation[2], random, {1.61, 2.47}, to_radians(2) * vigour, 0.8, end);
-  p.alpha.start = to_radians(30);
-  add_sines(p.alpha, random, {0.07, 0.19}, to_radians(6), 0.3, end);
+  p.alpha.start = to_radians(31);
+  add_sines(p.alpha, random, {0.07, 0.19}, to_radians(5), 0.3, end);
   add_sines(p.null_space[0], random, {0.21, 0.57, 1.31}, 0.20, 0.2, end);
   add_sines(p.null_space[1], random, {0.35, 0.79, 1.73}, 0.20, 0.2, end);
   for (Coordinate* c : {&p.position[0], &p.position[1], &p.position[2], &p.rotation[0], &p.rotation[1],
