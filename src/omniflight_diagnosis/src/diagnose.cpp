@@ -13,6 +13,7 @@
 #include "floor_height.hpp"
 #include "ground_law.hpp"
 #include "improvement.hpp"
+#include "imu_place.hpp"
 #include "instrument_estimate.hpp"
 #include "instruments.hpp"
 #include "intake.hpp"
@@ -150,7 +151,7 @@ Chosen with_a_wrench(std::span<const recording::Recording> fit,
       if (again) c.options.refly.push_back(o.refly[k]);
       continue;
     }
-    c.others.push_back(judge_sensors_of(fit[k], vehicle, o));
+    c.others.push_back(judge_sensors_of(at_origin(fit[k], o.imu_position), vehicle, o));
     c.left_out.push_back("the wrench in " + fit[k].file + " (" + hindrance(fit[k]) + ")");
   }
   for (const recording::Recording& r : held_out)
@@ -181,7 +182,9 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     }
   }
   if (std::all_of(fit.begin(), fit.end(), lacks)) {
-    auto d = without_a_wrench(fit, vehicle, o);
+    std::vector<recording::Recording> ordered;
+    for (const Repaired& r : fitted) ordered.push_back(r.recording);
+    auto d = without_a_wrench(ordered, vehicle, o);
     for (const recording::Recording& r : held_out)
       if (d)
         d->left_out.push_back("the prediction of " + r.file + " (nothing was fitted that predicts a wrench)");

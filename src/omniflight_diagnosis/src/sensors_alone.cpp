@@ -5,7 +5,6 @@
 #include "agreement.hpp"
 #include "faults.hpp"
 #include "findings.hpp"
-#include "imu_place.hpp"
 #include "intake.hpp"
 #include "missing.hpp"
 #include "needed_force.hpp"
@@ -75,8 +74,7 @@ Diagnosis diagnose_sensors(std::span<const recording::Recording> flown, const ve
   Diagnosis d;
   d.verdict = Verdict::unusable;
   std::string states;
-  for (const recording::Recording& recorded : flown) {
-    const recording::Recording r = at_origin(recorded, o.imu_position);
+  for (const recording::Recording& r : flown) {
     Diagnosis one = judge_sensors_of(r, vehicle, o);
     Diagnosis agreement;
     agreement.findings = one.findings;
@@ -91,7 +89,7 @@ Diagnosis diagnose_sensors(std::span<const recording::Recording> flown, const ve
     if (const auto needed = needed_force(r, vehicle, o)) states += " " + in_words(*needed, vehicle);
     if (reach_of(r) == Reach::sensors) add_what_rotors_would_tell(r, vehicle, o, one.intake);
     states += what_rotors_would_tell(one.intake);
-    if (&recorded == &flown.front())
+    if (&r == &flown.front())
       d.intake = std::move(one.intake);
     else
       d.further.push_back(std::move(one.intake));

@@ -1,5 +1,6 @@
 // Inertial sensors that sit elsewhere, are scaled and turned, as far as it is told.
 #include <cmath>
+#include <string>
 
 #include "../src/imu_place.hpp"
 #include "omniflight_diagnosis/diagnosis.hpp"
@@ -60,6 +61,30 @@ TEST(ImuPlace, WhereItIsToldNothingIsMissing) {
   ASSERT_TRUE(untold && told);
   EXPECT_NE(untold->verdict, Verdict::nothing_missing) << untold->summary;
   EXPECT_EQ(told->verdict, Verdict::nothing_missing) << told->summary;
+}
+
+// Diagnosis and check each put a recording in order first; moved twice it would be as far off on the other
+// side.
+TEST(ImuPlace, WithoutMotorsItIsTakenIntoAccountOnce) {
+  const vehicle::Vehicle v = test::omnimorph();
+  recording::Recording origin = swaying(v), r = elsewhere(origin);
+  origin.signals.erase("rotor_speed");
+  r.signals.erase("rotor_speed");
+  Options o;
+  // "a vehicle of 1.3 kg needs 13 N on average and 13.5 N at most" to move like this
+  const auto most = [](const Result<Diagnosis>& d) {
+    EXPECT_TRUE(d);
+    const std::string words = " N on average and ";
+    const std::size_t at = d ? d->summary.find(words) : std::string::npos;
+    EXPECT_NE(at, std::string::npos);
+    return at == std::string::npos ? 0.0 : std::stod(d->summary.substr(at + words.size()));
+  };
+  const double truth = most(diagnose(std::span(&origin, 1), {}, v, o)),
+               untold = most(diagnose(std::span(&r, 1), {}, v, o));
+  EXPECT_GT(std::abs(untold - truth), 0.3);
+  o.imu_position = kPlace;
+  EXPECT_NEAR(most(diagnose(std::span(&r, 1), {}, v, o)), truth, 0.1);
+  EXPECT_NEAR(most(check(std::span(&r, 1), v, o)), truth, 0.1);
 }
 
 TEST(ImuPlace, ScaleAndAlignmentWithinWhatIsToldAreNoFinding) {
