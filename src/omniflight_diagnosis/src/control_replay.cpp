@@ -119,11 +119,10 @@ std::optional<Gains> regress(const std::vector<Eigen::MatrixXd>& blocks, const V
   return out;
 }
 
-/// Of one axis. Where all blocks are not of one law, those that are: a limit that is met bends a command.
+/// Of one axis.
 std::optional<Gains> gains_of(const Loop& loop, Eigen::Index axis, const Vec3& told) {
   const std::vector<Eigen::MatrixXd> blocks = blocks_of(loop, axis);
   if (static_cast<int>(blocks.size()) < kLeastBlocks) return std::nullopt;
-  const auto all = regress(blocks, told);
   std::vector<double> off;
   for (const auto& b : blocks) off.push_back(off_in(b, told));
   std::vector<double> sorted = off;
@@ -132,11 +131,10 @@ std::optional<Gains> gains_of(const Loop& loop, Eigen::Index axis, const Vec3& t
   std::vector<Eigen::MatrixXd> rest;
   for (std::size_t b = 0; b < blocks.size(); ++b)
     if (off[b] <= limit) rest.push_back(blocks[b]);
+  auto all = regress(blocks, told);
   const auto usual = regress(rest, told);
-  if (!all || !usual) return all;
-  Gains out = all->share < kLeastShare ? *usual : *all;
-  out.usual = usual->value;
-  return out;
+  if (all && usual) all->usual = usual->value;
+  return all;
 }
 
 /// The loop with its signals moved to where the command follows them best: to first order in a lag of 10 ms
