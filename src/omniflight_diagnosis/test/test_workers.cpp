@@ -38,8 +38,11 @@ TEST(Workers, ResultsStandInTheirOrderAndEndWhereTimeWasUp) {
     for (int i = 0; i < 100; ++i) EXPECT_EQ(squares[static_cast<std::size_t>(i)], i * i);
     EXPECT_TRUE(workers.map<int>(0, [](const Problem&, std::size_t) { return 1; }).empty());
     int asked = 0;
-    const auto begun = workers.map<std::size_t>(
-        100000, [](const Problem&, std::size_t i) { return i; }, [&] { return ++asked > 3; });
+    const auto some_work = [](const Problem&, std::size_t i) {  // or others end before the caller is asked
+      std::this_thread::sleep_for(std::chrono::microseconds(50));
+      return i;
+    };
+    const auto begun = workers.map<std::size_t>(100000, some_work, [&] { return ++asked > 3; });
     EXPECT_LT(begun.size(), 100000u);
     for (std::size_t i = 0; i < begun.size(); ++i) EXPECT_EQ(begun[i], i);
   }
