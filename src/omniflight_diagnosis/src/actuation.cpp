@@ -7,11 +7,13 @@
 
 #include "omniflight_diagnosis/alignment_report.hpp"
 #include "omniflight_diagnosis/filter.hpp"
+#include "text.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr double kSearchedTo = 1e-4;  ///< s, of lags and delays
+constexpr double kSearchedTo = 1e-4;   ///< s, of lags and delays
+constexpr double kLeastDelay = 0.004;  ///< s, that is said
 
 /// A stretch of time [s].
 struct Block {
@@ -289,8 +291,22 @@ std::vector<ActuationFit> fit_actuation(const recording::Recording& recording,
   constexpr double kStamps = 0.008;  // s: what stamps of telemetry and command may differ by, on all boards
   const bool stamps = boards.size() > 1 && out.size() == boards.size() && common < kStamps;
   if (!out.empty() && (stamps || !clocks_agree(flight).value_or(boards.size() == 1)))
-    for (ActuationFit& f : out) f.delay_s -= common;
+    for (ActuationFit& f : out) f.delay_s -= common, f.shared_s = common;
   return out;
+}
+
+std::string on_shared_delay(const std::vector<ActuationFit>& fits) {
+  for (const ActuationFit& f : fits) {
+    const double shorter = std::min(0.0, f.lag_s - f.nominal_lag_s);  // which a delay pays for
+    if (!(f.shared_s + shorter > std::max(4 * f.delay_se, kLeastDelay))) return {};
+  }
+  if (fits.empty()) return {};
+  return format(
+      "On all boards rotor speeds are another %.0f ms later than their commands: a delay of the motors or "
+      "other "
+      "stamps, which this recording does not tell apart, so that no model has it; stamps of both from one "
+      "clock would.",
+      1e3 * fits.front().shared_s);
 }
 
 void add_actuation(const std::vector<std::vector<ActuationFit>>& flights, Diagnosis& diagnosis) {
@@ -346,7 +362,7 @@ void add_actuation(const std::vector<std::vector<ActuationFit>>& flights, Diagno
       mismatch(text, std::erfc(seen / std::max(1e-6, tau_se) / std::sqrt(2.0)), fits);
     }
     // nor is a delay that a shorter lag pays for
-    if (d + std::min(0.0, difference) > std::max(4 * d_se, 0.004) && delay_effect &&
+    if (d + std::min(0.0, difference) > std::max(4 * d_se, kLeastDelay) && delay_effect &&
         static_cast<std::size_t>(board) < late.theta.size()) {
       delayed = true;
       late.theta[static_cast<std::size_t>(board)] = d;

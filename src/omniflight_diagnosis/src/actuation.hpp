@@ -2,6 +2,8 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "omniflight_diagnosis/diagnosis.hpp"
 
@@ -11,6 +13,7 @@ struct ActuationFit {
   int board = 0;
   double lag_s = 0, lag_se = 0;      ///< first-order time constant
   double delay_s = 0, delay_se = 0;  ///< pure delay
+  double shared_s = 0;  ///< all boards are later by this as well: delay or clock, nobody can tell
   double nominal_lag_s = 0;
   double explained = 0;  ///< share of the speed's variance
   double rms_nominal = 0,
@@ -22,6 +25,10 @@ struct ActuationFit {
 /// Empty where speeds or commands are missing or too little moves.
 std::vector<ActuationFit> fit_actuation(const recording::Recording& recording,
                                         const vehicle::Vehicle& vehicle, const Flight& flight);
+
+/// What a flight says of a delay that all boards share and that may be the clock of its speeds; empty if none
+/// is seen.
+std::string on_shared_delay(const std::vector<ActuationFit>& fits);
 
 /// Findings motor_lag and transport_delay where they differ clearly from the vehicle, with their mismatch and
 /// the effects for the model.

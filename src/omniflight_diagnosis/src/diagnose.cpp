@@ -234,12 +234,15 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   auto all = std::make_unique<const Problem>(used, vehicle, o);
   const auto candidates = blind ? std::vector<const physics::Effect*>{} : offered_effects(used, vehicle, o);
   const auto hypotheses = with_single_rotors(candidates, vehicle);
+  std::vector<std::vector<ActuationFit>> actuation;
+  for (std::size_t k = 0; k < fit.size(); ++k) {
+    if (flights[k].speed_from_command) continue;
+    actuation.push_back(fit_actuation(fitted[k].recording, vehicle, flights[k]));
+    if (const std::string note = on_shared_delay(actuation.back()); !note.empty())
+      flights[k].notes.push_back(note);
+  }
   d.intake = describe(fitted[0].recording, flights[0]);
   for (std::size_t k = 1; k < fit.size(); ++k) d.further.push_back(describe(fitted[k].recording, flights[k]));
-  std::vector<std::vector<ActuationFit>> actuation;
-  for (std::size_t k = 0; k < fit.size(); ++k)
-    if (!flights[k].speed_from_command)
-      actuation.push_back(fit_actuation(fitted[k].recording, vehicle, flights[k]));
   Diagnosis motors;  // they follow late with whatever pushes the body, and turn the thrusts of a flight again
   add_actuation(actuation, motors);
   // where the flight can be flown again, effects are judged free of feedback; once more with what was found,

@@ -73,6 +73,18 @@ TEST(Actuation, HeldCommandsOfANominalRotorShowNoDelay) {
   Diagnosis d;
   add_actuation({fits}, d);
   EXPECT_TRUE(d.findings.empty());
+  EXPECT_EQ(on_shared_delay(fits), "");
+}
+
+TEST(Actuation, ADelayOfAllBoardsIsSaidAndNotClaimed) {
+  const vehicle::Vehicle v = omnimorph();
+  const auto fits = fit_actuation(answers(v, -1, 0.006, 0), v, whole());
+  ASSERT_EQ(fits.size(), 2u);
+  EXPECT_NEAR(fits[0].shared_s, 0.006, 0.0003);
+  Diagnosis d;
+  add_actuation({fits}, d);
+  EXPECT_TRUE(d.findings.empty());
+  EXPECT_NE(on_shared_delay(fits).find("another 6 ms later"), std::string::npos) << on_shared_delay(fits);
 }
 
 TEST(Actuation, OneLateBoardIsFound) {
