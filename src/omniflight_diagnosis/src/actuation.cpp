@@ -304,8 +304,9 @@ std::string on_shared_delay(const std::vector<ActuationFit>& fits) {
   return format(
       "On all boards rotor speeds are another %.0f ms later than their commands: a delay of the motors or "
       "other "
-      "stamps, which this recording does not tell apart, so that no model has it; stamps of both from one "
-      "clock would.",
+      "stamps. This recording does not tell them apart, and the model has neither; stamping both by one "
+      "clock "
+      "would tell.",
       1e3 * fits.front().shared_s);
 }
 
