@@ -74,20 +74,21 @@ Range plausible_range(const physics::Effect& effect, std::size_t parameter, cons
 }
 
 bool contradicts_itself(const physics::ActiveEffect& e, const VehicleScale& s) {
-  const auto value = [&](const char* name) {
+  const auto index = [&](const char* name) {
     const auto& all = e.effect->info().parameters;
-    for (std::size_t k = 0; k < all.size(); ++k)
-      if (all[k].name == name) return e.theta[k];
-    return 0.0;
+    return static_cast<std::size_t>(
+        std::find_if(all.begin(), all.end(), [&](const auto& p) { return p.name == name; }) - all.begin());
+  };
+  const auto value = [&](const char* name) { return e.theta[index(name)]; };
+  const auto at_limit = [&](const char* name) {
+    return value(name) > 0.98 * plausible_range(*e.effect, index(name), s).upper;
   };
   const std::string& id = e.effect->info().id;
   if (id == "taut_rope")  // stretched by a metre it pulls; what only damps is air
     return value("stiffness") < 0.05 * s.weight || value("damping") > 0.5 * value("stiffness");
-  if (id == "wind")
-    return value("area") > 0.49 * s.disc;  // what presses the wind to its limit is another force
+  if (id == "wind") return at_limit("area");  // what presses the wind to its limit is another force
   if (id == "ceiling_effect") return value("height") < s.highest;
-  if (id == "guide_friction")
-    return value("transition") > 0.099;  // what still grows with speed there is drag
+  if (id == "guide_friction") return at_limit("transition");  // what still grows with speed there is drag
   return false;
 }
 
