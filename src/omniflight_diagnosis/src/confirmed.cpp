@@ -9,7 +9,15 @@ namespace omniflight::diagnosis {
 
 namespace {
 
-constexpr double kNearlyAll = 0.9;  // of the energy of a channel
+/// What a law must take to be believed on a flight that feedback bends.
+struct Least {
+  double share;      ///< of the energy of a channel
+  double magnitude;  ///< RMS over weight, or weight times lever
+};
+
+Least least_of(const physics::Effect& effect, const Options& o) {
+  return is_linear(effect) ? Least{0.9, o.min_magnitude} : Least{0.97, 10 * o.min_magnitude};
+}
 
 }  // namespace
 
@@ -38,18 +46,22 @@ const physics::Effect* overlooked(const Problem& measured, const Fit& model,
                                   const std::vector<const physics::Effect*>& candidates, const Options& o) {
   const Fit base = fit_effects(measured, model.effects, o);
   const int n = measured.samples();
+  const auto rms = [&](const Eigen::VectorXd& residual, int c) {
+    return std::sqrt(residual.segment(c * n, n).squaredNorm() / n) / measured.scale(c);
+  };
+  double most = 0, least_left = 1;
+  for (int c = 0; c < 6; ++c) most = std::max(most, rms(base.residual, c));
   const physics::Effect* best = nullptr;
-  double most = kNearlyAll;
   for (const physics::Effect* effect : candidates) {
-    if (!has_constant_columns(*effect) || contains(model, effect)) continue;
+    const Least least = least_of(*effect, o);
+    if (most < least.magnitude || contains(model, effect)) continue;
     const Fit with = fit_with(measured, base, *effect, o);
     if (!makes_sense(measured, with, with.effects.size() - 1)) continue;
     for (int c = 0; c < 6; ++c) {
-      const double before = base.residual.segment(c * n, n).squaredNorm(),
-                   after = with.residual.segment(c * n, n).squaredNorm();
-      const double gone = std::sqrt(std::max(0.0, before - after) / n) / measured.scale(c);
-      if (before - after < most * before || gone < o.min_magnitude) continue;
-      most = (before - after) / before;
+      const double before = rms(base.residual, c), left = std::pow(rms(with.residual, c) / before, 2);
+      if (left > 1 - least.share || left >= least_left) continue;
+      if (before * std::sqrt(1 - left) < least.magnitude) continue;
+      least_left = left;
       best = effect;
     }
   }

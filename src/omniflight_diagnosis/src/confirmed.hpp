@@ -18,7 +18,8 @@ std::vector<std::string> unconfirmed(const Problem& measured, const Fit& model, 
 /// The law that instruments are blind to: beside `model` it alone takes nine tenths of what is left in one of
 /// the channels of `measured`, and stays within its limits. Rotors that shiver around their reversal do so at
 /// other moments in a simulated flight, so that nothing they do shows on instruments. Where so little is
-/// left, feedback has little to bend. Null where there is none.
+/// left, feedback has little to bend. Laws with bends of their own must leave nearly nothing of what is much:
+/// a rope that catches the vehicle holds it elsewhere than where it flies without. Null where there is none.
 const physics::Effect* overlooked(const Problem& measured, const Fit& model,
                                   const std::vector<const physics::Effect*>& candidates, const Options& o);
 

@@ -268,12 +268,35 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   for (const Flight* f : recorded) nothing.emplace_back(Eigen::MatrixXd::Zero(f->size(), 6));
   free_of_feedback(nothing);
   Naming naming = name_effects(*all, hypotheses, o);
+  std::vector<Flight> calm_flights;
+  std::unique_ptr<const Problem> calm;
+  std::unique_ptr<const Problem> measured;  // the same samples, the state as it was measured
+  const auto take_measured = [&] {
+    std::vector<Flight> seen = calm ? calm_flights : freed;
+    for (Flight& f : seen) f.instrument = f.smooth;
+    measured = std::make_unique<const Problem>(pointers(seen), vehicle, o);
+  };
+  const auto not_shown = [&](bool bent) -> const physics::Effect* {
+    std::vector<const physics::Effect*> asked;
+    for (const physics::Effect* e : hypotheses)
+      if (acts_at_once(*e) && is_linear(*e) != bent) asked.push_back(e);
+    return measured && !o.stopped() ? overlooked(*measured, naming.model, asked, o) : nullptr;
+  };
+  const auto as_measured = [&](const physics::Effect& effect) {
+    Options measured_only = o;
+    measured_only.refly.clear();
+    auto again = diagnose(fit, held_out, vehicle, measured_only);
+    if (again)
+      again->summary += " The flight flown again without disturbance does not show what " +
+                        effect.info().term + " does here: the names come from the measured flight alone.";
+    return again;
+  };
+  if (!freed.empty()) take_measured();
+  if (const physics::Effect* effect = not_shown(true)) return as_measured(*effect);
   if (!freed.empty() && !naming.model.effects.empty() && !o.stopped() &&
       free_of_feedback(wrench_of(*all, naming.model, used)))
     naming = name_effects(*all, hypotheses, o);
   // what comes and goes from outside must not be bent into an effect of the vehicle's own state
-  std::vector<Flight> calm_flights;
-  std::unique_ptr<const Problem> calm;
   const std::vector<Burst> bursts =
       blind ? std::vector<Burst>{} : find_bursts(*all, naming.null_model.residual);
   const bool offered = std::any_of(candidates.begin(), candidates.end(),
@@ -298,12 +321,6 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     else
       naming = name_effects(*calm, hypotheses, o);
   }
-  std::unique_ptr<const Problem> measured;  // the same samples, the state as it was measured
-  const auto take_measured = [&] {
-    std::vector<Flight> seen = calm ? calm_flights : freed;
-    for (Flight& f : seen) f.instrument = f.smooth;
-    measured = std::make_unique<const Problem>(pointers(seen), vehicle, o);
-  };
   if (!freed.empty()) {
     take_measured();
     constexpr int kRounds = 3;
@@ -322,16 +339,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
       }
     }
   }
-  if (measured && !o.stopped())
-    if (const physics::Effect* effect = overlooked(*measured, naming.model, hypotheses, o)) {
-      Options as_measured = o;
-      as_measured.refly.clear();
-      auto again = diagnose(fit, held_out, vehicle, as_measured);
-      if (again)
-        again->summary += " The flight flown again without disturbance does not show what " +
-                          effect->info().term + " does here: the names come from the measured flight alone.";
-      return again;
-    }
+  if (const physics::Effect* effect = not_shown(false)) return as_measured(*effect);
   const Problem& problem = calm ? *calm : *all;
   if (grounded) add_ground_law(problem, per_parameter, o, naming);
   const auto estimate = [&] {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bounded_step.hpp"
+#include "shape_search.hpp"
 #include "unknowns.hpp"
 
 namespace omniflight::diagnosis {
@@ -115,103 +116,28 @@ Fit fit_under(const Problem& problem, const std::vector<ActiveEffect>& start, in
   return fit;
 }
 
-/// The base's effects and one more, its shape parameters at their best on a grid.
+/// The base's effects and one more, its shape parameters where a search of their own ends.
 /// With a hint the shapes are taken from it and only the amplitudes are solved for.
 std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, const Effect& effect,
                                      const std::vector<double>* hint) {
   const auto& parameters = effect.info().parameters;
   std::vector<double> theta;
-  std::vector<std::size_t> shapes;
-  for (std::size_t k = 0; k < parameters.size(); ++k) {
-    theta.push_back(parameters[k].linear ? parameters[k].neutral : parameters[k].typical);
-    if (is_shape(parameters[k])) shapes.push_back(k);
-  }
-  std::vector<ActiveEffect> start = base.effects;
-  start.push_back({&effect, theta});
-  // amplitudes are free in the search, shapes are profiled one after another, everything else linearised
-  const auto amplitude = [&](std::size_t k) { return !is_shape(parameters[k]); };
-  const Whitening& whitening = problem.noise();
-  if (!shapes.empty()) {
-    std::vector<Eigen::Index> free;
-    for (std::size_t c = 0; c < parameters.size(); ++c)
-      if (amplitude(c)) free.push_back(static_cast<Eigen::Index>(c));
-    const auto own = static_cast<Eigen::Index>(free.size());
-    // unknowns: the effect's amplitudes first, then everything else, linearised once
-    Unknowns others(problem, base.effects, &base.offsets), u = others;
-    const Eigen::Index rest_size = others.x.size();
-    for (Eigen::VectorXd* v : {&u.x, &u.lower, &u.upper, &u.weight}) v->resize(own + rest_size);
-    u.x << Eigen::VectorXd::Zero(own), others.x;
-    u.weight << Eigen::VectorXd::Zero(own), others.weight;
-    u.lower.tail(rest_size) = others.lower;
-    u.upper.tail(rest_size) = others.upper;
-    for (Eigen::Index c = 0; c < own; ++c) {
-      u.x[c] = parameters[static_cast<std::size_t>(free[static_cast<std::size_t>(c)])].neutral;
-      const Range range = problem.range(effect, static_cast<std::size_t>(free[static_cast<std::size_t>(c)]));
-      u.lower[c] = range.lower;
-      u.upper[c] = range.upper;
+  for (const Parameter& p : parameters) theta.push_back(p.linear ? p.neutral : p.typical);
+  if (std::any_of(parameters.begin(), parameters.end(), is_shape)) {
+    ShapeSearch search(problem, base, effect);
+    if (hint) {
+      search.take(*hint);
+    } else {
+      search.over_bounds();
+      search.nearby();
     }
-    const Eigen::VectorXd none = Eigen::VectorXd::Zero(base.offsets.size());
-    Eigen::MatrixXd jacobian = jacobian_of(problem, base);
-    Eigen::VectorXd rest;
-    const Eigen::MatrixXd Z = problem.whitened(base.effects, jacobian);
-    const Eigen::VectorXd target = whitening.apply_vector(problem, base.residual);
-    Eigen::MatrixXd H(own + rest_size, own + rest_size);
-    Eigen::VectorXd g(own + rest_size);
-    H.bottomRightCorner(rest_size, rest_size) = Z.transpose() * Z;
-    H.bottomRightCorner(rest_size, rest_size).diagonal() += others.weight;
-    g.tail(rest_size) = Z.transpose() * target - others.weight.cwiseProduct(others.x);
-    std::vector<ActiveEffect> alone{start.back()};
-    std::vector<double>& theta_now = alone[0].theta;
-    for (std::size_t c = 0; c < parameters.size(); ++c)
-      if (amplitude(c)) theta_now[c] = parameters[c].neutral;
-    std::vector<double> amplitudes(parameters.size(), 0.0);
-    if (hint)
-      for (std::size_t shape : shapes) theta_now[shape] = (*hint)[shape];
-    const bool heavy = adds_inertia(effect);
-    if (hint) shapes.resize(1);
-    for (std::size_t shape : shapes) {
-      const Parameter& p = parameters[shape];
-      double best = -1, chosen = theta_now[shape];
-      const int points = hint ? 0 : 24;
-      for (int k = 0; k <= points; ++k) {
-        const double share = k / 24.0;
-        if (!hint)
-          theta_now[shape] = p.lower > 0 ? p.lower * std::pow(p.upper / p.lower, share)
-                                         : p.lower + share * (p.upper - p.lower);
-        const auto known = problem.memory().at(effect, theta_now, [&] {
-          Eigen::MatrixXd columns;
-          if (heavy) {
-            problem.predict(alone, none, rest, &jacobian);
-            columns.resize(jacobian.rows(), own);
-            for (Eigen::Index c = 0; c < own; ++c)
-              columns.col(c) = jacobian.col(free[static_cast<std::size_t>(c)]);
-          } else {
-            problem.amplitude_columns(effect, theta_now, free, columns);
-          }
-          return whitening.apply(problem, columns);
-        });
-        const Eigen::MatrixXd& X = *known;
-        H.topLeftCorner(own, own) = X.transpose() * X;
-        H.topRightCorner(own, rest_size) = X.transpose() * Z;
-        H.bottomLeftCorner(rest_size, own) = H.topRightCorner(own, rest_size).transpose();
-        g.head(own) = X.transpose() * target;
-        const Eigen::VectorXd step = bounded_step(H, g, u.down(), u.up());
-        const double gain = g.dot(step) - 0.5 * step.dot(H * step);
-        if (gain <= best * (1 + 1e-9) + 1e-9) continue;
-        best = gain;
-        chosen = theta_now[shape];
-        for (Eigen::Index c = 0; c < own; ++c)
-          amplitudes[static_cast<std::size_t>(free[static_cast<std::size_t>(c)])] = u.x[c] + step[c];
-      }
-      theta_now[shape] = chosen;
-    }
-    for (std::size_t c = 0; c < parameters.size(); ++c)
-      start.back().theta[c] =
-          amplitude(c) ? std::clamp(amplitudes[c], parameters[c].lower, parameters[c].upper) : theta_now[c];
+    theta = search.best();
   }
   for (std::size_t c = 0; c < parameters.size(); ++c)
-    if (!parameters[c].linear && amplitude(c) && std::abs(start.back().theta[c]) < 1e-12)
-      start.back().theta[c] = 1e-3 * parameters[c].typical;  // leave the stationary point of a product
+    if (!parameters[c].linear && !is_shape(parameters[c]) && std::abs(theta[c]) < 1e-12)
+      theta[c] = 1e-3 * parameters[c].typical;  // leave the stationary point of a product
+  std::vector<ActiveEffect> start = base.effects;
+  start.push_back({&effect, theta});
   return start;
 }
 

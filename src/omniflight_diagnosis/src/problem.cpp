@@ -47,9 +47,11 @@ bool adds_inertia(const physics::Effect& effect) {
   return w.moves_mass();
 }
 
-bool has_constant_columns(const physics::Effect& effect) {
-  return is_linear(effect) && !adds_inertia(effect) && effect.memory_size().total() == 0;
+bool acts_at_once(const physics::Effect& effect) {
+  return !adds_inertia(effect) && effect.memory_size().total() == 0;
 }
+
+bool has_constant_columns(const physics::Effect& effect) { return is_linear(effect) && acts_at_once(effect); }
 
 Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
                  const Options& options)

@@ -121,7 +121,9 @@ class Problem {
   std::shared_ptr<ColumnMemory> memory_ = std::make_shared<ColumnMemory>();
 };
 
-/// Linear in all parameters and without added inertia: its columns never change.
+/// Neither memory nor inertia of its own.
+bool acts_at_once(const physics::Effect& effect);
+/// And linear in all parameters: its columns never change.
 bool has_constant_columns(const physics::Effect& effect);
 /// The vehicle gets heavier or larger in inertia with it.
 bool adds_inertia(const physics::Effect& effect);

@@ -38,12 +38,12 @@ std::vector<std::string> refused(const std::vector<physics::ActiveEffect>& passe
   });
 }
 
-/// Beside a model of nothing, of a weak thrust, a pull and rotors that have inertia.
+/// Beside a model of nothing, of a weak thrust, a pull, rotors that have inertia and a rope.
 std::string seen_at_once(const std::vector<physics::ActiveEffect>& passed) {
   return of_flight(passed, [&](const Problem& measured, const Options& o) {
-    const std::vector<const physics::Effect*> candidates{physics::find_effect("thrust_scale"),
-                                                         physics::find_effect("constant_pull"),
-                                                         physics::find_effect("rotor_inertia")};
+    const std::vector<const physics::Effect*> candidates{
+        physics::find_effect("thrust_scale"), physics::find_effect("constant_pull"),
+        physics::find_effect("rotor_inertia"), physics::find_effect("taut_rope")};
     const physics::Effect* e = overlooked(measured, fit_effects(measured, {}, o), candidates, o);
     return e ? e->info().id : std::string();
   });
@@ -64,6 +64,14 @@ TEST(Overlooked, OnlyWhatLeavesNextToNothingOfAChannel) {
   EXPECT_EQ(seen_at_once({}), "");
   EXPECT_EQ(seen_at_once({pull(0.15)}), "") << "as large as the noise: instruments tell";
   EXPECT_EQ(seen_at_once({pull(2.0)}), "constant_pull");
+}
+
+TEST(Overlooked, ARopeThatCatchesTheVehicleFarFromWhereItWouldBe) {
+  const auto rope = [](double stiffness) {
+    return physics::ActiveEffect{physics::find_effect("taut_rope"), {stiffness, 1, 0.9, 0.1, 0, 0, 0}};
+  };
+  EXPECT_EQ(seen_at_once({rope(30)}), "taut_rope");
+  EXPECT_EQ(seen_at_once({rope(0.5)}), "") << "a law with bends may follow noise";
 }
 
 TEST(Confirmed, TheLastOneIsNotTakenOut) {

@@ -32,5 +32,29 @@ TEST(Fit, ACableIsFoundAcrossItsKinks) {
   }
 }
 
+/// Its end on the floor, its length and where it is tied bend together.
+TEST(Fit, ATautRopeIsFoundWhereverItsEndLies) {
+  const vehicle::Vehicle v = test::omnimorph();
+  const physics::Effect* rope = physics::find_effect("taut_rope");
+  test::Flown f;
+  f.climb_m = 1.1;
+  f.force_noise_N = 0.01, f.torque_noise_Nm = 0.001;
+  const Options o;
+  for (const Vec3& end : {Vec3(0, 0, 0), Vec3(0.35, -0.2, 0.1)}) {
+    const double length = (test::path(f.duration_s, f) - end).norm() - 0.15;
+    const physics::ActiveEffect truth{rope, {60, 1, length, end.x(), end.y(), end.z(), 0}};
+    const auto flight = prepare_flight(test::fly(v, {truth}, f), v, o);
+    ASSERT_TRUE(flight) << flight.error().text();
+    const Flight* one[] = {&*flight};
+    const Problem problem(one, v, o);
+    const Fit none = fit_effects(problem, {}, o), near = fit_effects(problem, {truth}, o),
+              found = fit_with(problem, none, *rope, o);
+    printf("%.1f N/m from %.3f m on for %.1f N/m from %.3f m; %.1f nats of %.1f behind one from the truth\n",
+           found.effects[0].theta[0], found.effects[0].theta[2], 60.0, length,
+           near.log_likelihood - found.log_likelihood, near.log_likelihood - none.log_likelihood);
+    EXPECT_GT(found.log_likelihood - none.log_likelihood, 0.99 * (near.log_likelihood - none.log_likelihood));
+  }
+}
+
 }  // namespace
 }  // namespace omniflight::diagnosis
