@@ -14,7 +14,7 @@ namespace {
 
 struct Options {
   std::string seal, reveal, vehicle, level, salt;
-  int cases = 240, nulls = 300, jobs = 0, ablations = -1;
+  int cases = 240, nulls = 300, jobs = 0, ablations = -1, proposals = 0;
   double limit_s = 600;
   bool tuning = false, allow_unsealed = false, no_baselines = false, no_second = false;
 };
@@ -56,6 +56,9 @@ Action add_prove(CLI::App& verb, Common& common) {
   verb.add_option("--ablations", o->ablations,
                   "Cases that are diagnosed again with every ablation; default: a tenth of all")
       ->check(CLI::Range(0, 100000));
+  verb.add_option("--proposals", o->proposals,
+                  "Proposed flights that are analysed, the first by the numbers of their cases; default: all")
+      ->check(CLI::Range(1, 100000));
   verb.add_flag("--no-second", o->no_second, "Do not fly what is proposed for ambiguous cases");
   verb.add_flag("--tuning", o->tuning, "Other parameter boxes and magnitudes, for developing");
   verb.add_flag("--no-baselines", o->no_baselines, "Leave the textbook methods out");
@@ -80,6 +83,7 @@ Action add_prove(CLI::App& verb, Common& common) {
     add("--vehicle", o->vehicle);
     add("--salt", o->salt);
     if (o->ablations >= 0) add("--ablations", std::to_string(o->ablations));
+    if (o->proposals > 0) add("--proposals", std::to_string(o->proposals));
     if (o->jobs > 0) add("--jobs", std::to_string(o->jobs));
     if (o->tuning) a.emplace_back("--tuning");
     if (o->no_second) a.emplace_back("--no-second");

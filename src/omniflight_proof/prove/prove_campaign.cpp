@@ -26,7 +26,7 @@ constexpr const char* kAblations[] = {"no-whitening", "no-gate",   "no-tolerance
 
 struct Options {
   std::string out = "runs/proof", seal, reveal, vehicle = "omnimorph", level, salt, command;
-  int cases = 240, nulls = 300, jobs = 0, ablations = -1;
+  int cases = 240, nulls = 300, jobs = 0, ablations = -1, proposals = 0;
   double limit_s = 600;
   bool tuning = false, allow_unsealed = false, baselines = true, second = true, quiet = false,
        as_json = false;
@@ -118,6 +118,7 @@ Status second_round(const Options& o, const Places& places, AnalyseOptions a) {
     std::error_code ec;
     if (fs::is_empty(places.next(), ec) || ec) return {};  // nothing was proposed
     a.second = true;
+    a.most = static_cast<std::size_t>(o.proposals);
     if (auto ok = analyse(a); !ok) return ok;
   }
   auto frozen = freeze(places.answers_next(), places.frozen_next());
@@ -268,6 +269,9 @@ int main(int argc, char** argv) {
   app.add_option("--ablations", o.ablations,
                  "Cases that are diagnosed again with every ablation; default: a tenth of all")
       ->check(CLI::Range(0, 100000));
+  app.add_option("--proposals", o.proposals,
+                 "Proposed flights that are analysed, the first by the numbers of their cases; default: all")
+      ->check(CLI::Range(1, 100000));
   app.add_flag("--tuning", o.tuning, "Draw from the tuning box, not the sealed one");
   app.add_flag("--allow-unsealed", o.allow_unsealed,
                "Go on where the analysis cannot be confined; the result says so");

@@ -166,6 +166,12 @@ Result<int> run(const Places& places) {
   for (const Truth& t : seal->cases)
     if (auto text = files::read_file(places.answers_next() / t.id / "diagnosis.json", std::size_t{64} << 20))
       second[t.id] = read_answer(*text);
+  // with --proposals only the first were asked: then flights wait behind the last answer
+  std::string last_asked;
+  std::error_code ec;
+  for (const auto& flown : fs::directory_iterator(places.next(), ec))
+    if (!second.empty() && flown.path().filename().string() > second.rbegin()->first)
+      last_asked = second.rbegin()->first;
   Answers oracle;
   for (const fs::path& file : {places.answers() / "baselines.json", places.oracle()}) {
     if (!fs::exists(file)) continue;
@@ -176,7 +182,7 @@ Result<int> run(const Places& places) {
       if (file == places.oracle()) oracle = std::move(said);
     }
   }
-  result.scores = score(seal->cases, answers, second, oracle);
+  result.scores = score(seal->cases, answers, second, oracle, last_asked);
   judge_ablations(places, *seal, answers, result);
   auto outside = look_from_outside(places.cases());
   if (!outside) return Failure(outside.error());

@@ -50,9 +50,10 @@ Judged judge(const Truth& truth, const Answer& answer);
 /// second: answers from the first flight and the proposed one together, where one was proposed and flown.
 /// oracle: fits that were told what is hidden; with them it is counted, too, what was found of that which
 /// such a fit sees at all. Information beside the must, which counts every case.
+/// last_asked: the last case whose proposed flight was asked for; empty for all.
 Scores score(const std::vector<Truth>& truths, const std::map<std::string, Answer>& answers,
              const std::map<std::string, Answer>& second = {},
-             const std::map<std::string, Answer>& oracle = {});
+             const std::map<std::string, Answer>& oracle = {}, const std::string& last_asked = {});
 
 /// An answer without what is really there besides the hidden effects: naming a nuisance is no error.
 Answer without_nuisances(const Truth& truth, Answer answer);

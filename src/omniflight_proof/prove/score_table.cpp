@@ -160,9 +160,11 @@ void fits(const Cases& cases, std::vector<Score>& table) {
 
 /// Single effects that an answer could not tell apart from others, and a flight was proposed: is it told by
 /// both flights together? A proposal that could not be flown resolves nothing.
-void resolved(const Cases& cases, const std::map<std::string, Answer>& second, std::vector<Score>& table) {
-  const auto ambiguous = [](const Pair& p) {
-    return single(p) && large(p) && p.judged.set_size > 1 && p.judged.covered && p.answer->proposes;
+void resolved(const Cases& cases, const std::map<std::string, Answer>& second, const std::string& last_asked,
+              std::vector<Score>& table) {
+  const auto ambiguous = [&](const Pair& p) {
+    return (last_asked.empty() || p.truth->id <= last_asked) && single(p) && large(p) &&
+           p.judged.set_size > 1 && p.judged.covered && p.answer->proposes;
   };
   const auto then = [&](const Pair& p) {
     const auto found = second.find(p.truth->id);
@@ -207,7 +209,8 @@ std::string to_string(Score::Verdict v) {
 }
 
 Scores score(const std::vector<Truth>& truths, const std::map<std::string, Answer>& answers,
-             const std::map<std::string, Answer>& second, const std::map<std::string, Answer>& oracle) {
+             const std::map<std::string, Answer>& second, const std::map<std::string, Answer>& oracle,
+             const std::string& last_asked) {
   static const Answer none{.problem = "there is no answer"};
   Scores out;
   Cases cases;
@@ -326,7 +329,7 @@ Scores score(const std::vector<Truth>& truths, const std::map<std::string, Answe
       [](const Pair& p) { return p.judged.top1; }, -1, -1));
   parameters(cases, t);
   fits(cases, t);
-  resolved(cases, second, t);
+  resolved(cases, second, last_asked, t);
   return out;
 }
 

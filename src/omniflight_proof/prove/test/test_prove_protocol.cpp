@@ -196,6 +196,11 @@ TEST(Score, AmbiguityIsResolvedOnlyByTheRightNameAlone) {
             0);
   EXPECT_EQ(line(score({t}, {{"a", answer("[" + found("hung_cable") + "]")}}), name).n, 0)
       << "it was never ambiguous";
+  const std::map<std::string, Answer> told{{"a", answer("[" + found("hung_cable") + "]")}};
+  const std::vector<Truth> both{t, truth("b", Kind::single, {effect("hung_cable")})};
+  const std::map<std::string, Answer> two{{"a", first.at("a")}, {"b", first.at("a")}};
+  EXPECT_EQ(line(score(both, two, told), name).n, 2) << "the second could not be flown";
+  EXPECT_EQ(line(score(both, two, told, {}, "a"), name).n, 1) << "the second was not asked";
 }
 
 TEST(Score, HostileAnswersAreNotGiven) {
