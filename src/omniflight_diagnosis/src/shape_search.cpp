@@ -108,7 +108,7 @@ void ShapeSearch::over_bounds() {
 
 void ShapeSearch::nearby() {
   constexpr double kFinest = 0.02;  // of a step of the grid
-  if (shapes_.size() < 2 || heavy_) return;
+  if (shapes_.size() < 2 || !acts_at_once(effect_)) return;  // replays are slow
   for (double step = 0.5; step > kFinest;) {
     bool better = false;
     for (std::size_t shape : shapes_)
