@@ -58,7 +58,9 @@ const physics::Effect* overlooked(const Problem& measured, const Fit& model,
     const Fit with = fit_with(measured, base, *effect, o);
     if (!makes_sense(measured, with, with.effects.size() - 1)) continue;
     for (int c = 0; c < 6; ++c) {
-      const double before = rms(base.residual, c), left = std::pow(rms(with.residual, c) / before, 2);
+      const double before = rms(base.residual, c);
+      if (before < least.magnitude) continue;  // or nothing at all, where torques are not judged
+      const double left = std::pow(rms(with.residual, c) / before, 2);
       if (left > 1 - least.share || left >= least_left) continue;
       if (before * std::sqrt(1 - left) < least.magnitude) continue;
       least_left = left;

@@ -12,14 +12,16 @@ namespace {
 
 /// What is asked of a flight in which `passed` act, as it was measured.
 template <class Ask>
-auto of_flight(const std::vector<physics::ActiveEffect>& passed, const Ask& ask) {
+auto of_flight(const std::vector<physics::ActiveEffect>& passed, const Ask& ask, bool duty_only = false) {
   const vehicle::Vehicle v = test::omnimorph();
   Options o;
   o.tolerance.torque_trim = 0.001;
   test::Flown flown;
   flown.duration_s = 20;
   flown.sway = 0.25;
-  auto flight = prepare_flight(test::fly(v, passed, flown), v, o);
+  auto recording = test::fly(v, passed, flown);
+  if (duty_only) test::drive_by_duty(recording, v, 1.0);
+  auto flight = prepare_flight(recording, v, o);
   if (!flight) throw std::runtime_error(flight.error().text());
   flight->instrument = flight->smooth;
   const Flight* one[] = {&*flight};
@@ -39,14 +41,15 @@ std::vector<std::string> refused(const std::vector<physics::ActiveEffect>& passe
 }
 
 /// Beside a model of nothing, of a weak thrust, a pull, rotors that have inertia and a rope.
-std::string seen_at_once(const std::vector<physics::ActiveEffect>& passed) {
-  return of_flight(passed, [&](const Problem& measured, const Options& o) {
+std::string seen_at_once(const std::vector<physics::ActiveEffect>& passed, bool duty_only = false) {
+  const auto ask = [&](const Problem& measured, const Options& o) {
     const std::vector<const physics::Effect*> candidates{
         physics::find_effect("thrust_scale"), physics::find_effect("constant_pull"),
         physics::find_effect("rotor_inertia"), physics::find_effect("taut_rope")};
     const physics::Effect* e = overlooked(measured, fit_effects(measured, {}, o), candidates, o);
     return e ? e->info().id : std::string();
-  });
+  };
+  return of_flight(passed, ask, duty_only);
 }
 
 TEST(Confirmed, WhatIsNotThereEarnsNothingBesideWhatIs) {
@@ -72,6 +75,10 @@ TEST(Overlooked, ARopeThatCatchesTheVehicleFarFromWhereItWouldBe) {
   };
   EXPECT_EQ(seen_at_once({rope(30)}), "taut_rope");
   EXPECT_EQ(seen_at_once({rope(0.5)}), "") << "a law with bends may follow noise";
+}
+
+TEST(Overlooked, TorquesThatAreNotJudgedAreNotTaken) {
+  EXPECT_EQ(seen_at_once({}, true), "") << "nothing of nothing is no share of it";
 }
 
 TEST(Confirmed, TheLastOneIsNotTakenOut) {
