@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 
 #include "case_aliases.hpp"
@@ -131,6 +132,15 @@ void print(const Scores& scores) {
   }
 }
 
+/// The last name in a folder of cases; empty where there is none.
+std::string last_in(const fs::path& folder) {
+  std::string last;
+  std::error_code ec;
+  for (const auto& entry : fs::directory_iterator(folder, ec))
+    last = std::max(last, entry.path().filename().string());
+  return last;
+}
+
 Result<int> run(const Places& places) {
   ProofResult result;
   auto commitment = read_json(places.commitment());
@@ -166,12 +176,9 @@ Result<int> run(const Places& places) {
   for (const Truth& t : seal->cases)
     if (auto text = files::read_file(places.answers_next() / t.id / "diagnosis.json", std::size_t{64} << 20))
       second[t.id] = read_answer(*text);
-  // with --proposals only the first were asked: then flights wait behind the last answer
-  std::string last_asked;
-  std::error_code ec;
-  for (const auto& flown : fs::directory_iterator(places.next(), ec))
-    if (!second.empty() && flown.path().filename().string() > second.rbegin()->first)
-      last_asked = second.rbegin()->first;
+  // with --proposals flights wait behind the last one that was analysed, whether it was answered or not
+  const std::string flown = last_in(places.next()), analysed = last_in(places.answers_next()),
+                    last_asked = analysed < flown ? analysed : "";
   Answers oracle;
   for (const fs::path& file : {places.answers() / "baselines.json", places.oracle()}) {
     if (!fs::exists(file)) continue;
