@@ -32,7 +32,7 @@ class ColumnMemory {
   }
 
  private:
-  static constexpr std::size_t kMostBytes = std::size_t{256} << 20;
+  static constexpr std::size_t kMostBytes = std::size_t{1} << 30;
   using Key = std::pair<const physics::Effect*, std::vector<double>>;
   std::mutex mutex_;
   std::map<Key, Columns> known_;

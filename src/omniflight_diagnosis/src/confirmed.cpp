@@ -52,17 +52,29 @@ const physics::Effect* overlooked(const Problem& measured, const Fit& model,
   double most = 0, least_left = 1;
   for (int c = 0; c < 6; ++c) most = std::max(most, rms(base.residual, c));
   const physics::Effect* best = nullptr;
-  for (const physics::Effect* effect : candidates) {
-    const Least least = least_of(*effect, o);
-    if (most < least.magnitude || contains(model, effect)) continue;
-    const Fit with = fit_with(measured, base, *effect, o);
-    if (!makes_sense(measured, with, with.effects.size() - 1)) continue;
+  /// The least energy that is left of a channel from which it takes enough; 1 where it takes too little.
+  const auto left_of = [&](const Fit& with, const Least& least) {
+    double least_of_all = 1;
     for (int c = 0; c < 6; ++c) {
       const double before = rms(base.residual, c);
       if (before < least.magnitude) continue;  // or nothing at all, where torques are not judged
       const double left = std::pow(rms(with.residual, c) / before, 2);
-      if (left > 1 - least.share || left >= least_left) continue;
-      if (before * std::sqrt(1 - left) < least.magnitude) continue;
+      if (left > 1 - least.share || before * std::sqrt(1 - left) < least.magnitude) continue;
+      least_of_all = std::min(least_of_all, left);
+    }
+    return least_of_all;
+  };
+  constexpr double kComesNear =
+      0.5;  // of the share that is asked for: the bends of a law are then searched together
+  for (const physics::Effect* effect : candidates) {
+    const Least least = least_of(*effect, o);
+    if (most < least.magnitude || contains(model, effect)) continue;
+    if (!is_linear(*effect) &&
+        left_of(fit_on_grid(measured, base, *effect, o), {kComesNear * least.share, least.magnitude}) == 1)
+      continue;
+    const Fit with = fit_with(measured, base, *effect, o);
+    if (!makes_sense(measured, with, with.effects.size() - 1)) continue;
+    if (const double left = left_of(with, least); left < least_left) {
       least_left = left;
       best = effect;
     }

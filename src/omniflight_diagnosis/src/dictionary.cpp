@@ -243,19 +243,17 @@ std::vector<Term> select_terms(const Problem& problem, const Eigen::VectorXd& re
           Whitening::autoregressive(problem, without_variables(problem, y, state, dof), o.ar_order);
       const Eigen::VectorXd e = white.apply_vector(problem, y);
       const Eigen::VectorXd level_out = Whitening::autoregressive(problem, y, 2).apply_vector(problem, y);
-      Eigen::MatrixXd columns(6 * n, 1 + count);
-      columns.col(0).setOnes();
-      for (Eigen::Index k = 0; k < count; ++k)
-        columns.col(k + 1) = all[static_cast<std::size_t>(k)].x.replicate(6, 1);
-      const Eigen::MatrixXd X = white.apply(problem, columns);
+      const Eigen::VectorXd ones = Eigen::VectorXd::Ones(n);
+      Eigen::VectorXd one(n), x(n);
       for (int c = 0; c < (world ? 3 : 3 + torques); ++c) {
-        const Eigen::VectorXd one = X.col(0).segment(c * n, n).normalized();
+        white.apply_channel(problem, c, ones, one);
+        one.normalize();
         Eigen::VectorXd rest = e.segment(c * n, n);
         rest -= one * one.dot(rest);
         for (Eigen::Index k = 0; k < count; ++k) {
           const Candidate& f = all[static_cast<std::size_t>(k)];
           if (!(world ? f.world : f.body)) continue;
-          auto x = X.col(k + 1).segment(c * n, n);
+          white.apply_channel(problem, c, f.x, x);
           const double off = one.dot(x), size = x.squaredNorm() - off * off;
           if (!(size > 1e-6 * x.squaredNorm())) continue;
           const double along = x.dot(rest), gain = 0.5 * along * along / size;

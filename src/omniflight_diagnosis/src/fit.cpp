@@ -53,7 +53,7 @@ double cost(const Eigen::VectorXd& whitened, const Unknowns& u, const Eigen::Vec
 Eigen::VectorXd minimise(const Problem& problem, std::vector<ActiveEffect>& effects, Unknowns& u,
                          const Whitening& whitening, int iterations) {
   bool linear = true;
-  for (const ActiveEffect& e : effects) linear = linear && has_constant_columns(*e.effect);
+  for (const ActiveEffect& e : effects) linear = linear && problem.has_constant_columns(*e.effect);
   Eigen::MatrixXd jacobian;
   Eigen::VectorXd rest, left;
   for (int iteration = 0; iteration < (linear ? 1 : iterations); ++iteration) {
@@ -116,21 +116,22 @@ Fit fit_under(const Problem& problem, const std::vector<ActiveEffect>& start, in
   return fit;
 }
 
+/// How shape parameters are searched; `hint`: taken as they are, only the amplitudes are solved for.
+enum class Search { hint, grid, nearby };
+
 /// The base's effects and one more, its shape parameters where a search of their own ends.
-/// With a hint the shapes are taken from it and only the amplitudes are solved for.
 std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, const Effect& effect,
-                                     const std::vector<double>* hint) {
+                                     Search how, const std::vector<double>* hint = nullptr) {
   const auto& parameters = effect.info().parameters;
   std::vector<double> theta;
   for (const Parameter& p : parameters) theta.push_back(p.linear ? p.neutral : p.typical);
   if (std::any_of(parameters.begin(), parameters.end(), is_shape)) {
     ShapeSearch search(problem, base, effect);
-    if (hint) {
+    if (how == Search::hint)
       search.take(*hint);
-    } else {
+    else
       search.over_bounds();
-      search.nearby();
-    }
+    if (how == Search::nearby) search.nearby();
     theta = search.best();
   }
   for (std::size_t c = 0; c < parameters.size(); ++c)
@@ -148,7 +149,11 @@ Fit fit_effects(const Problem& problem, const std::vector<ActiveEffect>& start, 
 }
 
 Fit fit_with(const Problem& problem, const Fit& base, const Effect& effect, const Options&) {
-  return fit_under(problem, start_with(problem, base, effect, nullptr), 12);
+  return fit_under(problem, start_with(problem, base, effect, Search::nearby), 12);
+}
+
+Fit fit_on_grid(const Problem& problem, const Fit& base, const Effect& effect, const Options&) {
+  return fit_under(problem, start_with(problem, base, effect, Search::grid), 12);
 }
 
 Fit profile_shapes(const Problem& problem, const Fit& fit, const Options&) {
@@ -212,7 +217,8 @@ Fit settle(const Problem& problem, const Fit& fit, const Options&) {
 Fit quick_with(const Problem& problem, const Fit& base, const Effect& effect, const Options&,
                const std::vector<double>* hint) {
   // the change of a mass is far from linear
-  return fit_under(problem, start_with(problem, base, effect, hint), adds_inertia(effect) ? 4 : 1);
+  return fit_under(problem, start_with(problem, base, effect, hint ? Search::hint : Search::nearby, hint),
+                   adds_inertia(effect) ? 4 : 1);
 }
 
 Eigen::MatrixXd jacobian_of(const Problem& problem, const Fit& fit) {

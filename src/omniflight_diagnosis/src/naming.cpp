@@ -46,6 +46,7 @@ class Search {
   static int any_width() { return 1 << 20; }
   static constexpr std::size_t kMostRefused = 3;
   static constexpr double kLawKnown = 0.25;  ///< of a gain: what a law known in its outline may lack
+  static constexpr double kComesNear = 0.5;  ///< of the best gain alone
   static constexpr double kAlike = 0.8;      ///< cosine of contributions, whitened
   static constexpr double kNear = 30, kNearShare = 0.1;  ///< of the best gain, before polishing
 
@@ -64,22 +65,31 @@ class Search {
   }
 
   void try_alone() {
+    const auto alone = [&](const Problem& problem, std::size_t k) {
+      return fit_on_grid(problem, out_.null_model, *candidates_[k], o_);
+    };
+    std::vector<Fit> fits = workers_.map<Fit>(candidates_.size(), alone,
+                                              [&] { return stop("further candidates of the library"); });
+    const auto gain = [&](const Fit& fit) { return fit.log_likelihood - out_.null_model.log_likelihood; };
+    double best = 0;
+    for (const Fit& fit : fits) best = std::max(best, gain(fit));
     struct Alone {
       Fit fit;
       double share;
     };
-    auto all = workers_.map<Alone>(
-        candidates_.size(),
-        [&](const Problem& problem, std::size_t k) {
-          Fit fit = fit_with(problem, out_.null_model, *candidates_[k], o_);
-          const double share = gate_effect(problem, fit, 0, o_).energy_share;
-          return Alone{std::move(fit), share};
-        },
-        [&] { return stop("further candidates of the library"); });
+    auto all = workers_.map<Alone>(fits.size(), [&](const Problem& problem, std::size_t k) {
+      Fit fit = std::move(fits[k]);
+      // what comes near the best may be it, with its bends searched together
+      if (!is_linear(*candidates_[k]) && gain(fit) > kComesNear * best) {
+        Fit nearer = fit_with(problem, out_.null_model, *candidates_[k], o_);
+        if (nearer.log_likelihood > fit.log_likelihood) fit = std::move(nearer);
+      }
+      const double share = gate_effect(problem, fit, 0, o_).energy_share;
+      return Alone{std::move(fit), share};
+    });
     for (Alone& one : all) {
       const Effect& effect = *one.fit.effects[0].effect;
-      out_.candidates.push_back({effect.info().id, one.fit.log_likelihood - out_.null_model.log_likelihood,
-                                 costs_.entry(effect), one.share});
+      out_.candidates.push_back({effect.info().id, gain(one.fit), costs_.entry(effect), one.share});
       alone_.add(std::move(one.fit));
     }
   }

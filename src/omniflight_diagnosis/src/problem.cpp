@@ -51,7 +51,9 @@ bool acts_at_once(const physics::Effect& effect) {
   return !adds_inertia(effect) && effect.memory_size().total() == 0;
 }
 
-bool has_constant_columns(const physics::Effect& effect) { return is_linear(effect) && acts_at_once(effect); }
+bool Problem::has_constant_columns(const physics::Effect& effect) const {
+  return is_linear(effect) && effect.memory_size().total() == 0 && (instrumented_ || !adds_inertia(effect));
+}
 
 Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
                  const Options& options)

@@ -71,6 +71,9 @@ class Problem {
   bool instrumented() const { return instrumented_; }
   /// A flight among them left the floor, or came back to it.
   bool took_off() const { return took_off_; }
+  /// Its columns never change: it is linear, remembers nothing, and what mass or inertia it has moves as the
+  /// instruments say, or there is none.
+  bool has_constant_columns(const physics::Effect& effect) const;
   /// Torques are not judged: thrusts are only modelled.
   bool forces_only() const { return forces_only_; }
 
@@ -123,8 +126,6 @@ class Problem {
 
 /// Neither memory nor inertia of its own.
 bool acts_at_once(const physics::Effect& effect);
-/// And linear in all parameters: its columns never change.
-bool has_constant_columns(const physics::Effect& effect);
 /// The vehicle gets heavier or larger in inertia with it.
 bool adds_inertia(const physics::Effect& effect);
 bool is_linear(const physics::Effect& effect);

@@ -8,7 +8,10 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr int kGrid = 24;  // steps from one bound to the other
+constexpr int kGrid = 24;             // steps from one bound to the other
+constexpr double kFinest = 0.02;      // of a step of the grid
+constexpr double kWorth = 1;          // nats that a round of steps must bring, or else they are too long
+constexpr double kWorthShare = 1e-6;  // of the gain so far
 
 }  // namespace
 
@@ -61,7 +64,7 @@ Eigen::MatrixXd ShapeSearch::columns_at(const std::vector<double>& theta) {
   return problem_.noise().apply(problem_, columns);
 }
 
-bool ShapeSearch::improves(const std::vector<double>& theta, bool remember) {
+void ShapeSearch::consider(const std::vector<double>& theta, bool remember) {
   const auto known = remember ? problem_.memory().at(effect_, theta, [&] { return columns_at(theta); })
                               : std::make_shared<const Eigen::MatrixXd>(columns_at(theta));
   const Eigen::MatrixXd& X = *known;
@@ -72,12 +75,11 @@ bool ShapeSearch::improves(const std::vector<double>& theta, bool remember) {
   g_.head(own) = X.transpose() * target_;
   const Eigen::VectorXd step = bounded_step(H_, g_, lower_ - x_, upper_ - x_);
   const double gain = g_.dot(step) - 0.5 * step.dot(H_ * step);
-  if (gain <= gain_ * (1 + 1e-9) + 1e-9) return false;
+  if (gain <= gain_ * (1 + 1e-9) + 1e-9) return;
   gain_ = gain;
   theta_ = theta;
   for (Eigen::Index c = 0; c < own; ++c)
     amplitudes_[static_cast<std::size_t>(free_[static_cast<std::size_t>(c)])] = x_[c] + step[c];
-  return true;
 }
 
 double ShapeSearch::value_at(std::size_t shape, double share) const {
@@ -93,7 +95,7 @@ double ShapeSearch::share_at(std::size_t shape, double value) const {
 
 void ShapeSearch::take(const std::vector<double>& theta) {
   for (std::size_t shape : shapes_) theta_[shape] = theta[shape];
-  improves(theta_, true);
+  consider(theta_, true);
 }
 
 void ShapeSearch::over_bounds() {
@@ -101,23 +103,22 @@ void ShapeSearch::over_bounds() {
     std::vector<double> theta = theta_;
     for (int k = 0; k <= kGrid; ++k) {
       theta[shape] = value_at(shape, static_cast<double>(k) / kGrid);
-      improves(theta, true);
+      consider(theta, true);
     }
   }
 }
 
 void ShapeSearch::nearby() {
-  constexpr double kFinest = 0.02;  // of a step of the grid
   if (shapes_.size() < 2 || !acts_at_once(effect_)) return;  // replays are slow
   for (double step = 0.5; step > kFinest;) {
-    bool better = false;
+    const double before = gain_;
     for (std::size_t shape : shapes_)
       for (const double way : {step, -step}) {
         std::vector<double> theta = theta_;
         theta[shape] = value_at(shape, std::clamp(share_at(shape, theta[shape]) + way / kGrid, 0.0, 1.0));
-        better = improves(theta, false) || better;
+        consider(theta, false);
       }
-    if (!better) step /= 2;
+    if (gain_ < before + std::max(kWorth, kWorthShare * before)) step /= 2;  // it creeps, or stands
   }
 }
 

@@ -24,8 +24,8 @@ class ShapeSearch {
 
  private:
   bool is_amplitude(std::size_t k) const { return !is_shape(effect_.info().parameters[k]); }
-  /// Whether bends explain more than what was met before; they are kept then.
-  bool improves(const std::vector<double>& theta, bool remember);
+  /// Bends that explain more than what was met before are kept.
+  void consider(const std::vector<double>& theta, bool remember);
   Eigen::MatrixXd columns_at(const std::vector<double>& theta);
   double value_at(std::size_t shape, double share) const;
   double share_at(std::size_t shape, double value) const;

@@ -202,23 +202,28 @@ Eigen::VectorXd Whitening::apply_vector(const Problem& problem, const Eigen::Vec
 Eigen::MatrixXd Whitening::apply(const Problem& problem, const Eigen::Ref<const Eigen::MatrixXd>& x) const {
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(x.rows(), x.cols());
   const int n = problem.samples();
+  for (Eigen::Index column = 0; column < x.cols(); ++column)
+    for (int c = 0; c < (problem.forces_only() ? 3 : 6); ++c)
+      apply_channel(problem, c, x.col(column).segment(static_cast<Eigen::Index>(c) * n, n),
+                    out.col(column).segment(static_cast<Eigen::Index>(c) * n, n));
+  return out;
+}
+
+void Whitening::apply_channel(const Problem& problem, int channel, const Eigen::Ref<const Eigen::VectorXd>& x,
+                              Eigen::Ref<Eigen::VectorXd> out) const {
   constexpr int kBlock = 512;  // samples side by side, so that no sum waits for its last term
-  for (Eigen::Index column = 0; column < x.cols(); ++column) {
-    for (int c = 0; c < (problem.forces_only() ? 3 : 6); ++c) {
-      for (const Run& run : problem.runs()) {
-        const Filter& filter = filters_[static_cast<std::size_t>(run.flight)][static_cast<std::size_t>(c)];
-        for (int begin = run.begin + skip_; begin < run.end; begin += kBlock) {
-          const int length = std::min(kBlock, run.end - begin);
-          Eigen::Index from = static_cast<Eigen::Index>(c) * n + begin;
-          auto to = out.col(column).segment(from, length);
-          to = x.col(column).segment(from, length);
-          for (const double a : filter.a) to -= a * x.col(column).segment(--from, length);
-          to *= 1.0 / filter.sigma;
-        }
-      }
+  for (const Run& run : problem.runs()) {
+    const Filter& filter = filters_[static_cast<std::size_t>(run.flight)][static_cast<std::size_t>(channel)];
+    out.segment(run.begin, std::min(skip_, run.end - run.begin)).setZero();
+    for (int begin = run.begin + skip_; begin < run.end; begin += kBlock) {
+      const int length = std::min(kBlock, run.end - begin);
+      Eigen::Index from = begin;
+      auto to = out.segment(from, length);
+      to = x.segment(from, length);
+      for (const double a : filter.a) to -= a * x.segment(--from, length);
+      to *= 1.0 / filter.sigma;
     }
   }
-  return out;
 }
 
 }  // namespace omniflight::diagnosis

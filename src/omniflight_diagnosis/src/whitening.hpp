@@ -25,6 +25,9 @@ class Whitening {
   /// Filtered and divided by the innovation's standard deviation; the first samples of every run become zero.
   Eigen::MatrixXd apply(const Problem& problem, const Eigen::Ref<const Eigen::MatrixXd>& x) const;
   Eigen::VectorXd apply_vector(const Problem& problem, const Eigen::VectorXd& x) const;
+  /// The same for one channel only: x and out have one row a sample.
+  void apply_channel(const Problem& problem, int channel, const Eigen::Ref<const Eigen::VectorXd>& x,
+                     Eigen::Ref<Eigen::VectorXd> out) const;
 
   /// Gaussian log-likelihood of the residual it was fitted to (constants dropped).
   double log_likelihood() const { return log_likelihood_; }

@@ -6,6 +6,7 @@ namespace omniflight::physics {
 namespace {
 
 constexpr double kTight = 1e-15, kLoose = 1e-3;
+constexpr double kNoSag = 1e-12;  ///< of the tension: a straight line is as near as this
 
 /// Root of an increasing function in [low, high] by safeguarded secants; f(low) <= 0 <= f(high).
 template <class Function>
@@ -67,7 +68,8 @@ bool polish(double distance, double height, double length, double stretch, Caten
     if (!(next.a > 0) || !(next.b > 0) || !std::isfinite(next.a + next.b)) return false;
     ends = next;
     const double step = std::abs(step_a) + std::abs(step_b), size = std::max(1.0, ends.a + ends.b);
-    // a cable that is just taut takes its tension from the last digits of the span: steps stop shrinking there
+    // a cable that is just taut takes its tension from the last digits of the span: steps stop shrinking
+    // there
     if (step <= 1e-13 * size || (step <= 1e-9 * size && step > 0.5 * last)) return true;
     last = step;
   }
@@ -80,8 +82,10 @@ CatenaryEnds solve_catenary_ends(double distance, double height, double length, 
   // A tight cable is nearly the straight elastic line between its ends, from where Newton is there at once.
   const double chord = std::hypot(distance, height);
   if (chord > length && distance > 0) {
-    const double pull = (chord / length - 1) / stretch;
+    const double strain = chord / length - 1, pull = strain / stretch;
     CatenaryEnds straight{pull * distance / chord, pull * height / chord + 0.5 * length};
+    // beyond this its sag changes no digit that the span could still tell
+    if (length * length < kNoSag * strain * pull * pull) return straight;
     if (polish(distance, height, length, stretch, straight)) return straight;
   }
   // A slack one begins with the guess of Jonkman 2007 (eq. 2.38); the search is for what Newton cannot reach.
