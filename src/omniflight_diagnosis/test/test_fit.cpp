@@ -52,8 +52,49 @@ TEST(Fit, ATautRopeIsFoundWhereverItsEndLies) {
     printf("%.1f N/m from %.3f m on for %.1f N/m from %.3f m; %.1f nats of %.1f behind one from the truth\n",
            found.effects[0].theta[0], found.effects[0].theta[2], 60.0, length,
            near.log_likelihood - found.log_likelihood, near.log_likelihood - none.log_likelihood);
-    EXPECT_GT(found.log_likelihood - none.log_likelihood, 0.99 * (near.log_likelihood - none.log_likelihood));
+    // a search that ends while it still creeps along the valley found 6.5 N/m, 12546 nats behind
+    EXPECT_LT(near.log_likelihood - found.log_likelihood,
+              3 + 1e-5 * (near.log_likelihood - none.log_likelihood));
+    EXPECT_NEAR(found.effects[0].theta[0], 60, 1);
   }
+}
+
+/// On instruments a mass that moves as they say makes a law no less linear: its columns are known once and
+/// for all. Held against the law itself.
+TEST(Fit, LinearLawsWithMassAreLinearOnInstruments) {
+  const vehicle::Vehicle v = test::omnimorph();
+  test::Flown f;
+  f.sway = 0.25;
+  const Options o;
+  auto flight = prepare_flight(test::fly(v, {}, f), v, o);
+  ASSERT_TRUE(flight) << flight.error().text();
+  const Flight* one[] = {&*flight};
+  const Problem measured(one, v, o);
+  flight->instrument = flight->smooth;
+  const Problem problem(one, v, o);
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(problem.offset_sigma().size());
+  const int n = problem.samples();
+  int asked = 0;
+  for (const physics::Effect* effect : physics::builtin_effects()) {
+    if (!adds_inertia(*effect) || !is_linear(*effect) || effect->memory_size().total() > 0) continue;
+    ++asked;
+    EXPECT_TRUE(problem.has_constant_columns(*effect)) << effect->info().id;
+    EXPECT_FALSE(measured.has_constant_columns(*effect)) << effect->info().id;
+    physics::ActiveEffect some{effect, {}};
+    for (const physics::Parameter& p : effect->info().parameters)
+      some.theta.push_back(p.neutral + 0.7 * (p.typical - p.neutral));
+    Eigen::VectorXd before, after;
+    problem.predict({}, none, before, nullptr);
+    problem.predict({some}, none, after, nullptr);
+    for (int i = 0; i < n; i += 50) {
+      physics::Wrench own;
+      effect->add_wrench(problem.situation(i), some.theta.data(), own);
+      const Vec6 w = own.at(problem.situation(i));
+      for (int c = 0; c < 6; ++c)
+        ASSERT_NEAR(before[c * n + i] - after[c * n + i], w[c], 1e-9) << effect->info().id << " " << c;
+    }
+  }
+  EXPECT_GE(asked, 3);
 }
 
 }  // namespace
