@@ -64,8 +64,8 @@ const physics::Effect* overlooked(const Problem& measured, const Fit& model,
     }
     return least_of_all;
   };
-  constexpr double kComesNear =
-      0.5;  // of the share that is asked for: the bends of a law are then searched together
+  // of the share that is asked for: the bends of a law are then searched together
+  constexpr double kComesNear = 0.5;
   for (const physics::Effect* effect : candidates) {
     const Least least = least_of(*effect, o);
     if (most < least.magnitude || contains(model, effect)) continue;

@@ -6,6 +6,7 @@
 #include "causality.hpp"
 #include "imitation.hpp"
 #include "members.hpp"
+#include "shape_search.hpp"
 #include "uncertainty.hpp"
 #include "workers.hpp"
 
@@ -80,7 +81,7 @@ class Search {
     auto all = workers_.map<Alone>(fits.size(), [&](const Problem& problem, std::size_t k) {
       Fit fit = std::move(fits[k]);
       // what comes near the best may be it, with its bends searched together
-      if (!is_linear(*candidates_[k]) && gain(fit) > kComesNear * best) {
+      if (ShapeSearch::bends_together(*candidates_[k]) && gain(fit) > kComesNear * best) {
         Fit nearer = fit_with(problem, out_.null_model, *candidates_[k], o_);
         if (nearer.log_likelihood > fit.log_likelihood) fit = std::move(nearer);
       }

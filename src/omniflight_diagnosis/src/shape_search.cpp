@@ -108,8 +108,13 @@ void ShapeSearch::over_bounds() {
   }
 }
 
+bool ShapeSearch::bends_together(const physics::Effect& effect) {
+  const auto& parameters = effect.info().parameters;
+  return acts_at_once(effect) && std::count_if(parameters.begin(), parameters.end(), is_shape) > 1;
+}
+
 void ShapeSearch::nearby() {
-  if (shapes_.size() < 2 || !acts_at_once(effect_)) return;  // replays are slow
+  if (!bends_together(effect_)) return;
   for (double step = 0.5; step > kFinest;) {
     const double before = gain_;
     for (std::size_t shape : shapes_)

@@ -11,6 +11,8 @@ class ShapeSearch {
  public:
   ShapeSearch(const Problem& problem, const Fit& base, const physics::Effect& effect);
 
+  /// Whether nearby() does anything for a law: it has two bends, and no replay, which is slow.
+  static bool bends_together(const physics::Effect& effect);
   /// With these bends, and no search.
   void take(const std::vector<double>& theta);
   /// One bend after another over its bounds, the others as they are by then.
