@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "members.hpp"
+#include "shape_search.hpp"
 
 namespace omniflight::diagnosis {
 
@@ -69,7 +70,7 @@ const physics::Effect* overlooked(const Problem& measured, const Fit& model,
   for (const physics::Effect* effect : candidates) {
     const Least least = least_of(*effect, o);
     if (most < least.magnitude || contains(model, effect)) continue;
-    if (!is_linear(*effect) &&
+    if (ShapeSearch::bends_together(*effect) &&
         left_of(fit_on_grid(measured, base, *effect, o), {kComesNear * least.share, least.magnitude}) == 1)
       continue;
     const Fit with = fit_with(measured, base, *effect, o);

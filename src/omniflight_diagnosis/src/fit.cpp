@@ -116,10 +116,11 @@ Fit fit_under(const Problem& problem, const std::vector<ActiveEffect>& start, in
   return fit;
 }
 
-/// How shape parameters are searched; `hint`: taken as they are, only the amplitudes are solved for.
-enum class Search { hint, grid, nearby };
+/// How shape parameters are searched: on a grid only, or also nearby.
+enum class Search { grid, nearby };
 
 /// The base's effects and one more, its shape parameters where a search of their own ends.
+/// With a hint the shapes are taken from it and only the amplitudes are solved for.
 std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, const Effect& effect,
                                      Search how, const std::vector<double>* hint = nullptr) {
   const auto& parameters = effect.info().parameters;
@@ -127,11 +128,12 @@ std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, co
   for (const Parameter& p : parameters) theta.push_back(p.linear ? p.neutral : p.typical);
   if (std::any_of(parameters.begin(), parameters.end(), is_shape)) {
     ShapeSearch search(problem, base, effect);
-    if (how == Search::hint)
+    if (hint) {
       search.take(*hint);
-    else
+    } else {
       search.over_bounds();
-    if (how == Search::nearby) search.nearby();
+      if (how == Search::nearby) search.nearby();
+    }
     theta = search.best();
   }
   for (std::size_t c = 0; c < parameters.size(); ++c)
@@ -217,7 +219,7 @@ Fit settle(const Problem& problem, const Fit& fit, const Options&) {
 Fit quick_with(const Problem& problem, const Fit& base, const Effect& effect, const Options&,
                const std::vector<double>* hint) {
   // the change of a mass is far from linear
-  return fit_under(problem, start_with(problem, base, effect, hint ? Search::hint : Search::nearby, hint),
+  return fit_under(problem, start_with(problem, base, effect, Search::nearby, hint),
                    adds_inertia(effect) ? 4 : 1);
 }
 

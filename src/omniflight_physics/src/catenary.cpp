@@ -68,8 +68,8 @@ bool polish(double distance, double height, double length, double stretch, Caten
     if (!(next.a > 0) || !(next.b > 0) || !std::isfinite(next.a + next.b)) return false;
     ends = next;
     const double step = std::abs(step_a) + std::abs(step_b), size = std::max(1.0, ends.a + ends.b);
-    // a cable that is just taut takes its tension from the last digits of the span: steps stop shrinking
-    // there
+    // a cable that is just taut takes its tension from the last digits of the span:
+    // steps stop shrinking there
     if (step <= 1e-13 * size || (step <= 1e-9 * size && step > 0.5 * last)) return true;
     last = step;
   }
