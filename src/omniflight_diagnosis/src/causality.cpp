@@ -28,7 +28,7 @@ bool answers_instead_of_causing(const Problem& problem, const Fit& fit, std::siz
   Eigen::Index first = 0;
   for (std::size_t k = 0; k < index; ++k) first += fit.effects[k].effect->parameter_count();
   const Eigen::Index width = fit.effects[index].effect->parameter_count();
-  const Eigen::MatrixXd X = problem.noise().apply(problem, jacobian_of(problem, fit));
+  const Eigen::MatrixXd X = problem.whitened(fit.effects, jacobian_of(problem, fit));
   Eigen::MatrixXd others(X.rows(), X.cols() - width);
   others << X.leftCols(first), X.rightCols(X.cols() - first - width);
   const auto solver = others.colPivHouseholderQr();

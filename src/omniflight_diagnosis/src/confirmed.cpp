@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "members.hpp"
-#include "shape_search.hpp"
 
 namespace omniflight::diagnosis {
 
@@ -15,6 +14,8 @@ struct Least {
   double share;      ///< of the energy of a channel
   double magnitude;  ///< RMS over weight, or weight times lever
 };
+
+constexpr double kFewHz = 5;
 
 Least least_of(const physics::Effect& effect, const Options& o) {
   return is_linear(effect) ? Least{0.9, o.min_magnitude} : Least{0.97, 10 * o.min_magnitude};
@@ -46,36 +47,39 @@ std::vector<std::string> unconfirmed(const Problem& measured, const Fit& model, 
 const physics::Effect* overlooked(const Problem& measured, const Fit& model,
                                   const std::vector<const physics::Effect*>& candidates, const Options& o) {
   const Fit base = fit_effects(measured, model.effects, o);
-  const int n = measured.samples();
-  const auto rms = [&](const Eigen::VectorXd& residual, int c) {
-    return std::sqrt(residual.segment(c * n, n).squaredNorm() / n) / measured.scale(c);
+  const auto rms = [](const Problem& problem, const Eigen::VectorXd& residual, int c) {
+    const int n = problem.samples();
+    return std::sqrt(residual.segment(c * n, n).squaredNorm() / n) / problem.scale(c);
   };
   double most = 0, least_left = 1;
-  for (int c = 0; c < 6; ++c) most = std::max(most, rms(base.residual, c));
+  for (int c = 0; c < 6; ++c) most = std::max(most, rms(measured, base.residual, c));
   const physics::Effect* best = nullptr;
   /// The least energy that is left of a channel from which it takes enough; 1 where it takes too little.
-  const auto left_of = [&](const Fit& with, const Least& least) {
+  const auto left_of = [&](const Problem& problem, const Eigen::VectorXd& all, const Fit& with,
+                           const Least& least) {
     double least_of_all = 1;
     for (int c = 0; c < 6; ++c) {
-      const double before = rms(base.residual, c);
+      const double before = rms(problem, all, c);
       if (before < least.magnitude) continue;  // or nothing at all, where torques are not judged
-      const double left = std::pow(rms(with.residual, c) / before, 2);
+      const double left = std::pow(rms(problem, with.residual, c) / before, 2);
       if (left > 1 - least.share || before * std::sqrt(1 - left) < least.magnitude) continue;
       least_of_all = std::min(least_of_all, left);
     }
     return least_of_all;
   };
-  // of the share that is asked for: the bends of a law are then searched together
+  // what takes nearly all takes much of a few samples as well, and those are soon asked
   constexpr double kComesNear = 0.5;
+  const Problem few = measured.thinned(base.residual, static_cast<int>(std::ceil(o.grid_hz / kFewHz)));
+  const Fit few_base = fit_effects(few, {}, o);
   for (const physics::Effect* effect : candidates) {
     const Least least = least_of(*effect, o);
     if (most < least.magnitude || contains(model, effect)) continue;
-    if (ShapeSearch::bends_together(*effect) &&
-        left_of(fit_on_grid(measured, base, *effect, o), {kComesNear * least.share, least.magnitude}) == 1)
+    if (left_of(few, few_base.residual, fit_on_grid(few, few_base, *effect, o),
+                {kComesNear * least.share, kComesNear * least.magnitude}) == 1)
       continue;
     const Fit with = fit_with(measured, base, *effect, o);
     if (!makes_sense(measured, with, with.effects.size() - 1)) continue;
-    if (const double left = left_of(with, least); left < least_left) {
+    if (const double left = left_of(measured, base.residual, with, least); left < least_left) {
       least_left = left;
       best = effect;
     }

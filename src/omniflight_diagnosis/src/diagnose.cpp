@@ -295,7 +295,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   if (const physics::Effect* effect = not_shown(true)) return as_measured(*effect);
   if (!freed.empty() && !naming.model.effects.empty() && !o.stopped() &&
       free_of_feedback(wrench_of(*all, naming.model, used)))
-    naming = name_effects(*all, hypotheses, o);
+    naming = name_effects(*all, hypotheses, o, &naming);
   // what comes and goes from outside must not be bent into an effect of the vehicle's own state
   const std::vector<Burst> bursts =
       blind ? std::vector<Burst>{} : find_bursts(*all, naming.null_model.residual);
@@ -331,16 +331,17 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
       std::erase_if(left, [&](const physics::Effect* e) {
         return std::find(refused.begin(), refused.end(), e->info().id) != refused.end();
       });
-      naming = name_effects(calm ? *calm : *all, left, o);
+      naming = name_effects(calm ? *calm : *all, left, o, &naming);
       // the instruments were flown under the wrench of what is refused now
       if (!calm && !naming.model.effects.empty() && free_of_feedback(wrench_of(*all, naming.model, used))) {
         take_measured();
-        naming = name_effects(*all, left, o);
+        naming = name_effects(*all, left, o, &naming);
       }
     }
   }
   if (const physics::Effect* effect = not_shown(false)) return as_measured(*effect);
   const Problem& problem = calm ? *calm : *all;
+  tell_rivals(problem, o, naming);
   if (grounded) add_ground_law(problem, per_parameter, o, naming);
   const auto estimate = [&] {
     if (naming.model.effects.empty()) return;

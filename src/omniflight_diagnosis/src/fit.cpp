@@ -116,25 +116,17 @@ Fit fit_under(const Problem& problem, const std::vector<ActiveEffect>& start, in
   return fit;
 }
 
-/// How shape parameters are searched: on a grid only, or also nearby.
-enum class Search { grid, nearby };
-
-/// The base's effects and one more, its shape parameters where a search of their own ends.
-/// With a hint the shapes are taken from it and only the amplitudes are solved for.
+/// The base's effects and one more, its shape parameters where `search` ends.
+template <class SearchShapes>
 std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, const Effect& effect,
-                                     Search how, const std::vector<double>* hint = nullptr) {
+                                     const SearchShapes& search) {
   const auto& parameters = effect.info().parameters;
   std::vector<double> theta;
   for (const Parameter& p : parameters) theta.push_back(p.linear ? p.neutral : p.typical);
   if (std::any_of(parameters.begin(), parameters.end(), is_shape)) {
-    ShapeSearch search(problem, base, effect);
-    if (hint) {
-      search.take(*hint);
-    } else {
-      search.over_bounds();
-      if (how == Search::nearby) search.nearby();
-    }
-    theta = search.best();
+    ShapeSearch shapes(problem, base, effect);
+    search(shapes);
+    theta = shapes.best();
   }
   for (std::size_t c = 0; c < parameters.size(); ++c)
     if (!parameters[c].linear && !is_shape(parameters[c]) && std::abs(theta[c]) < 1e-12)
@@ -144,6 +136,11 @@ std::vector<ActiveEffect> start_with(const Problem& problem, const Fit& base, co
   return start;
 }
 
+void search_all(ShapeSearch& shapes) {
+  shapes.over_bounds();
+  shapes.nearby();
+}
+
 }  // namespace
 
 Fit fit_effects(const Problem& problem, const std::vector<ActiveEffect>& start, const Options&) {
@@ -151,11 +148,13 @@ Fit fit_effects(const Problem& problem, const std::vector<ActiveEffect>& start, 
 }
 
 Fit fit_with(const Problem& problem, const Fit& base, const Effect& effect, const Options&) {
-  return fit_under(problem, start_with(problem, base, effect, Search::nearby), 12);
+  return fit_under(problem, start_with(problem, base, effect, search_all), 12);
 }
 
-Fit fit_on_grid(const Problem& problem, const Fit& base, const Effect& effect, const Options&) {
-  return fit_under(problem, start_with(problem, base, effect, Search::grid), 12);
+Fit fit_on_grid(const Problem& problem, const Fit& base, const Effect& effect, const Options&,
+                const std::vector<double>* found) {
+  const auto search = [&](ShapeSearch& shapes) { found ? shapes.around(*found) : shapes.over_bounds(); };
+  return fit_under(problem, start_with(problem, base, effect, search), 12);
 }
 
 Fit profile_shapes(const Problem& problem, const Fit& fit, const Options&) {
@@ -218,9 +217,9 @@ Fit settle(const Problem& problem, const Fit& fit, const Options&) {
 
 Fit quick_with(const Problem& problem, const Fit& base, const Effect& effect, const Options&,
                const std::vector<double>* hint) {
+  const auto search = [&](ShapeSearch& shapes) { hint ? shapes.take(*hint) : search_all(shapes); };
   // the change of a mass is far from linear
-  return fit_under(problem, start_with(problem, base, effect, Search::nearby, hint),
-                   adds_inertia(effect) ? 4 : 1);
+  return fit_under(problem, start_with(problem, base, effect, search), adds_inertia(effect) ? 4 : 1);
 }
 
 Eigen::MatrixXd jacobian_of(const Problem& problem, const Fit& fit) {

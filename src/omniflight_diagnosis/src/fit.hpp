@@ -31,9 +31,9 @@ Fit fit_effects(const Problem& problem, const std::vector<physics::ActiveEffect>
 Fit fit_with(const Problem& problem, const Fit& base, const physics::Effect& effect, const Options& options);
 
 /// The same, its bends searched over a grid only, one after another: several times quicker, and enough to say
-/// whether a law comes near.
+/// whether a law comes near. Given bends of much the same flight, on the part of the grid around them.
 Fit fit_on_grid(const Problem& problem, const Fit& base, const physics::Effect& effect,
-                const Options& options);
+                const Options& options, const std::vector<double>* found = nullptr);
 
 /// Final values: offsets that would compete with the named effects are held near zero (their tolerance stays
 /// in the standard errors), so that the effects alone, as a model file lists them, predict best.

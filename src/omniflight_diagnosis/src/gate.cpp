@@ -66,7 +66,7 @@ double most_removed(const Problem& problem, const Eigen::VectorXd& before, const
 
 Gate gate_effect(const Problem& problem, const Fit& full, std::size_t index, const Options& options) {
   const Eigen::MatrixXd raw = jacobian_of(problem, full);
-  const Eigen::MatrixXd X = problem.noise().apply(problem, raw);
+  const Eigen::MatrixXd X = problem.whitened(full.effects, raw);
   Eigen::Index first = 0;
   for (std::size_t k = 0; k < index; ++k) first += full.effects[k].effect->parameter_count();
   const Eigen::Index width = full.effects[index].effect->parameter_count();

@@ -16,30 +16,31 @@ namespace {
 using physics::ActiveEffect;
 using physics::Effect;
 
-/// One search over the library: forward, backward, exchanged, split, tested; then what else it could have
-/// been.
+bool time_is_up(const Options& o, const char* what, Naming& naming) {
+  if (!o.stopped()) return false;
+  if (naming.left_out.empty() || naming.left_out.back() != what) naming.left_out.emplace_back(what);
+  return true;
+}
+
+/// One search over the library: forward, backward, exchanged, split, tested.
 class Search {
  public:
-  Search(const Problem& problem, const std::vector<const Effect*>& candidates, const Options& o)
+  Search(const Problem& problem, const std::vector<const Effect*>& candidates, const Options& o,
+         const Naming* before)
       : problem_(problem),
+        before_(before),
         candidates_(candidates),
         o_(o),
         costs_(candidates.size(), o.error_rate, problem.instrumented()),
         workers_(problem, o.threads) {}
 
   Naming run() {
+    out_.asked = candidates_;
     out_.null_model = fit_effects(problem_, {}, o_);
     try_alone();
     Fit current = exchange(grow(out_.null_model, any_width()));
     current = pass(split(std::move(current)));
-    current = break_ties(std::move(current));
-    if (!stop("profiles of the laws' bends")) current = profile_shapes(problem_, current, o_);
-    out_.model = current;
-    const Alternatives alternatives(problem_, candidates_, o_, costs_, workers_, alone_);
-    for (std::size_t k = 0; k < current.effects.size(); ++k)
-      out_.named.push_back(
-          alternatives.of(current, k, [&] { return stop("alternatives to the named effects"); }));
-    out_.aliases = compare_alone(problem_, alone_);
+    out_.model = break_ties(std::move(current));
     return std::move(out_);
   }
 
@@ -57,17 +58,15 @@ class Search {
            std::find(refused_.begin(), refused_.end(), effect) == refused_.end();
   }
 
-  std::size_t tried() const { return alone_.fits().size(); }  // all candidates, unless time was up
+  std::size_t tried() const { return out_.alone.fits().size(); }  // all candidates, unless time was up
 
-  bool stop(const char* what) {
-    if (!o_.stopped()) return false;
-    if (out_.left_out.empty() || out_.left_out.back() != what) out_.left_out.emplace_back(what);
-    return true;
-  }
+  bool stop(const char* what) { return time_is_up(o_, what, out_); }
 
   void try_alone() {
     const auto alone = [&](const Problem& problem, std::size_t k) {
-      return fit_on_grid(problem, out_.null_model, *candidates_[k], o_);
+      const Fit* found = before_ ? before_->alone.find(candidates_[k]) : nullptr;
+      return fit_on_grid(problem, out_.null_model, *candidates_[k], o_,
+                         found ? &found->effects.back().theta : nullptr);
     };
     std::vector<Fit> fits = workers_.map<Fit>(candidates_.size(), alone,
                                               [&] { return stop("further candidates of the library"); });
@@ -91,7 +90,7 @@ class Search {
     for (Alone& one : all) {
       const Effect& effect = *one.fit.effects[0].effect;
       out_.candidates.push_back({effect.info().id, gain(one.fit), costs_.entry(effect), one.share});
-      alone_.add(std::move(one.fit));
+      out_.alone.add(std::move(one.fit));
     }
   }
 
@@ -125,8 +124,8 @@ class Search {
       bool worth = false, stuck = false, blind = false;
     };
     const auto previews = workers_.map<Preview>(able.size(), [&](const Problem& problem, std::size_t k) {
-      const Fit fit =
-          current.effects.empty() ? *alone_.find(able[k]) : alone_.quick(problem, current, *able[k], o_);
+      const Fit fit = current.effects.empty() ? *out_.alone.find(able[k])
+                                              : out_.alone.quick(problem, current, *able[k], o_);
       Preview p{.gain = score(fit, costs_) - score(current, costs_)};
       p.worth = tested(fit, costs_) - tested(current, costs_) > -3.0;
       p.stuck = p.worth && at_limit(problem, fit.effects.back());
@@ -215,7 +214,7 @@ class Search {
         for (const Effect* effect : candidates_) {
           if (!may_enter(current, effect) || effect->parameter_count() > width) continue;
           if (!declared_alias(*effect, *current.effects[k].effect) &&
-              score(alone_.quick(problem_, rest, *effect, o_), costs_) < score(current, costs_) - 5.0)
+              score(out_.alone.quick(problem_, rest, *effect, o_), costs_) < score(current, costs_) - 5.0)
             continue;
           Fit swapped = fit_with(problem_, rest, *effect, o_);
           // products bend into constants: a wind of 5 m/s on next to no area is a steady pull
@@ -281,7 +280,7 @@ class Search {
       const bool answered = answers_instead_of_causing(problem_, with, k, o_);
       for (const Effect* effect : candidates_) {
         if (!may_enter(current, effect)) continue;
-        const Fit fit = alone_.quick(problem_, current, *effect, o_);
+        const Fit fit = out_.alone.quick(problem_, current, *effect, o_);
         if (!(tested(fit, costs_) > tested(current, costs_)) || at_limit(problem_, fit.effects.back()))
           continue;
         const Eigen::MatrixXd columns = last_columns(problem_, problem_.noise(), fit);
@@ -370,7 +369,7 @@ class Search {
         const double slack = certain ? std::max(tie(gain, more), kLawKnown * gain) : tie(gain, more);
         const Fit frozen = frozen_without(problem_, current, k);
         if (!declared_alias(*effect, *current.effects[k].effect) &&
-            score(alone_.quick(problem_, frozen, *effect, o_), costs_) <
+            score(out_.alone.quick(problem_, frozen, *effect, o_), costs_) <
                 score(current, costs_) - slack - 10.0)
           continue;
         Fit swapped = fit_with(problem_, frozen, *effect, o_);
@@ -392,19 +391,33 @@ class Search {
   }
 
   const Problem& problem_;
+  const Naming* before_;
   const std::vector<const Effect*>& candidates_;
   const Options& o_;
   const Costs costs_;
   const Workers workers_;
   Naming out_;
-  AloneFits alone_;
   std::vector<const Effect*> refused_;
 };
 
 }  // namespace
 
-Naming name_effects(const Problem& problem, const std::vector<const Effect*>& candidates, const Options& o) {
-  return Search(problem, candidates, o).run();
+Naming name_effects(const Problem& problem, const std::vector<const Effect*>& candidates, const Options& o,
+                    const Naming* before) {
+  return Search(problem, candidates, o, before).run();
+}
+
+void tell_rivals(const Problem& problem, const Options& o, Naming& naming) {
+  const auto stop = [&](const char* what) { return time_is_up(o, what, naming); };
+  if (!stop("profiles of the laws' bends")) naming.model = profile_shapes(problem, naming.model, o);
+  const Costs costs(naming.asked.size(), o.error_rate, problem.instrumented());
+  const Workers workers(problem, o.threads);
+  const Alternatives alternatives(problem, naming.asked, o, costs, workers, naming.alone);
+  naming.named.clear();
+  for (std::size_t k = 0; k < naming.model.effects.size(); ++k)
+    naming.named.push_back(
+        alternatives.of(naming.model, k, [&] { return stop("alternatives to the named effects"); }));
+  naming.aliases = compare_alone(problem, naming.alone);
 }
 
 }  // namespace omniflight::diagnosis

@@ -21,7 +21,7 @@ bool only_adds_freedom(const Problem& problem, const Fit& fit, std::size_t index
   const Eigen::Index width = rich.parameter_count();
   if (width <= named.parameter_count()) return false;
   const Eigen::VectorXd own = problem.noise().apply_vector(problem, contribution_of(problem, fit, index));
-  const Eigen::MatrixXd all = problem.noise().apply(problem, jacobian_of(problem, swapped));
+  const Eigen::MatrixXd all = problem.whitened(swapped.effects, jacobian_of(problem, swapped));
   const Eigen::Index behind = problem.offset_sigma().size(), before = all.cols() - behind - width;
   const Eigen::MatrixXd columns = all.middleCols(before, width);
   if (!contains_law(rich, named, columns, own)) return false;

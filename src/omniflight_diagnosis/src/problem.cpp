@@ -1,5 +1,7 @@
 #include "problem.hpp"
 
+#include <algorithm>
+
 #include "state_variables.hpp"
 
 namespace omniflight::diagnosis {
@@ -183,7 +185,41 @@ Problem::Problem(std::span<const Flight* const> flights, const vehicle::Vehicle&
   }
   noise_ = std::make_shared<const Whitening>(noise_model(*this, options));
   linear_.clear();  // whitened now
+  bent_.clear();
   whitened_offsets_ = noise_->apply(*this, offsets_);
+}
+
+Problem Problem::thinned(const Eigen::VectorXd& residual, int every) const {
+  Problem few = *this;
+  few.memory_ = std::make_shared<ColumnMemory>();
+  few.linear_.clear();
+  few.bent_.clear();
+  few.period_ *= every;
+  few.runs_.clear();
+  std::vector<int> kept;
+  for (const Run& run : runs_) {
+    const int begin = static_cast<int>(kept.size());
+    for (int i = run.begin; i < run.end; i += every) kept.push_back(i);
+    few.runs_.push_back({begin, static_cast<int>(kept.size()), run.flight});
+  }
+  few.n_ = static_cast<int>(kept.size());
+  few.situation_.clear();
+  few.acceleration_.clear();
+  few.y_.resize(few.rows());
+  few.fast_ = Eigen::VectorXd::Zero(few.rows());
+  few.offsets_.resize(few.rows(), offsets_.cols());
+  for (int k = 0; k < few.n_; ++k) {
+    const int i = kept[static_cast<std::size_t>(k)];
+    few.situation_.push_back(situation(i));
+    few.acceleration_.push_back(acceleration_[static_cast<std::size_t>(i)]);
+    for (int c = 0; c < 6; ++c) {
+      few.y_[c * few.n_ + k] = residual[c * n_ + i];
+      few.offsets_.row(c * few.n_ + k) = offsets_.row(c * n_ + i);
+    }
+  }
+  few.noise_ = std::make_shared<const Whitening>(Whitening::scale_only(few, few.y_));
+  few.whitened_offsets_ = few.noise_->apply(few, few.offsets_);
+  return few;
 }
 
 const Problem::Constant& Problem::constant(const physics::Effect& effect) const {
@@ -208,19 +244,47 @@ Eigen::MatrixXd Problem::whitened(const std::vector<physics::ActiveEffect>& effe
   Eigen::Index at = 0;
   for (const physics::ActiveEffect& e : effects) {
     const Eigen::Index own = e.effect->parameter_count();
-    if (!heavy && has_constant_columns(*e.effect))
+    if (!heavy && has_constant_columns(*e.effect)) {
       out.middleCols(at, own) = constant(*e.effect).whitened;
-    else
+    } else if (Bent* known = heavy ? nullptr : remembered(e)) {
+      if (known->whitened.size() == 0) known->whitened = noise_->apply(*this, known->columns);
+      out.middleCols(at, own) = known->whitened;
+    } else {
       out.middleCols(at, own) = noise_->apply(*this, jacobian.middleCols(at, own));
+    }
     at += own;
   }
   out.rightCols(offsets_.cols()) = whitened_offsets_;
   return out;
 }
 
+Problem::Bent* Problem::remembered(const physics::ActiveEffect& at) const {
+  const auto known = std::find_if(bent_.begin(), bent_.end(), [&](const Bent& b) {
+    return b.at.effect == at.effect && b.at.theta == at.theta;
+  });
+  if (known == bent_.end()) return nullptr;
+  bent_.splice(bent_.begin(), bent_, known);
+  return &bent_.front();
+}
+
+const Problem::Bent& Problem::bent(const physics::ActiveEffect& at) const {
+  if (const Bent* known = remembered(at)) return *known;
+  constexpr std::size_t kMost = 8;
+  if (bent_.size() == kMost) bent_.pop_back();
+  bent_.push_front({at, {}, {}, {}});
+  wrench_of(at, bent_.front().value, &bent_.front().columns);
+  return bent_.front();
+}
+
 void Problem::evaluate(const physics::ActiveEffect& active, Eigen::VectorXd& value,
                        Eigen::MatrixXd* jacobian) const {
-  if (!has_constant_columns(*active.effect)) return wrench_of(active, value, jacobian);
+  if (!has_constant_columns(*active.effect)) {
+    if (!jacobian) return wrench_of(active, value, nullptr);
+    const Bent& known = bent(active);
+    value = known.value;
+    *jacobian = known.columns;
+    return;
+  }
   const Eigen::MatrixXd& columns = constant(*active.effect).columns;
   value = columns * Eigen::Map<const Eigen::VectorXd>(active.theta.data(),
                                                       static_cast<Eigen::Index>(active.theta.size()));
@@ -357,7 +421,7 @@ void Problem::predict(const std::vector<physics::ActiveEffect>& effects, const E
       at = 0;
       for (const physics::ActiveEffect& e : effects) {
         if (adds_inertia(*e.effect)) {
-          evaluate(e, value, &columns);
+          wrench_of(e, value, &columns);  // where it is predicted to be, which is not remembered
           jacobian->middleCols(at, columns.cols()) = columns;
         }
         at += e.effect->parameter_count();

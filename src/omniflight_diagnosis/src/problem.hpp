@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <list>
 #include <map>
 #include <memory>
 #include <span>
@@ -36,6 +37,10 @@ class Whitening;
 class Problem {
  public:
   Problem(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle, const Options& options);
+
+  /// Every so many samples of what a fit has left, as if they were white: for a quick look at laws that act
+  /// at once.
+  Problem thinned(const Eigen::VectorXd& residual, int every) const;
 
   /// Noise of these flights, see noise_model(); under it all fits are done.
   const Whitening& noise() const { return *noise_; }
@@ -97,6 +102,15 @@ class Problem {
     Eigen::MatrixXd columns, whitened;
   };
   const Constant& constant(const physics::Effect& effect) const;
+  /// What a law that bends does at these values: the others beside it are asked one after another.
+  struct Bent {
+    physics::ActiveEffect at;
+    Eigen::VectorXd value;
+    Eigen::MatrixXd columns, whitened;  ///< whitened when first asked for
+  };
+  const Bent& bent(const physics::ActiveEffect& at) const;
+  /// Null where that is not known.
+  Bent* remembered(const physics::ActiveEffect& at) const;
   /// Wrench of an effect over all samples and, unless null, its derivative by all parameters.
   void evaluate(const physics::ActiveEffect& effect, Eigen::VectorXd& value, Eigen::MatrixXd* jacobian) const;
   /// The same, whether its columns are known or not.
@@ -121,6 +135,7 @@ class Problem {
   std::vector<std::string> offset_names_;
   Eigen::MatrixXd whitened_offsets_;
   mutable std::map<const physics::Effect*, Constant> linear_;
+  mutable std::list<Bent> bent_;  ///< the latest first
   std::shared_ptr<ColumnMemory> memory_ = std::make_shared<ColumnMemory>();
 };
 

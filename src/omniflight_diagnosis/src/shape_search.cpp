@@ -9,6 +9,7 @@ namespace omniflight::diagnosis {
 namespace {
 
 constexpr int kGrid = 24;             // steps from one bound to the other
+constexpr int kAround = 3;            // of them to each side of bends found before
 constexpr double kFinest = 0.02;      // of a step of the grid
 constexpr double kWorth = 1;          // nats that a round of steps must bring, or else they are too long
 constexpr double kWorthShare = 1e-6;  // of the gain so far
@@ -103,6 +104,18 @@ void ShapeSearch::over_bounds() {
     std::vector<double> theta = theta_;
     for (int k = 0; k <= kGrid; ++k) {
       theta[shape] = value_at(shape, static_cast<double>(k) / kGrid);
+      consider(theta, true);
+    }
+  }
+}
+
+void ShapeSearch::around(const std::vector<double>& found) {
+  take(found);
+  for (std::size_t shape : shapes_) {
+    std::vector<double> theta = theta_;
+    const double share = share_at(shape, theta[shape]);
+    for (int k = -kAround; k <= kAround; ++k) {
+      theta[shape] = value_at(shape, std::clamp(share + static_cast<double>(k) / kGrid, 0.0, 1.0));
       consider(theta, true);
     }
   }

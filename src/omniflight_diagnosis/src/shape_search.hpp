@@ -17,6 +17,8 @@ class ShapeSearch {
   void take(const std::vector<double>& theta);
   /// One bend after another over its bounds, the others as they are by then.
   void over_bounds();
+  /// The same near bends that were found on much the same flight: a few steps of that grid to each side.
+  void around(const std::vector<double>& theta);
   /// From there in ever smaller steps: two bends together, such as the end of a rope and its length, lead a
   /// search along derivatives astray where the law has a kink.
   void nearby();

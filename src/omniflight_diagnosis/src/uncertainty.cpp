@@ -88,7 +88,7 @@ std::vector<double> distances_from_nothing(const Covariance& c, const Fit& fit) 
 }  // namespace
 
 Uncertainty uncertainty_of(const Problem& problem, const Fit& fit) {
-  Eigen::MatrixXd X = problem.noise().apply(problem, jacobian_of(problem, fit));
+  Eigen::MatrixXd X = problem.whitened(fit.effects, jacobian_of(problem, fit));
   const Covariance whole = covariance_of(problem, fit, X);
   // how strong a law is may be all but unknown while its bend is, on a flight that is nowhere but in one
   // place; that it is not nothing may be certain all the same. Off instruments, where feedback colours the

@@ -24,7 +24,8 @@ std::vector<std::vector<std::string>> names(const std::vector<ActiveEffect>& wor
   const Problem problem(one, v, o);
   std::vector<const physics::Effect*> offered;
   for (const std::string& id : ids) offered.push_back(find_effect(id));
-  const Naming naming = name_effects(problem, offered, o);
+  Naming naming = name_effects(problem, offered, o);
+  tell_rivals(problem, o, naming);
   std::vector<std::vector<std::string>> out;
   for (std::size_t k = 0; k < naming.named.size(); ++k) {
     out.push_back({naming.model.effects[k].effect->info().id});

@@ -61,6 +61,7 @@ TEST(Workers, EveryThreadFindsTheSame) {
     o.threads = threads;
     const Problem problem(one, w.v, o);
     found.push_back(name_effects(problem, offered, o));
+    tell_rivals(problem, o, found.back());
   }
   ASSERT_FALSE(found[0].named.empty());
   ASSERT_EQ(found[0].named.size(), found[1].named.size());
