@@ -99,15 +99,15 @@ struct Motion {
   const Signal &position, &attitude, &force;
   Eigen::MatrixXd R_mocap;  ///< at the times of the position
   double gravity = 9.81;
+  double position_gap = std::min(5 * position.median_period_s(), 0.05);  ///< s, that may be read across
+  double force_gap = std::min(8 * force.median_period_s(), 0.05);
 
   /// Second derivative of position less specific force and gravity [m/s^2], motion capture later by `shift`.
   /// The attitude by itself may be later still.
   std::optional<Vec3> mismatch(double center, double shift, double attitude_shift, Mat3* mean_R,
                                Mat3* bent_R) const {
     Samples p, f;
-    const double gap_p = 5 * position.median_period_s(), gap_f = 8 * force.median_period_s();
-    if (!p.take(position.t_s, shift, center, std::min(gap_p, 0.05)) ||
-        !f.take(force.t_s, 0, center, std::min(gap_f, 0.05)))
+    if (!p.take(position.t_s, shift, center, position_gap) || !f.take(force.t_s, 0, center, force_gap))
       return std::nullopt;
     const Eigen::Index n = f.end - f.begin;
     std::vector<double> t(static_cast<std::size_t>(n));

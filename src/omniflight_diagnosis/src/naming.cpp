@@ -123,17 +123,19 @@ class Search {
       double gain = 0;
       bool worth = false, stuck = false, blind = false;
     };
+    std::vector<Eigen::VectorXd> bent;  // what members with bends do, whitened
+    for (std::size_t m = 0; partners_too && m < current.effects.size(); ++m)
+      if (!is_linear(*current.effects[m].effect))
+        bent.push_back(problem_.noise().apply_vector(problem_, contribution_of(problem_, current, m)));
     const auto previews = workers_.map<Preview>(able.size(), [&](const Problem& problem, std::size_t k) {
       const Fit fit = current.effects.empty() ? *out_.alone.find(able[k])
                                               : out_.alone.quick(problem, current, *able[k], o_);
       Preview p{.gain = score(fit, costs_) - score(current, costs_)};
       p.worth = tested(fit, costs_) - tested(current, costs_) > -3.0;
       p.stuck = p.worth && at_limit(problem, fit.effects.back());
-      for (std::size_t m = 0; partners_too && !p.worth && !p.blind && m < current.effects.size(); ++m)
-        p.blind =
-            !is_linear(*current.effects[m].effect) &&
-            cosine_of(last_columns(problem, problem.noise(), fit),
-                      problem.noise().apply_vector(problem, contribution_of(problem, current, m))) > 0.9;
+      if (p.worth || bent.empty()) return p;
+      const Eigen::MatrixXd own = last_columns(problem, problem.noise(), fit);
+      p.blind = std::any_of(bent.begin(), bent.end(), [&](const auto& v) { return cosine_of(own, v) > 0.9; });
       return p;
     });
     std::vector<std::size_t> order, stuck;

@@ -343,22 +343,19 @@ void Problem::amplitude_columns(const physics::Effect& effect, std::vector<doubl
     return p.linear ? std::max(std::abs(p.typical - p.neutral), 1e-9) : 1e-3 * p.typical;
   };
   if (effect.memory_size().total() > 0) {
-    Eigen::VectorXd at_rest, moved;
-    wrench_of({&effect, theta}, at_rest, nullptr);
+    Eigen::VectorXd moved;
     for (Eigen::Index k = 0; k < own; ++k) {
       const auto at = static_cast<std::size_t>(free[static_cast<std::size_t>(k)]);
       const double step = step_of(at), held = theta[at];
       theta[at] += step;
       wrench_of({&effect, theta}, moved, nullptr);
       theta[at] = held;
-      columns.col(k) = (moved - at_rest) / step;
+      columns.col(k) = moved / step;
     }
     if (forces_only_) columns.bottomRows(3 * n_).setZero();
     return;
   }
   for (int i = 0; i < n_; ++i) {
-    physics::Wrench at_rest;
-    effect.add_wrench(situation(i), theta.data(), at_rest);
     for (Eigen::Index k = 0; k < own; ++k) {
       const auto at = static_cast<std::size_t>(free[static_cast<std::size_t>(k)]);
       const double step = step_of(at), held = theta[at];
@@ -367,8 +364,8 @@ void Problem::amplitude_columns(const physics::Effect& effect, std::vector<doubl
       effect.add_wrench(situation(i), theta.data(), moved);
       theta[at] = held;
       for (int c = 0; c < 3; ++c) {
-        columns(c * n_ + i, k) = (moved.force_B[c] - at_rest.force_B[c]) / step;
-        columns((c + 3) * n_ + i, k) = forces_only_ ? 0.0 : (moved.torque_B[c] - at_rest.torque_B[c]) / step;
+        columns(c * n_ + i, k) = moved.force_B[c] / step;
+        columns((c + 3) * n_ + i, k) = forces_only_ ? 0.0 : moved.torque_B[c] / step;
       }
     }
   }

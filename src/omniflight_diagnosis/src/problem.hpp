@@ -82,8 +82,9 @@ class Problem {
   /// Torques are not judged: thrusts are only modelled.
   bool forces_only() const { return forces_only_; }
 
-  /// Columns of the parameters `free` of an effect without added inertia at these shapes: exact where it is
-  /// linear in them. Cheaper than the derivatives by all parameters.
+  /// Columns of the parameters `free` of an effect without added inertia, from their neutral values, at which
+  /// it does nothing, at these shapes: exact where it is linear in them. Cheaper than the derivatives by all
+  /// parameters.
   void amplitude_columns(const physics::Effect& effect, std::vector<double> theta,
                          const std::vector<Eigen::Index>& free, Eigen::MatrixXd& columns) const;
 
