@@ -97,5 +97,95 @@ TEST(Fit, LinearLawsWithMassAreLinearOnInstruments) {
   EXPECT_GE(asked, 3);
 }
 
+/// A problem remembers what laws that bend did; asked again, among others and in another order, beside a load
+/// that moves them or not, it answers as one that was never asked.
+TEST(Fit, WhatIsRememberedIsWhatALawDoes) {
+  const vehicle::Vehicle v = test::omnimorph();
+  test::Flown f;
+  f.climb_m = 1.1, f.sway = 0.2;
+  const Options o;
+  auto flight = prepare_flight(test::fly(v, {}, f), v, o);
+  ASSERT_TRUE(flight) << flight.error().text();
+  const physics::ActiveEffect cable{physics::find_effect("hung_cable"), {0.15, 0.5, 0.7}},
+      longer{physics::find_effect("hung_cable"), {0.15, 0.5, 0.9}},
+      slung{physics::find_effect("slung_load"), {0.05, 0.6, 0.1, 0.01, -0.01, 0.02}},
+      load{physics::find_effect("payload_mass"), {0.1}};
+  const std::vector<std::vector<physics::ActiveEffect>> models{{cable},         {longer},       {load, cable},
+                                                               {cable, longer}, {slung, cable}, {cable},
+                                                               {load, cable},   {longer, slung}};
+  for (const bool instrumented : {false, true}) {
+    if (instrumented) flight->instrument = flight->smooth;
+    const Flight* one[] = {&*flight};
+    const Problem asked(one, v, o);
+    const Eigen::VectorXd none = Eigen::VectorXd::Zero(asked.offset_sigma().size());
+    for (const auto& model : models) {
+      const Problem fresh(one, v, o);
+      Eigen::VectorXd rest, again;
+      Eigen::MatrixXd jacobian, same;
+      fresh.predict(model, none, rest, &jacobian);
+      asked.predict(model, none, again, &same);
+      EXPECT_EQ(rest, again);
+      EXPECT_EQ(jacobian, same);
+      EXPECT_EQ(fresh.noise().apply(fresh, jacobian), asked.whitened(model, same));
+      EXPECT_EQ(fresh.noise().apply(fresh, jacobian), asked.whitened(model, same)) << "whitened twice";
+    }
+  }
+}
+
+/// Bends that were found are found again near where they were, without the whole grid.
+TEST(Fit, BendsAreFoundAgainNearWhereTheyWere) {
+  const vehicle::Vehicle v = test::omnimorph();
+  test::Flown f;
+  f.climb_m = 1.1;
+  f.force_noise_N = 0.01, f.torque_noise_Nm = 0.001;
+  const Options o;
+  const physics::Effect* cable = physics::find_effect("hung_cable");
+  std::vector<double> found;
+  for (const double start : {0.5, 0.53}) {  // much the same flight
+    const auto flight = prepare_flight(test::fly(v, {{cable, {0.15, start, 0.6}}}, f), v, o);
+    ASSERT_TRUE(flight) << flight.error().text();
+    const Flight* one[] = {&*flight};
+    const Problem problem(one, v, o);
+    const Fit none = fit_effects(problem, {}, o);
+    const Fit grid = fit_on_grid(problem, none, *cable, o);
+    if (!found.empty()) {
+      const Fit again = fit_on_grid(problem, none, *cable, o, &found);
+      EXPECT_GT(again.log_likelihood, grid.log_likelihood - 1);
+    }
+    found = grid.effects[0].theta;
+  }
+}
+
+/// Every fifth sample of each stretch, with what a law does there.
+TEST(Fit, FewSamplesAreThoseOfTheWhole) {
+  const vehicle::Vehicle v = test::omnimorph();
+  test::Flown f;
+  f.climb_m = 1.1;
+  const Options o;
+  f.force_noise_N = 0.01, f.torque_noise_Nm = 0.001;
+  const double length = test::path(f.duration_s, f).norm() - 0.15;
+  const physics::ActiveEffect rope{physics::find_effect("taut_rope"), {60, 1, length, 0, 0, 0, 0}};
+  const auto flight = prepare_flight(test::fly(v, {rope}, f), v, o);
+  ASSERT_TRUE(flight) << flight.error().text();
+  const Flight* one[] = {&*flight};
+  const Problem problem(one, v, o);
+  constexpr int kEvery = 5;
+  const Problem few = problem.thinned(problem.residual(), kEvery);
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(problem.offset_sigma().size());
+  Eigen::VectorXd rest, rest_of_few;
+  problem.predict({rope}, none, rest, nullptr);
+  few.predict({rope}, none, rest_of_few, nullptr);
+  ASSERT_EQ(few.runs().size(), problem.runs().size());
+  EXPECT_NEAR(few.samples(), problem.samples() / kEvery, static_cast<double>(few.runs().size()));
+  for (std::size_t r = 0; r < few.runs().size(); ++r)
+    for (int k = few.runs()[r].begin; k < few.runs()[r].end; ++k) {
+      const int i = problem.runs()[r].begin + kEvery * (k - few.runs()[r].begin);
+      for (int c = 0; c < 6; ++c)
+        ASSERT_NEAR(rest_of_few[c * few.samples() + k], rest[c * problem.samples() + i], 1e-12);
+    }
+  const Fit with = fit_with(few, fit_effects(few, {}, o), *rope.effect, o);
+  EXPECT_NEAR(with.effects[0].theta[0], 60, 6);
+}
+
 }  // namespace
 }  // namespace omniflight::diagnosis
