@@ -1,27 +1,21 @@
 // The way from recordings to a diagnosis, step by step.
 #include <algorithm>
-#include <cmath>
-#include <memory>
 
 #include "actuation.hpp"
 #include "agreement.hpp"
 #include "balance.hpp"
 #include "bursts.hpp"
-#include "confirmed.hpp"
 #include "control_replay.hpp"
+#include "course.hpp"
 #include "findings.hpp"
 #include "floor_height.hpp"
-#include "ground_law.hpp"
 #include "improvement.hpp"
 #include "imu_place.hpp"
 #include "instrument_estimate.hpp"
-#include "instruments.hpp"
 #include "intake.hpp"
 #include "lever.hpp"
 #include "locate.hpp"
 #include "missing.hpp"
-#include "naming.hpp"
-#include "offered.hpp"
 #include "propose.hpp"
 #include "remainder.hpp"
 #include "repair.hpp"
@@ -29,7 +23,6 @@
 #include "sanity.hpp"
 #include "sensors_alone.hpp"
 #include "shooting.hpp"
-#include "single_rotor.hpp"
 #include "text.hpp"
 #include "together.hpp"
 #include "uncertainty.hpp"
@@ -38,37 +31,6 @@ namespace omniflight::diagnosis {
 namespace {
 
 using physics::ActiveEffect;
-
-std::vector<const Flight*> pointers(const std::vector<Flight>& flights) {
-  std::vector<const Flight*> out;
-  for (const Flight& f : flights) out.push_back(&f);
-  return out;
-}
-
-/// What a model's effects do to the body in every flight [N, Nm], a row a sample; held where nothing is
-/// known.
-std::vector<Eigen::MatrixXd> wrench_of(const Problem& problem, const Fit& model,
-                                       const std::vector<const Flight*>& flights) {
-  Eigen::VectorXd without, with;
-  problem.predict({}, model.offsets, without, nullptr);
-  problem.predict(model.effects, model.offsets, with, nullptr);
-  const Eigen::VectorXd own = without - with;
-  const int n = problem.samples();
-  std::vector<Eigen::MatrixXd> out;
-  int row = 0;
-  for (const Flight* flight : flights) {
-    Eigen::MatrixXd& w = out.emplace_back(Eigen::MatrixXd::Zero(flight->size(), 6));
-    int filled = 0;
-    for (const Segment& s : flight->segments)
-      for (int i = s.begin; i < s.end; ++i, ++row) {
-        for (int c = 0; c < 6; ++c) w(i, c) = own[c * n + row];
-        for (; filled < i; ++filled) w.row(filled) = filled > 0 ? w.row(filled - 1).eval() : w.row(i);
-        ++filled;
-      }
-    for (; filled > 0 && filled < flight->size(); ++filled) w.row(filled) = w.row(filled - 1);
-  }
-  return out;
-}
 
 /// The sensors of a recording that is not fitted.
 void add_other(const Diagnosis& one, Diagnosis& d) {
@@ -219,21 +181,10 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   if (const auto height = hub_height(flights, vehicle, o))
     for (auto* list : {&flights, &unseen})
       for (Flight& f : *list) put_floor(*height, f);
-  // a flight whose rotor speeds lie says nothing about the wrench
-  std::vector<const Flight*> used;
-  for (const Flight& f : flights)
-    if (std::none_of(f.faults.begin(), f.faults.end(),
-                     [](const SensorFault& fault) { return fault.effect == "rotor_speed_sensor_fault"; }))
-      used.push_back(&f);
-  const bool blind = used.empty();
-  if (blind) {
-    used = pointers(flights);
+  Course course(flights, vehicle, o, d.inputs);
+  if (course.blind())
     flights[0].notes.push_back(
         "With a stuck rotor speed the wrench cannot be judged; only the sensors were.");
-  }
-  auto all = std::make_unique<const Problem>(used, vehicle, o);
-  const auto candidates = blind ? std::vector<const physics::Effect*>{} : offered_effects(used, vehicle, o);
-  const auto hypotheses = with_single_rotors(candidates, vehicle);
   std::vector<std::vector<ActuationFit>> actuation;
   for (std::size_t k = 0; k < fit.size(); ++k) {
     if (flights[k].speed_from_command) continue;
@@ -245,110 +196,25 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   for (std::size_t k = 1; k < fit.size(); ++k) d.further.push_back(describe(fitted[k].recording, flights[k]));
   Diagnosis motors;  // they follow late with whatever pushes the body, and turn the thrusts of a flight again
   add_actuation(actuation, motors);
-  // where the flight can be flown again, effects are judged free of feedback; once more with what was found,
-  // since a load moves the working point of the rotors
-  std::vector<Flight> freed;
-  const std::vector<const Flight*> recorded = used;
-  const auto free_of_feedback = [&](const std::vector<Eigen::MatrixXd>& known) {
-    if (blind || o.refly.size() != flights.size()) return false;
-    std::vector<Flight> found;
-    for (std::size_t k = 0; k < recorded.size(); ++k) {
-      const auto which = static_cast<std::size_t>(recorded[k] - flights.data());
-      auto one = with_instruments(*recorded[k], known[k], motors.model, vehicle, o, o.refly[which]);
-      if (!one) return false;
-      d.inputs[which].excluded = one->excluded;
-      found.push_back(std::move(*one));
-    }
-    freed = std::move(found);
-    used = pointers(freed);
-    all = std::make_unique<const Problem>(used, vehicle, o);
-    return true;
-  };
-  std::vector<Eigen::MatrixXd> nothing;
-  for (const Flight* f : recorded) nothing.emplace_back(Eigen::MatrixXd::Zero(f->size(), 6));
-  free_of_feedback(nothing);
-  Naming naming = name_effects(*all, hypotheses, o);
-  std::vector<Flight> calm_flights;
-  std::unique_ptr<const Problem> calm;
-  std::unique_ptr<const Problem> measured;  // the same samples, the state as it was measured
-  const auto take_measured = [&] {
-    std::vector<Flight> seen = calm ? calm_flights : freed;
-    for (Flight& f : seen) f.instrument = f.smooth;
-    measured = std::make_unique<const Problem>(pointers(seen), vehicle, o);
-  };
-  const auto not_shown = [&](bool bent) -> const physics::Effect* {
-    std::vector<const physics::Effect*> asked;
-    for (const physics::Effect* e : hypotheses)
-      if (acts_at_once(*e) && is_linear(*e) != bent) asked.push_back(e);
-    return measured && !o.stopped() ? overlooked(*measured, naming.model, asked, o) : nullptr;
-  };
-  const auto as_measured = [&](const physics::Effect& effect) {
+  if (const physics::Effect* overlooked = course.name(motors.model)) {
     Options measured_only = o;
     measured_only.refly.clear();
     auto again = diagnose(fit, held_out, vehicle, measured_only);
     if (again)
       again->summary += " The flight flown again without disturbance does not show what " +
-                        effect.info().term + " does here: the names come from the measured flight alone.";
+                        overlooked->info().term +
+                        " does here: the names come from the measured flight alone.";
     return again;
-  };
-  if (!freed.empty()) take_measured();
-  if (const physics::Effect* effect = not_shown(true)) return as_measured(*effect);
-  if (!freed.empty() && !naming.model.effects.empty() && !o.stopped() &&
-      free_of_feedback(wrench_of(*all, naming.model, used)))
-    naming = name_effects(*all, hypotheses, o, &naming);
-  // what comes and goes from outside must not be bent into an effect of the vehicle's own state
-  const std::vector<Burst> bursts =
-      blind ? std::vector<Burst>{} : find_bursts(*all, naming.null_model.residual);
-  const bool offered = std::any_of(candidates.begin(), candidates.end(),
-                                   [](const physics::Effect* e) { return e->info().id == "ground_effect"; });
-  const double per_parameter = std::log(std::max(2.0, static_cast<double>(candidates.size())) / o.error_rate);
-  const bool grounded = offered && !blind && follows_ground_law(*all, per_parameter, o);
-  const auto cut = [&](const Burst& b) {  // what the floor does stays in
-    return !(grounded && b.force.z() > 0 && is_low(all->situation(0), b.place.z()));
-  };
-  if (std::any_of(bursts.begin(), bursts.end(), cut) &&
-      explained_in_bursts(*all, naming.null_model.residual, naming.model.residual, bursts) < 0.7) {
-    for (std::size_t k = 0; k < used.size(); ++k) {
-      calm_flights.push_back(*used[k]);
-      for (const Burst& b : bursts)
-        if (b.flight == static_cast<int>(k) && cut(b))
-          calm_flights.back() = part_of(calm_flights.back(), b.from_s - 0.5, b.to_s + 0.5, false);
-    }
-    const auto rest = pointers(calm_flights);
-    calm = std::make_unique<const Problem>(rest, vehicle, o);
-    if (calm->samples() < 4 * o.grid_hz)
-      calm.reset();
-    else
-      naming = name_effects(*calm, hypotheses, o);
   }
-  if (!freed.empty()) {
-    take_measured();
-    constexpr int kRounds = 3;
-    auto left = hypotheses;
-    for (int round = 0; round < kRounds && !o.stopped(); ++round) {
-      const auto refused = unconfirmed(*measured, naming.model, hypotheses.size(), o);
-      if (refused.empty()) break;
-      std::erase_if(left, [&](const physics::Effect* e) {
-        return std::find(refused.begin(), refused.end(), e->info().id) != refused.end();
-      });
-      naming = name_effects(calm ? *calm : *all, left, o, &naming);
-      // the instruments were flown under the wrench of what is refused now
-      if (!calm && !naming.model.effects.empty() && free_of_feedback(wrench_of(*all, naming.model, used))) {
-        take_measured();
-        naming = name_effects(*all, left, o, &naming);
-      }
-    }
-  }
-  if (const physics::Effect* effect = not_shown(false)) return as_measured(*effect);
-  const Problem& problem = calm ? *calm : *all;
-  tell_rivals(problem, o, naming);
-  if (grounded) add_ground_law(problem, per_parameter, o, naming);
+  const Problem &problem = course.problem(), &all = course.all();
+  const Problem* const measured = course.measured();
+  const std::vector<const Flight*>& used = course.used();
+  Naming& naming = course.naming();
   const auto estimate = [&] {
     if (naming.model.effects.empty()) return;
     naming.model = settle(problem, naming.model, o);
     if (!measured) {
-      std::vector<const Flight*> flown = calm ? pointers(calm_flights) : used;
-      if (auto better = refine_by_shooting(flown, vehicle, problem, naming.model, o)) {
+      if (auto better = refine_by_shooting(course.named_on(), vehicle, problem, naming.model, o)) {
         naming.model = std::move(better->fit);
         d.fit.shooting = better->summary;
       }
@@ -360,7 +226,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   };
   estimate();
   std::vector<Term> terms;
-  if (!freed.empty()) {
+  if (measured) {
     terms = terms_beside(problem, naming, o);
     for (int weak = 0; (weak = weakest_name(problem, naming, terms)) >= 0;) {
       naming.named.erase(naming.named.begin() + weak);
@@ -372,11 +238,11 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   }
   d.candidates = naming.candidates;
   d.aliases = naming.aliases;
-  if (!blind) d.mismatch = locate_wrench(problem, naming.null_model, naming.model, used, o);
+  if (!course.blind()) d.mismatch = locate_wrench(problem, naming.null_model, naming.model, used, o);
   add_wrench_findings(problem, naming, d);
   std::vector<ActiveEffect> model = naming.model.effects;  // of what moves the body, with what has no name
-  if (!blind) {
-    if (freed.empty()) {
+  if (!course.blind()) {
+    if (!measured) {
       d.unexplained = locate_unexplained(problem, naming.model, o);
     } else {
       d.unexplained = as_unexplained(problem, terms, naming.model.residual);
@@ -387,9 +253,9 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
                      model.end());
     }
     Eigen::VectorXd before, after;
-    all->predict({}, naming.model.offsets, before, nullptr);
-    all->predict(naming.model.effects, naming.model.offsets, after, nullptr);
-    add_bursts(*all, before, after, d);
+    all.predict({}, naming.model.offsets, before, nullptr);
+    all.predict(naming.model.effects, naming.model.offsets, after, nullptr);
+    add_bursts(all, before, after, d);
   }
   for (std::size_t k = 0; k < fit.size(); ++k) {
     const recording::Recording& r = fitted[k].recording;
