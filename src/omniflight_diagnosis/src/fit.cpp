@@ -59,10 +59,9 @@ Eigen::VectorXd minimise(const Problem& problem, std::vector<ActiveEffect>& effe
   for (int iteration = 0; iteration < (linear ? 1 : iterations); ++iteration) {
     predict(problem, effects, u.x, rest, &jacobian);
     const Eigen::VectorXd r = whitening.apply_vector(problem, rest);
-    const Eigen::MatrixXd X = problem.whitened(effects, jacobian);
-    Eigen::MatrixXd H = X.transpose() * X;
+    auto [H, g] = problem.normal_equations(effects, jacobian, r);
     H.diagonal() += u.weight;
-    const Eigen::VectorXd g = X.transpose() * r - u.weight.cwiseProduct(u.x);
+    g -= u.weight.cwiseProduct(u.x);
     const Eigen::VectorXd step = bounded_step(H, g, u.down(), u.up());
     if (linear) {
       u.x += step;

@@ -193,6 +193,7 @@ Problem Problem::thinned(const Eigen::VectorXd& residual, int every) const {
   Problem few = *this;
   few.memory_ = std::make_shared<ColumnMemory>();
   few.linear_.clear();
+  few.products_.clear();
   few.bent_.clear();
   few.period_ *= every;
   few.runs_.clear();
@@ -236,25 +237,95 @@ const Problem::Constant& Problem::constant(const physics::Effect& effect) const 
   return known->second;
 }
 
+/// Inertia that the measured acceleration does not move: it weakens what all others do.
+bool Problem::has_inertia(const std::vector<physics::ActiveEffect>& effects) const {
+  return !instrumented_ &&
+         std::any_of(effects.begin(), effects.end(), [](const auto& e) { return adds_inertia(*e.effect); });
+}
+
+const Eigen::MatrixXd* Problem::kept(const physics::ActiveEffect& at, bool beside_inertia) const {
+  if (beside_inertia) return nullptr;
+  if (has_constant_columns(*at.effect)) return &constant(*at.effect).whitened;
+  Bent* known = remembered(at);
+  if (!known) return nullptr;
+  if (known->whitened.size() == 0) known->whitened = noise_->apply(*this, known->columns);
+  return &known->whitened;
+}
+
 Eigen::MatrixXd Problem::whitened(const std::vector<physics::ActiveEffect>& effects,
                                   const Eigen::MatrixXd& jacobian) const {
-  const bool heavy = !instrumented_ && std::any_of(effects.begin(), effects.end(),
-                                                   [](const auto& e) { return adds_inertia(*e.effect); });
+  const bool heavy = has_inertia(effects);
   Eigen::MatrixXd out(jacobian.rows(), jacobian.cols());
   Eigen::Index at = 0;
   for (const physics::ActiveEffect& e : effects) {
     const Eigen::Index own = e.effect->parameter_count();
-    if (!heavy && has_constant_columns(*e.effect)) {
-      out.middleCols(at, own) = constant(*e.effect).whitened;
-    } else if (Bent* known = heavy ? nullptr : remembered(e)) {
-      if (known->whitened.size() == 0) known->whitened = noise_->apply(*this, known->columns);
-      out.middleCols(at, own) = known->whitened;
-    } else {
+    if (const Eigen::MatrixXd* known = kept(e, heavy))
+      out.middleCols(at, own) = *known;
+    else
       out.middleCols(at, own) = noise_->apply(*this, jacobian.middleCols(at, own));
-    }
     at += own;
   }
   out.rightCols(offsets_.cols()) = whitened_offsets_;
+  return out;
+}
+
+namespace {
+
+/// X'Y by single products, so that Y'X has the same bits.
+Eigen::MatrixXd products_of(const Eigen::MatrixXd& X, const Eigen::MatrixXd& Y) {
+  Eigen::MatrixXd out(X.cols(), Y.cols());
+  for (Eigen::Index j = 0; j < Y.cols(); ++j)
+    for (Eigen::Index i = 0; i < X.cols(); ++i) out(i, j) = X.col(i).dot(Y.col(j));
+  return out;
+}
+
+}  // namespace
+
+const Eigen::MatrixXd& Problem::product(const physics::Effect* left, const physics::Effect* right) const {
+  const auto columns = [&](const physics::Effect* e) -> const Eigen::MatrixXd& {
+    return e ? constant(*e).whitened : whitened_offsets_;
+  };
+  const std::pair key{left, right};
+  auto known = products_.find(key);
+  if (known == products_.end())
+    known = products_.emplace(key, products_of(columns(left), columns(right))).first;
+  return known->second;
+}
+
+Problem::NormalEquations Problem::normal_equations(const std::vector<physics::ActiveEffect>& effects,
+                                                   const Eigen::MatrixXd& jacobian,
+                                                   const Eigen::VectorXd& r) const {
+  struct Block {
+    const Eigen::MatrixXd* X;
+    const physics::Effect* effect;  ///< null: the offsets
+    bool constant;
+    Eigen::Index at;
+  };
+  const bool heavy = has_inertia(effects);
+  std::list<Eigen::MatrixXd> own;
+  std::vector<Block> blocks;
+  Eigen::Index at = 0;
+  for (const physics::ActiveEffect& e : effects) {
+    const Eigen::Index count = e.effect->parameter_count();
+    const Eigen::MatrixXd* X = kept(e, heavy);
+    if (!X) X = &own.emplace_back(noise_->apply(*this, jacobian.middleCols(at, count)));
+    blocks.push_back({X, e.effect, !heavy && has_constant_columns(*e.effect), at});
+    at += count;
+  }
+  blocks.push_back({&whitened_offsets_, nullptr, true, at});
+  NormalEquations out{Eigen::MatrixXd(jacobian.cols(), jacobian.cols()), Eigen::VectorXd(jacobian.cols())};
+  for (const Block& a : blocks) {
+    out.g.segment(a.at, a.X->cols()) = a.X->transpose() * r;
+    for (const Block& b : blocks) {
+      if (b.at > a.at) break;
+      auto block = out.H.block(a.at, b.at, a.X->cols(), b.X->cols());
+      if (a.constant && b.constant)
+        block = product(a.effect, b.effect);
+      else
+        block = products_of(*a.X, *b.X);
+      if (b.at < a.at) out.H.block(b.at, a.at, b.X->cols(), a.X->cols()) = block.transpose();
+    }
+  }
   return out;
 }
 
@@ -274,21 +345,6 @@ const Problem::Bent& Problem::bent(const physics::ActiveEffect& at) const {
   bent_.push_front({at, {}, {}, {}});
   wrench_of(at, bent_.front().value, &bent_.front().columns);
   return bent_.front();
-}
-
-void Problem::evaluate(const physics::ActiveEffect& active, Eigen::VectorXd& value,
-                       Eigen::MatrixXd* jacobian) const {
-  if (!has_constant_columns(*active.effect)) {
-    if (!jacobian) return wrench_of(active, value, nullptr);
-    const Bent& known = bent(active);
-    value = known.value;
-    *jacobian = known.columns;
-    return;
-  }
-  const Eigen::MatrixXd& columns = constant(*active.effect).columns;
-  value = columns * Eigen::Map<const Eigen::VectorXd>(active.theta.data(),
-                                                      static_cast<Eigen::Index>(active.theta.size()));
-  if (jacobian) *jacobian = columns;
 }
 
 void Problem::wrench_of(const physics::ActiveEffect& active, Eigen::VectorXd& value,
@@ -385,12 +441,22 @@ void Problem::predict(const std::vector<physics::ActiveEffect>& effects, const E
   Eigen::MatrixXd columns;
   Eigen::Index at = 0;
   for (const physics::ActiveEffect& e : effects) {
-    if (!adds_inertia(*e.effect) || instrumented_) {
-      evaluate(e, value, jacobian ? &columns : nullptr);
-      rest -= value;
-      if (jacobian) jacobian->middleCols(at, columns.cols()) = columns;
+    const Eigen::Index own = e.effect->parameter_count();
+    if (has_constant_columns(*e.effect)) {
+      const Eigen::MatrixXd& always = constant(*e.effect).columns;
+      rest.noalias() -= always * Eigen::Map<const Eigen::VectorXd>(e.theta.data(), own);
+      if (jacobian) jacobian->middleCols(at, own) = always;
+    } else if (instrumented_ || !adds_inertia(*e.effect)) {
+      if (jacobian) {
+        const Bent& known = bent(e);
+        rest -= known.value;
+        jacobian->middleCols(at, own) = known.columns;
+      } else {
+        wrench_of(e, value, nullptr);
+        rest -= value;
+      }
     }
-    at += e.effect->parameter_count();
+    at += own;
   }
   if (heavy) {
     std::vector<Mat6> shrink(static_cast<std::size_t>(n_));

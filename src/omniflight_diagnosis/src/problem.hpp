@@ -60,6 +60,14 @@ class Problem {
   /// The derivative that predict() gives, under noise(). Columns that never change are whitened once.
   Eigen::MatrixXd whitened(const std::vector<physics::ActiveEffect>& effects,
                            const Eigen::MatrixXd& jacobian) const;
+  /// X'X and X'r of the columns X that whitened() gives, without them side by side; what never changes in X'X
+  /// is computed once.
+  struct NormalEquations {
+    Eigen::MatrixXd H;
+    Eigen::VectorXd g;
+  };
+  NormalEquations normal_equations(const std::vector<physics::ActiveEffect>& effects,
+                                   const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& r) const;
   /// Whitened columns of laws that bend.
   ColumnMemory& memory() const { return *memory_; }
 
@@ -112,9 +120,12 @@ class Problem {
   const Bent& bent(const physics::ActiveEffect& at) const;
   /// Null where that is not known.
   Bent* remembered(const physics::ActiveEffect& at) const;
+  /// Whitened columns that are kept, of an effect at these values; null where they are not.
+  const Eigen::MatrixXd* kept(const physics::ActiveEffect& at, bool beside_inertia) const;
+  bool has_inertia(const std::vector<physics::ActiveEffect>& effects) const;
+  /// Of whitened columns that never change; null stands for the offsets.
+  const Eigen::MatrixXd& product(const physics::Effect* left, const physics::Effect* right) const;
   /// Wrench of an effect over all samples and, unless null, its derivative by all parameters.
-  void evaluate(const physics::ActiveEffect& effect, Eigen::VectorXd& value, Eigen::MatrixXd* jacobian) const;
-  /// The same, whether its columns are known or not.
   void wrench_of(const physics::ActiveEffect& effect, Eigen::VectorXd& value,
                  Eigen::MatrixXd* jacobian) const;
 
@@ -136,6 +147,7 @@ class Problem {
   std::vector<std::string> offset_names_;
   Eigen::MatrixXd whitened_offsets_;
   mutable std::map<const physics::Effect*, Constant> linear_;
+  mutable std::map<std::pair<const physics::Effect*, const physics::Effect*>, Eigen::MatrixXd> products_;
   mutable std::list<Bent> bent_;  ///< the latest first
   std::shared_ptr<ColumnMemory> memory_ = std::make_shared<ColumnMemory>();
 };

@@ -45,9 +45,10 @@ ShapeSearch::ShapeSearch(const Problem& problem, const Fit& base, const physics:
   Z_ = problem.whitened(base.effects, jacobian_);
   target_ = problem.noise().apply_vector(problem, base.residual);
   H_.resize(own + rest_size_, own + rest_size_);
-  H_.bottomRightCorner(rest_size_, rest_size_) = Z_.transpose() * Z_;
+  const auto [H, g] = problem.normal_equations(base.effects, jacobian_, target_);
+  H_.bottomRightCorner(rest_size_, rest_size_) = H;
   H_.bottomRightCorner(rest_size_, rest_size_).diagonal() += others.weight;
-  g_.tail(rest_size_) = Z_.transpose() * target_ - others.weight.cwiseProduct(others.x);
+  g_.tail(rest_size_) = g - others.weight.cwiseProduct(others.x);
 }
 
 Eigen::MatrixXd ShapeSearch::columns_at(const std::vector<double>& theta) {
