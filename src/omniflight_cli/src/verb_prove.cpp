@@ -4,9 +4,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cerrno>
+#include <chrono>
 #include <csignal>
+#include <thread>
 
+#include "omniflight_core/progress.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
@@ -19,7 +21,7 @@ struct Options {
   bool tuning = false, allow_unsealed = false, no_baselines = false, no_second = false;
 };
 
-/// Runs a program with this terminal; Ctrl-C reaches it, and it keeps what is complete.
+/// Runs a program with this terminal; Ctrl-C and SIGTERM reach it, and it keeps what is complete.
 Result<int> run(std::vector<std::string> arguments) {
   std::vector<char*> argv;
   for (auto& a : arguments) argv.push_back(a.data());
@@ -31,7 +33,9 @@ Result<int> run(std::vector<std::string> arguments) {
     _exit(127);
   }
   int status = 0;
-  while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  for (bool told = false; waitpid(pid, &status, WNOHANG) == 0;) {
+    if (interrupted() && !told) told = kill(pid, SIGTERM) == 0;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   if (WIFEXITED(status)) return WEXITSTATUS(status);
   return fail(ErrorCode::internal, "was ended by signal " + std::to_string(WTERMSIG(status)), arguments[0],

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -49,7 +50,7 @@ Result<std::string> program(const std::string& name, const std::vector<fs::path>
   return bad_input("the program " + name + " is not there", own_folder().string(), "Build the workspace");
 }
 
-/// A program of our own, with the terminal; SIGINT reaches it, too.
+/// A program of our own, with the terminal; SIGINT and SIGTERM reach it, too.
 Result<int> run(std::vector<std::string> arguments, bool silent) {
   std::vector<char*> argv;
   for (auto& a : arguments) argv.push_back(a.data());
@@ -63,7 +64,9 @@ Result<int> run(std::vector<std::string> arguments, bool silent) {
     _exit(127);
   }
   int status = 0;
-  while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  for (bool told = false; waitpid(pid, &status, WNOHANG) == 0;) {
+    if (interrupted() && !told) told = kill(pid, SIGTERM) == 0;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
