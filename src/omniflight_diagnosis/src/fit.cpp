@@ -49,9 +49,10 @@ double cost(const Eigen::VectorXd& whitened, const Unknowns& u, const Eigen::Vec
   return 0.5 * whitened.squaredNorm() + 0.5 * u.weight.dot(x.cwiseAbs2());
 }
 
-/// Gauss-Newton with step halving under a fixed whitening; returns what remains of the residual.
+/// Gauss-Newton with step halving under a fixed whitening; returns what remains of the residual. Gives up
+/// where `enough` is out of reach of steps that bring as much as the last one.
 Eigen::VectorXd minimise(const Problem& problem, std::vector<ActiveEffect>& effects, Unknowns& u,
-                         const Whitening& whitening, int iterations) {
+                         const Whitening& whitening, int iterations, double enough) {
   bool linear = true;
   for (const ActiveEffect& e : effects) linear = linear && problem.has_constant_columns(*e.effect);
   Eigen::MatrixXd jacobian;
@@ -92,7 +93,8 @@ Eigen::VectorXd minimise(const Problem& problem, std::vector<ActiveEffect>& effe
     }
     const bool settled = now - best < 0.01 + 1e-7 * now;
     u.x = to;
-    if (settled) break;
+    const bool hopeless = best - 3 * (iterations - 1 - iteration) * (now - best) > enough;
+    if (settled || hopeless) break;
   }
   take(u.x, effects);
   return rest;
@@ -102,13 +104,15 @@ Eigen::VectorXd minimise(const Problem& problem, std::vector<ActiveEffect>& effe
 
 namespace {
 
+constexpr double kAny = std::numeric_limits<double>::infinity();
+
 Fit fit_under(const Problem& problem, const std::vector<ActiveEffect>& start, int iterations,
-              const Eigen::VectorXd* offset_sigma = nullptr) {
+              const Eigen::VectorXd* offset_sigma = nullptr, double least = -kAny) {
   Fit fit;
   fit.effects = start;
   Unknowns u(problem, start, nullptr);
   if (offset_sigma) u.limit_offsets(*offset_sigma);
-  fit.residual = minimise(problem, fit.effects, u, problem.noise(), iterations);
+  fit.residual = minimise(problem, fit.effects, u, problem.noise(), iterations, -least);
   fit.offsets = u.x.tail(problem.offset_sigma().size());
   fit.log_likelihood = -cost(problem.noise().apply_vector(problem, fit.residual), u, u.x);
   for (const ActiveEffect& e : fit.effects) fit.parameters += e.effect->parameter_count();
@@ -146,8 +150,8 @@ Fit fit_effects(const Problem& problem, const std::vector<ActiveEffect>& start, 
   return fit_under(problem, start, 12);
 }
 
-Fit fit_with(const Problem& problem, const Fit& base, const Effect& effect, const Options&) {
-  return fit_under(problem, start_with(problem, base, effect, search_all), 12);
+Fit fit_with(const Problem& problem, const Fit& base, const Effect& effect, const Options&, double least) {
+  return fit_under(problem, start_with(problem, base, effect, search_all), 12, nullptr, least);
 }
 
 Fit fit_on_grid(const Problem& problem, const Fit& base, const Effect& effect, const Options&,

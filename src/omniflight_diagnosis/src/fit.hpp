@@ -2,6 +2,8 @@
 // refitted with every set.
 #pragma once
 
+#include <limits>
+
 #include "whitening.hpp"
 
 namespace omniflight::diagnosis {
@@ -27,8 +29,10 @@ bool at_limit(const Problem& problem, const physics::ActiveEffect& effect);
 Fit fit_effects(const Problem& problem, const std::vector<physics::ActiveEffect>& start,
                 const Options& options);
 
-/// As fit_effects with one more effect, whose shape parameters are searched over their bounds first.
-Fit fit_with(const Problem& problem, const Fit& base, const physics::Effect& effect, const Options& options);
+/// As fit_effects with one more effect, whose shape parameters are searched over their bounds first. Ends
+/// early where steps as long as the last one would not reach the log-likelihood `least`.
+Fit fit_with(const Problem& problem, const Fit& base, const physics::Effect& effect, const Options& options,
+             double least = -std::numeric_limits<double>::infinity());
 
 /// The same, its bends searched over a grid only, one after another: several times quicker, and enough to say
 /// whether a law comes near. Given bends of much the same flight, on the part of the grid around them.

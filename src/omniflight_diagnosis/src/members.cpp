@@ -63,8 +63,9 @@ Fit polish(const Problem& problem, Fit fit, const Options& o) {
   for (std::size_t k = 0; k < fit.effects.size(); ++k) {
     if (is_linear(*fit.effects[k].effect)) continue;
     const Fit rest = fit_effects(problem, without(fit.effects, k), o);
-    const Fit again = fit_with(problem, rest, *fit.effects[k].effect, o);
-    if (again.log_likelihood > fit.log_likelihood + 0.1) fit = again;
+    const double least = fit.log_likelihood + 0.1;
+    const Fit again = fit_with(problem, rest, *fit.effects[k].effect, o, least);
+    if (again.log_likelihood > least) fit = again;
   }
   return fit;
 }

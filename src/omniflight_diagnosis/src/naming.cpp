@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "causality.hpp"
 #include "imitation.hpp"
@@ -206,6 +207,28 @@ class Search {
     return current;
   }
 
+  /// The log-likelihood by which `rest` and one more have this score.
+  double needed(const Fit& rest, const Effect& effect, double to_score) const {
+    return to_score + rest.log_likelihood - score(rest, costs_) + costs_.complexity(effect);
+  }
+
+  /// A candidate beside `rest` in the place of member k, where that is better.
+  std::optional<Fit> swapped_in(const Problem& problem, const Fit& current, std::size_t k, const Fit& rest,
+                                const Effect& effect, int width) const {
+    if (!may_enter(current, &effect) || effect.parameter_count() > width) return std::nullopt;
+    const double now = score(current, costs_);
+    if (!declared_alias(effect, *current.effects[k].effect) &&
+        score(out_.alone.quick(problem, rest, effect, o_), costs_) < now - 5.0)
+      return std::nullopt;
+    // products bend into constants: a wind of 5 m/s on next to no area is a steady pull
+    const bool bends = is_linear(*current.effects[k].effect) && !is_linear(effect);
+    const double gain = current.log_likelihood - rest.log_likelihood;
+    const double least = now + (bends ? std::max(3.0, 0.01 * gain) : 1.0);
+    Fit swapped = fit_with(problem, rest, effect, o_, needed(rest, effect, least));
+    if (score(swapped, costs_) < least) return std::nullopt;
+    return swapped;
+  }
+
   /// A member for another candidate, while that is better.
   Fit exchange(Fit current, int width = any_width()) {
     for (int round = 0; round < 3; ++round) {
@@ -213,24 +236,20 @@ class Search {
       bool better = false;
       for (std::size_t k = 0; k < current.effects.size() && !better; ++k) {
         const Fit rest = fit_effects(problem_, without(current.effects, k), o_);
-        for (const Effect* effect : candidates_) {
-          if (!may_enter(current, effect) || effect->parameter_count() > width) continue;
-          if (!declared_alias(*effect, *current.effects[k].effect) &&
-              score(out_.alone.quick(problem_, rest, *effect, o_), costs_) < score(current, costs_) - 5.0)
-            continue;
-          Fit swapped = fit_with(problem_, rest, *effect, o_);
-          // products bend into constants: a wind of 5 m/s on next to no area is a steady pull
-          const bool bends = is_linear(*current.effects[k].effect) && !is_linear(*effect);
-          const double gain = current.log_likelihood - rest.log_likelihood;
-          const double better_by = bends ? std::max(3.0, 0.01 * gain) : 1.0;
-          if (score(swapped, costs_) < score(current, costs_) + better_by) continue;
+        const auto swaps = workers_.map<std::optional<Fit>>(
+            candidates_.size(), [&](const Problem& problem, std::size_t i) -> std::optional<Fit> {
+              return swapped_in(problem, current, k, rest, *candidates_[i], width);
+            });
+        for (std::size_t i = 0; i < candidates_.size() && !better; ++i) {
+          if (!swaps[i]) continue;
+          const Effect* const effect = candidates_[i];
+          const Fit& swapped = *swaps[i];
           if (!makes_sense(problem_, swapped, swapped.effects.size() - 1) ||
               !gate_open(problem_, gate_effect(problem_, swapped, swapped.effects.size() - 1, o_), o_,
                          costs_.entry(*effect)))
             continue;
-          current = prune(problem_, polish(problem_, std::move(swapped), o_), o_, costs_);
+          current = prune(problem_, polish(problem_, swapped, o_), o_, costs_);
           better = true;
-          break;
         }
       }
       if (!better) break;
@@ -374,8 +393,9 @@ class Search {
             score(out_.alone.quick(problem_, frozen, *effect, o_), costs_) <
                 score(current, costs_) - slack - 10.0)
           continue;
-        Fit swapped = fit_with(problem_, frozen, *effect, o_);
-        if (score(swapped, costs_) < score(current, costs_) - slack) continue;
+        const double least = score(current, costs_) - slack;
+        Fit swapped = fit_with(problem_, frozen, *effect, o_, needed(frozen, *effect, least));
+        if (score(swapped, costs_) < least) continue;
         if (!makes_sense(problem_, swapped, swapped.effects.size() - 1)) continue;
         if (cosine_of(without_free_scale(problem_, last_columns(problem_, problem_.noise(), swapped)), own) <
             (usual       ? kRival
