@@ -7,10 +7,7 @@ namespace omniflight::diagnosis {
 
 Eigen::MatrixXd last_columns(const Problem& problem, const Whitening& noise, const Fit& fit) {
   Fit last = fit;  // what is heavy weakens the others, but on instruments
-  const bool alone =
-      problem.instrumented() || std::none_of(fit.effects.begin(), fit.effects.end(),
-                                             [](const auto& e) { return adds_inertia(*e.effect); });
-  if (alone) last.effects = {fit.effects.back()};
+  if (!problem.has_inertia(fit.effects)) last.effects = {fit.effects.back()};
   const Eigen::MatrixXd all = jacobian_of(problem, last);
   const Eigen::Index own = fit.effects.back().effect->parameter_count();
   return noise.apply(problem, all.middleCols(all.cols() - problem.offset_sigma().size() - own, own));

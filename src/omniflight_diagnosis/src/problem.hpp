@@ -87,6 +87,8 @@ class Problem {
   /// Its columns never change: it is linear, remembers nothing, and what mass or inertia it has moves as the
   /// instruments say, or there is none.
   bool has_constant_columns(const physics::Effect& effect) const;
+  /// Inertia among them that the measured acceleration does not move: it weakens what all others do.
+  bool has_inertia(const std::vector<physics::ActiveEffect>& effects) const;
   /// Torques are not judged: thrusts are only modelled.
   bool forces_only() const { return forces_only_; }
 
@@ -122,7 +124,6 @@ class Problem {
   Bent* remembered(const physics::ActiveEffect& at) const;
   /// Whitened columns that are kept, of an effect at these values; null where they are not.
   const Eigen::MatrixXd* kept(const physics::ActiveEffect& at, bool beside_inertia) const;
-  bool has_inertia(const std::vector<physics::ActiveEffect>& effects) const;
   /// Of whitened columns that never change; null stands for the offsets.
   const Eigen::MatrixXd& product(const physics::Effect* left, const physics::Effect* right) const;
   /// Wrench of an effect over all samples and, unless null, its derivative by all parameters.
