@@ -327,6 +327,26 @@ class Search {
     return current;
   }
 
+  /// A law is known in its outline only: what a rich one adds to a simple one of its kind, and to what comes
+  /// with that, is what the simple one lacks (a cable that hangs straight does not swing as a load does).
+  bool mends_another(const Fit& current, std::size_t k, const std::vector<Gate>& gates) const {
+    const Effect& rich = *current.effects[k].effect;
+    for (std::size_t m = 0; m < current.effects.size(); ++m) {
+      const Effect& simple = *current.effects[m].effect;
+      if (m == k || !declared_alias(rich, simple) || rich.parameter_count() <= simple.parameter_count())
+        continue;
+      double together = gates[m].gain;
+      for (std::size_t other = 0; other < current.effects.size(); ++other) {
+        const auto& usual = current.effects[other].effect->info().comes_with;
+        if (other != k && other != m &&
+            std::find(usual.begin(), usual.end(), simple.info().id) != usual.end())
+          together += gates[other].gain;
+      }
+      if (gates[k].gain < kLawKnown * together) return true;
+    }
+    return false;
+  }
+
   /// Every member must pass in the company of the others; the others are not tried again.
   Fit keep_what_passes(Fit current) {
     const auto take_out = [&](std::size_t index) {
@@ -345,10 +365,13 @@ class Search {
       std::size_t index = 0;
       const Fit settled = settle(problem_, current, o_);
       const Uncertainty known = uncertainty_of(problem_, settled);
+      std::vector<Gate> gates;
+      for (std::size_t k = 0; k < current.effects.size(); ++k)
+        gates.push_back(gate_effect(problem_, current, k, o_));
       constexpr double kAway = 2.5;
       Eigen::Index at = 0;
       for (std::size_t k = 0; k < current.effects.size(); ++k) {
-        const Gate gate = gate_effect(problem_, current, k, o_);
+        const Gate& gate = gates[k];
         bool away =
             known.distance[k] > kAway;  // from nothing, by more than noise and tolerances together allow
         for (std::size_t c = 0; c < current.effects[k].theta.size(); ++c, ++at) {
@@ -356,7 +379,8 @@ class Search {
           away = away ||
                  (!is_shape(p) && std::abs(settled.effects[k].theta[c] - p.neutral) > kAway * known.se[at]);
         }
-        away = away && makes_sense(problem_, current, k) && !at_limit(problem_, settled.effects[k]);
+        away = away && makes_sense(problem_, current, k) && !at_limit(problem_, settled.effects[k]) &&
+               !mends_another(current, k, gates);
         if (away && gate_open(problem_, gate, o_, costs_.entry(*current.effects[k].effect))) continue;
         if (all_pass || gate.gain < worst) worst = gate.gain, index = k;
         all_pass = false;
