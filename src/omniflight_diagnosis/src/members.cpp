@@ -86,6 +86,24 @@ bool comes_with_another(const physics::Effect& effect, const Fit& fit, std::size
   });
 }
 
+bool mends_another(const Fit& fit, std::size_t k, const std::vector<double>& gains) {
+  const auto remembers = [](const physics::Effect& e) { return e.memory_size().total() > 0; };
+  const physics::Effect& rich = *fit.effects[k].effect;
+  if (!remembers(rich) || !is_rich(rich)) return false;
+  for (std::size_t m = 0; m < fit.effects.size(); ++m) {
+    const physics::Effect& simple = *fit.effects[m].effect;
+    if (m == k || remembers(simple) || !declared_alias(rich, simple)) continue;
+    double together = gains[m];
+    for (std::size_t other = 0; other < fit.effects.size(); ++other) {
+      const auto& usual = fit.effects[other].effect->info().comes_with;
+      if (other != k && other != m && std::find(usual.begin(), usual.end(), simple.info().id) != usual.end())
+        together += gains[other];
+    }
+    if (gains[k] < kLawKnown * together) return true;
+  }
+  return false;
+}
+
 bool turns(const physics::Effect& effect) {
   const auto& channels = effect.info().channels;
   return std::any_of(channels.begin(), channels.end(), [](const std::string& c) { return c.front() == 'M'; });

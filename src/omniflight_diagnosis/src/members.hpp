@@ -6,6 +6,12 @@
 
 namespace omniflight::diagnosis {
 
+/// Of a gain: what a law that is known in its outline only may lack.
+inline constexpr double kLawKnown = 0.25;
+/// Parameters of a law that is not rich.
+inline constexpr int kFewNumbers = 3;
+inline bool is_rich(const physics::Effect& effect) { return effect.parameter_count() > kFewNumbers; }
+
 /// All but member `index`.
 std::vector<physics::ActiveEffect> without(const std::vector<physics::ActiveEffect>& effects,
                                            std::size_t index);
@@ -24,6 +30,10 @@ bool declared_alias(const physics::Effect& a, const physics::Effect& b);
 /// An alias of member k that is the usual one beside another member: a cable pulls at a lever, as an offset
 /// centre of mass does.
 bool comes_with_another(const physics::Effect& effect, const Fit& fit, std::size_t k);
+/// What a rich law with memory adds to one without of its kind, and to what comes with that, is what the
+/// simple one lacks: a cable that hangs straight does not swing as a load does. `gains`: log-likelihood that
+/// each member of the fit brings.
+bool mends_another(const Fit& fit, std::size_t k, const std::vector<double>& gains);
 /// It gives torques.
 bool turns(const physics::Effect& effect);
 /// The others of a fit exactly as they are, without member `index`: a replacement starts in unchanged

@@ -48,9 +48,8 @@ class Search {
  private:
   static int any_width() { return 1 << 20; }
   static constexpr std::size_t kMostRefused = 3;
-  static constexpr double kLawKnown = 0.25;  ///< of a gain: what a law known in its outline may lack
-  static constexpr double kComesNear = 0.5;  ///< of the best gain alone
-  static constexpr double kAlike = 0.8;      ///< cosine of contributions, whitened
+  static constexpr double kComesNear = 0.5;              ///< of the best gain alone
+  static constexpr double kAlike = 0.8;                  ///< cosine of contributions, whitened
   static constexpr double kNear = 30, kNearShare = 0.1;  ///< of the best gain, before polishing
 
   /// May enter: neither named nor found wanting.
@@ -260,14 +259,13 @@ class Search {
   /// A law with many parameters can be two simple ones at once: a cable with an offset centre of mass bends a
   /// load on a rope into itself. Simple laws that do nearly as well with no more numbers take its place.
   Fit split(Fit current) {
-    constexpr int kSimple = 3;
-    const auto rich = [](const ActiveEffect& e) { return e.effect->parameter_count() > kSimple; };
+    const auto rich = [](const ActiveEffect& e) { return is_rich(*e.effect); };
     if (std::none_of(current.effects.begin(), current.effects.end(), rich)) return current;
     if (stop("simpler laws in place of a rich one")) return current;
     std::vector<ActiveEffect> kept = current.effects;
     std::erase_if(kept, rich);
     const Fit rest = fit_effects(problem_, kept, o_);
-    Fit simple = exchange(grow(rest, kSimple), kSimple);
+    Fit simple = exchange(grow(rest, kFewNumbers), kFewNumbers);
     const double gain = current.log_likelihood - rest.log_likelihood;
     const double slack = simple.parameters <= current.parameters ? std::max(3.0, 0.05 * gain) : 0.0;
     return score(simple, costs_) > score(current, costs_) - slack ? simple : current;
@@ -327,26 +325,6 @@ class Search {
     return current;
   }
 
-  /// A law is known in its outline only: what a rich one adds to a simple one of its kind, and to what comes
-  /// with that, is what the simple one lacks (a cable that hangs straight does not swing as a load does).
-  bool mends_another(const Fit& current, std::size_t k, const std::vector<Gate>& gates) const {
-    const Effect& rich = *current.effects[k].effect;
-    for (std::size_t m = 0; m < current.effects.size(); ++m) {
-      const Effect& simple = *current.effects[m].effect;
-      if (m == k || !declared_alias(rich, simple) || rich.parameter_count() <= simple.parameter_count())
-        continue;
-      double together = gates[m].gain;
-      for (std::size_t other = 0; other < current.effects.size(); ++other) {
-        const auto& usual = current.effects[other].effect->info().comes_with;
-        if (other != k && other != m &&
-            std::find(usual.begin(), usual.end(), simple.info().id) != usual.end())
-          together += gates[other].gain;
-      }
-      if (gates[k].gain < kLawKnown * together) return true;
-    }
-    return false;
-  }
-
   /// Every member must pass in the company of the others; the others are not tried again.
   Fit keep_what_passes(Fit current) {
     const auto take_out = [&](std::size_t index) {
@@ -366,8 +344,11 @@ class Search {
       const Fit settled = settle(problem_, current, o_);
       const Uncertainty known = uncertainty_of(problem_, settled);
       std::vector<Gate> gates;
-      for (std::size_t k = 0; k < current.effects.size(); ++k)
+      std::vector<double> gains;
+      for (std::size_t k = 0; k < current.effects.size(); ++k) {
         gates.push_back(gate_effect(problem_, current, k, o_));
+        gains.push_back(gates.back().gain);
+      }
       constexpr double kAway = 2.5;
       Eigen::Index at = 0;
       for (std::size_t k = 0; k < current.effects.size(); ++k) {
@@ -380,7 +361,7 @@ class Search {
                  (!is_shape(p) && std::abs(settled.effects[k].theta[c] - p.neutral) > kAway * known.se[at]);
         }
         away = away && makes_sense(problem_, current, k) && !at_limit(problem_, settled.effects[k]) &&
-               !mends_another(current, k, gates);
+               !mends_another(current, k, gains);
         if (away && gate_open(problem_, gate, o_, costs_.entry(*current.effects[k].effect))) continue;
         if (all_pass || gate.gain < worst) worst = gate.gain, index = k;
         all_pass = false;

@@ -1,5 +1,6 @@
 // Which of several laws that do equally well is named.
 #include "../src/costs.hpp"
+#include "../src/members.hpp"
 #include "../src/naming.hpp"
 
 #include <algorithm>
@@ -54,6 +55,19 @@ TEST(Naming, ATorqueBesideACableIsItsLeverWhereBothDoAsWell) {
   ASSERT_EQ(beside.size(), 2u);
   EXPECT_EQ(beside[0][0], "attachment_torque");
   EXPECT_EQ(beside[1][0], "hung_cable");
+}
+
+TEST(Naming, WhatALoadAddsToACableIsWhatTheCablesLawLacks) {
+  Fit fit;
+  for (const char* id : {"hung_cable", "attachment_torque", "slung_load", "payload_mass", "inertia_error"}) {
+    const physics::Effect* e = find_effect(id);
+    fit.effects.push_back({e, std::vector<double>(static_cast<std::size_t>(e->parameter_count()), 0.0)});
+  }
+  EXPECT_TRUE(mends_another(fit, 2, {200, 400, 149, 100, 9000})) << "a quarter of the cable with its lever";
+  EXPECT_FALSE(mends_another(fit, 2, {200, 400, 151, 100, 9000}));
+  EXPECT_FALSE(mends_another(fit, 2, {2, 3, 50, 100, 9000})) << "no matter how strong another kind is";
+  for (std::size_t k : {0, 1, 3, 4})
+    EXPECT_FALSE(mends_another(fit, k, std::vector<double>(5, k == 3 ? 1 : 1e3))) << k;
 }
 
 TEST(Naming, ATieIsSmallBesideWhatIsExplained) {
