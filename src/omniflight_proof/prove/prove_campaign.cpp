@@ -25,6 +25,9 @@ using nlohmann::json;
 constexpr const char* kAblations[] = {"no-whitening", "no-gate",   "no-tolerance",  "no-instruments",
                                       "random-folds", "late-pose", "wrong-inertia", "commands-only"};
 
+/// Without a safeguard many names enter, and a search among many takes long: no answer is one, too.
+constexpr double kAblationLimit_s = 240;
+
 struct Options {
   std::string out = "runs/proof", seal, reveal, vehicle = "omnimorph", level, salt, command;
   int cases = 240, nulls = 300, jobs = 0, ablations = -1, proposals = 0;
@@ -163,6 +166,7 @@ Status ablate(const Options& o, const Places& places, AnalyseOptions a) {
   const int asked = o.ablations < 0 ? (o.cases + o.nulls) / 10 : o.ablations;
   if (asked > 0 && !fs::exists(places.frozen_ablations())) {
     a.most = static_cast<std::size_t>(asked);
+    a.limit_s = std::min(a.limit_s, kAblationLimit_s);
     for (const char* id : kAblations) {
       a.ablation = id;
       if (auto ok = analyse(a); !ok) return ok;
