@@ -79,6 +79,14 @@ bool levinson(const std::vector<double>& r, std::vector<double>& a, double& vari
   return variance > 0;
 }
 
+/// Order of the model of a flight's noise, at most `most`. A long model of a short flight takes what is
+/// missing for noise: on real flights of half a minute 24 coefficients took the rotors' inertia with it.
+int order_for(Eigen::Index samples, int most) {
+  constexpr int kAnyFlight = 8, kSamplesEach = 400, kFewest = 25;
+  const int n = static_cast<int>(samples);
+  return std::min({most, std::max(kAnyFlight, n / kSamplesEach), n / kFewest});
+}
+
 /// Covariance of the process times every column: the filter 1/A backwards, then forwards.
 Eigen::MatrixXd covariance_times(const std::vector<double>& a, double sigma, const Eigen::MatrixXd& Q) {
   Eigen::MatrixXd G = Q;
@@ -106,7 +114,6 @@ Whitening Whitening::scale_only(const Problem& problem, const Eigen::VectorXd& r
 Whitening Whitening::autoregressive(const Problem& problem, const Eigen::VectorXd& residual, int order) {
   Whitening w;
   w.filters_.resize(static_cast<std::size_t>(problem.flights()));
-  w.skip_ = order;
   for (int f = 0; f < problem.flights(); ++f) {
     for (int c = 0; c < 6; ++c) {
       std::vector<Eigen::VectorXd> parts;
@@ -116,7 +123,8 @@ Whitening Whitening::autoregressive(const Problem& problem, const Eigen::VectorX
         parts.push_back(residual.segment(c * problem.samples() + run.begin, run.end - run.begin));
         count += parts.back().size();
       }
-      const int p = std::min(order, static_cast<int>(count / 25));
+      const int p = order_for(count, order);
+      w.skip_ = std::max(w.skip_, p);
       w.filters_[static_cast<std::size_t>(f)][static_cast<std::size_t>(c)].a = burg(parts, p);
     }
   }

@@ -53,8 +53,8 @@ struct Options {
   double effect_cutoff_hz = 5.0;  ///< low pass of the rotor speeds inside the effects, see Problem::predict
   double grid_hz = 40.0;     ///< regression grid; kept below three times the cutoff so that whitening sees no
                              ///< empty band
-  int ar_order = 24;         ///< whitening; 0.6 s on the grid: with 0.2 s slow torques still varied twice as
-                             ///< much as told
+  int ar_order = 24;         ///< whitening, at most; 0.6 s on the grid: with 0.2 s slow torques of a long
+                             ///< flight still varied twice as much as told
   double error_rate = 0.01;  ///< chance that any effect of the library enters where there is none
   std::optional<double>
       grid_origin_s;             ///< a time that lies on the grid; otherwise it begins with the signals
