@@ -15,6 +15,10 @@ using physics::ActiveEffect;
 constexpr double kTold =
     5;  ///< sigma: what a flight separates by that much, it tells apart: 12 nats, less chance
 
+constexpr double kLongest_s = 600;  ///< of a flight in several rounds
+constexpr int kMostRounds = 4;
+constexpr double kEnough = 0.95;  ///< of what the most rounds would tell
+
 /// Rest-to-rest motion through the waypoints, as a planner with these limits would time it.
 struct Motion {
   std::vector<Vec3> p;
@@ -121,8 +125,9 @@ struct Imitation {
   double energy = 0;
 };
 
-Imitation imitation(const Eigen::MatrixXd& by, const Eigen::VectorXd& v) {
-  return {by.transpose() * by, by.transpose() * v, v.squaredNorm()};
+/// times: how often it is flown.
+Imitation imitation(const Eigen::MatrixXd& by, const Eigen::VectorXd& v, int times) {
+  return {times * by.transpose() * by, times * by.transpose() * v, times * v.squaredNorm()};
 }
 
 /// A pair on one flight, whitened.
@@ -146,8 +151,10 @@ Seen see(const Problem& problem, const Whitening& noise, const Rivals& pair) {
 
 /// How well, in sigma, both flights together tell a pair apart: what is left of the named law's contribution
 /// when the other imitates it. Where the other contains it, the other way round: what is left of a number
-/// that it has beyond, doing as much on the flight that was flown, when the named law imitates that.
-double separation(const Rivals& pair, const Seen& before, const Seen& after, const Eigen::VectorXd& sigma) {
+/// that it has beyond, doing as much on the flight that was flown, when the named law imitates that. The
+/// flight after is flown in so many rounds.
+double separation(const Rivals& pair, const Seen& before, const Seen& after, int rounds,
+                  const Eigen::VectorXd& sigma) {
   const auto left = [&](const Imitation& one, const Imitation& two) {
     Eigen::MatrixXd H = one.H + two.H;
     H.diagonal().tail(sigma.size()) += sigma.cwiseAbs2().cwiseInverse();
@@ -164,23 +171,42 @@ double separation(const Rivals& pair, const Seen& before, const Seen& after, con
     return out;
   };
   if (!contains_law(*pair.other.effect, *pair.named.effect, before.unit, before.named))
-    return left(imitation(beside(before.unit, before.offsets), before.named),
-                imitation(beside(after.unit, after.offsets), after.named));
+    return left(imitation(beside(before.unit, before.offsets), before.named, 1),
+                imitation(beside(after.unit, after.offsets), after.named, rounds));
   double most = 0;
   for (Eigen::Index k = 0; k < before.unit.cols(); ++k) {
     if (!(before.unit.col(k).norm() > 0)) continue;
     const double as_much = before.named.norm() / before.unit.col(k).norm();
-    most = std::max(most, left(imitation(beside(before.named, before.offsets), as_much * before.unit.col(k)),
-                               imitation(beside(after.named, after.offsets), as_much * after.unit.col(k))));
+    most = std::max(most,
+                    left(imitation(beside(before.named, before.offsets), as_much * before.unit.col(k), 1),
+                         imitation(beside(after.named, after.offsets), as_much * after.unit.col(k), rounds)));
   }
   return most;
 }
 
-/// Pairs told apart, the nearly told counted in part; among equals that of the larger least separation.
+/// Pairs told apart, the nearly told counted in part.
+double told(const std::vector<double>& separations_sigma) {
+  double out = 0;
+  for (const double sigma : separations_sigma) out += std::min(1.0, sigma / kTold);
+  return out;
+}
+
+/// Among equals that of the larger least separation.
 std::pair<double, double> worth(const ProposedFlight& f) {
-  double told = 0;
-  for (const double sigma : f.separations_sigma) told += std::min(1.0, sigma / kTold);
-  return {std::round(100 * told), f.separation_sigma};
+  return {std::round(100 * told(f.separations_sigma)), f.separation_sigma};
+}
+
+/// The same again, from where it began.
+void repeat(ProposedFlight& f, int rounds) {
+  if (rounds < 2) return;
+  std::vector<ProposedWaypoint> once = f.waypoints;
+  Vec3 back = Vec3::Zero();
+  for (const ProposedWaypoint& w : once) back -= w.by;
+  for (int k = 1; k < rounds; ++k) {
+    f.waypoints.push_back({back, Vec3::Zero(), 1});
+    f.waypoints.insert(f.waypoints.end(), once.begin(), once.end());
+  }
+  f.words += format(", %d times", rounds);
 }
 
 }  // namespace
@@ -229,9 +255,22 @@ std::vector<ProposedFlight> propose_flights(const Problem& flown, const Flight& 
     const Flight* one[] = {&planned};
     const Problem next(one, vehicle, o);
     if (next.offset_sigma().size() != flown.offset_sigma().size()) continue;
-    for (std::size_t p = 0; p < pairs.size(); ++p)
-      f.separations_sigma.push_back(
-          separation(pairs[p], before[p], see(next, flown.noise(), pairs[p]), flown.offset_sigma()));
+    std::vector<Seen> after;
+    for (const Rivals& pair : pairs) after.push_back(see(next, flown.noise(), pair));
+    const auto separations = [&](int rounds) {
+      std::vector<double> sigma;
+      for (std::size_t p = 0; p < pairs.size(); ++p)
+        sigma.push_back(separation(pairs[p], before[p], after[p], rounds, flown.offset_sigma()));
+      return sigma;
+    };
+    // small effects are told apart by patience only: as many rounds as pay
+    const int most =
+        std::clamp(static_cast<int>(kLongest_s * planned.rate_hz / planned.size()), 1, kMostRounds);
+    const double possible = told(separations(most));
+    int rounds = 1;
+    while (rounds < most && told(separations(rounds)) < kEnough * possible) ++rounds;
+    f.separations_sigma = separations(rounds);
+    repeat(f, rounds);
     f.separation_sigma = *std::min_element(f.separations_sigma.begin(), f.separations_sigma.end());
     out.push_back(f);
   }

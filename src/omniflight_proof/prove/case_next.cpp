@@ -9,7 +9,7 @@ namespace {
 
 using files::between;
 
-constexpr double kLongest = 300, kWidest = 3, kSettle = 2;  // s, m, s
+constexpr double kLongest = 660, kWidest = 3, kSettle = 2;  // s, m, s
 constexpr double kTiltRate = to_radians(15);  // rad/s, half of what the servo of the vehicle does
 
 Vec3 rotation_of(files::YamlReader& at, const Vec3& otherwise) {
@@ -47,7 +47,7 @@ Result<Path> read_next_flight(std::string_view mission, const std::string& name)
   double t = kSettle + start.number("hold_s", between(0, 60, "s"), 1);
   const Vec3 from = at;
   double alpha = p.alpha.start;
-  for (auto& w : yaml->children("waypoints", 1, 400)) {
+  for (auto& w : yaml->children("waypoints", 1, 1200)) {
     w.ignore("name");
     const Vec3 by = w.vec3("by", between(-kWidest, kWidest, "m"), Vec3::Zero()), to = rotation_of(w, turned);
     const double way = by.norm(), turn = (to - turned).norm();
@@ -70,7 +70,7 @@ Result<Path> read_next_flight(std::string_view mission, const std::string& name)
     if ((at - from).norm() > kWidest) w.error("is more than 3 m from the start");
   }
   p.duration = t + 1;
-  if (p.duration > kLongest) yaml->error("takes longer than 300 s");
+  if (p.duration > kLongest) yaml->error("takes longer than 660 s");
   if (auto ok = yaml->finish(); !ok) return Failure(ok.error());
   return p;
 }
