@@ -83,10 +83,15 @@ bool contradicts_itself(const physics::ActiveEffect& e, const VehicleScale& s) {
   const auto at_limit = [&](const char* name) {
     return value(name) > 0.98 * plausible_range(*e.effect, index(name), s).upper;
   };
+  const auto at_either_limit = [&](const char* name) {
+    return at_limit(name) || value(name) < 0.98 * plausible_range(*e.effect, index(name), s).lower;
+  };
   const std::string& id = e.effect->info().id;
   if (id == "taut_rope")  // stretched by a metre it pulls; what only damps is air
     return value("stiffness") < 0.05 * s.weight || value("damping") > 0.5 * value("stiffness");
   if (id == "wind") return at_limit("area");  // what presses the wind to its limit is another force
+  if (id == "cable_torsion")
+    return at_either_limit("rest_angle");  // half a turn away it is a constant torque
   if (id == "ceiling_effect") return value("height") < s.highest;
   if (id == "guide_friction") return at_limit("transition");  // what still grows with speed there is drag
   return false;

@@ -32,7 +32,7 @@ struct Range {
 Range plausible_range(const physics::Effect& effect, std::size_t parameter, const VehicleScale& scale);
 
 /// Values that each make sense but not together, or not with the flight: a rope that damps and does not pull,
-/// a ceiling below the vehicle, a friction that grows with speed.
+/// a ceiling below the vehicle, a friction that grows with speed, a torsion about half a turn away.
 bool contradicts_itself(const physics::ActiveEffect& effect, const VehicleScale& scale);
 
 }  // namespace omniflight::diagnosis

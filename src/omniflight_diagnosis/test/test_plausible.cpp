@@ -72,5 +72,16 @@ TEST(Plausible, ARopeThatOnlyDampsIsNone) {
   EXPECT_TRUE(contradicts_itself(e, s));
 }
 
+/// Nothing is told of a spring so far from rest but that its torque hardly changes.
+TEST(Plausible, ATorsionHalfATurnAwayIsAConstantTorque) {
+  const VehicleScale s = scale_of(crazyflie(), 9.81);
+  physics::ActiveEffect e{physics::find_effect("cable_torsion"), {0.003, 0, 0, 0.4}};
+  EXPECT_FALSE(contradicts_itself(e, s));
+  for (const double away : {-3.2, 3.2}) {
+    e.theta[3] = away;
+    EXPECT_TRUE(contradicts_itself(e, s)) << away;
+  }
+}
+
 }  // namespace
 }  // namespace omniflight::diagnosis
