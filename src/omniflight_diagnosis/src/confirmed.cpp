@@ -24,11 +24,11 @@ Least least_of(const physics::Effect& effect, const Options& o) {
 }  // namespace
 
 std::vector<std::string> unconfirmed(const Problem& measured, const Fit& model, std::size_t candidates,
-                                     const Options& o) {
+                                     const Options& o, std::size_t least_left) {
   std::vector<std::string> out;
   const Costs costs(candidates, o.error_rate, measured.instrumented());
   std::vector<physics::ActiveEffect> kept = model.effects;
-  while (kept.size() > 1) {
+  while (kept.size() > least_left) {
     const Fit all = fit_effects(measured, kept, o);
     std::size_t weakest = 0;
     double least = 0;

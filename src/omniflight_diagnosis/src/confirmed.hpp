@@ -12,8 +12,9 @@ namespace omniflight::diagnosis {
 /// simulator made of the reference: a strong effect turns the vehicle a little from it, and what that does to
 /// the wrench is a share of the effect which others seem to explain. On the measured flight there is no such
 /// share; what is really there shows on both. `candidates`: how many were tried.
+/// So many as `least` are left whatever they earn.
 std::vector<std::string> unconfirmed(const Problem& measured, const Fit& model, std::size_t candidates,
-                                     const Options& o);
+                                     const Options& o, std::size_t least = 1);
 
 /// The law that instruments are blind to: beside `model` it alone takes nine tenths of what is left in one of
 /// the channels of `measured`, and stays within its limits. Rotors that shiver around their reversal do so at

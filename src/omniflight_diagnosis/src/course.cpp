@@ -69,6 +69,7 @@ bool Course::fly_again(const std::vector<Eigen::MatrixXd>& known) {
     const auto which = static_cast<std::size_t>(recorded_[k] - flights_.data());
     auto one = with_instruments(*recorded_[k], known[k], motors_, vehicle_, o_, o_.refly[which]);
     if (!one) return false;
+    if (steady_) leave_out_reversals(*one);
     inputs_[which].excluded = one->excluded;
     found.push_back(std::move(*one));
   }
@@ -76,6 +77,31 @@ bool Course::fly_again(const std::vector<Eigen::MatrixXd>& known) {
   used_ = pointers(freed_);
   all_ = std::make_unique<const Problem>(used_, vehicle_, o_);
   return true;
+}
+
+/// From a flight again that knows of nothing, then from one that knows of what was found.
+bool Course::start_over() {
+  std::vector<Eigen::MatrixXd> nothing;
+  for (const Flight* f : recorded_) nothing.emplace_back(Eigen::MatrixXd::Zero(f->size(), 6));
+  const bool freed = fly_again(nothing);
+  naming_ = name_effects(*all_, hypotheses_, o_);
+  return freed;
+}
+
+/// Of rotors that reverse all the time the flight again repeats no reversal at its moment, and what that
+/// leaves looks like an inertia error or rotors out of place. Names that are worth nothing without those
+/// samples were made of them: then they are left out, which costs half of a flight that rocks quickly.
+void Course::judge_between_reversals() {
+  std::vector<Flight> between = freed_;
+  bool shorter = false;
+  for (Flight& f : between) shorter = leave_out_reversals(f) || shorter;
+  if (!shorter || naming_.model.effects.empty()) return;
+  const Problem problem(pointers(between), vehicle_, o_);
+  if (unconfirmed(problem, naming_.model, hypotheses_.size(), o_, 0).empty()) return;
+  steady_ = true;
+  if (start_over() && !o_.stopped() && fly_again_with_names())
+    naming_ = name_effects(*all_, hypotheses_, o_, &naming_);
+  take_measured();
 }
 
 void Course::take_measured() {
@@ -136,15 +162,13 @@ void Course::confirm() {
 
 const Effect* Course::name(const std::vector<physics::ActiveEffect>& motors) {
   motors_ = motors;
-  std::vector<Eigen::MatrixXd> nothing;
-  for (const Flight* f : recorded_) nothing.emplace_back(Eigen::MatrixXd::Zero(f->size(), 6));
-  const bool freed = fly_again(nothing);
-  naming_ = name_effects(*all_, hypotheses_, o_);
+  const bool freed = start_over();
   if (freed) take_measured();
   if (const Effect* effect = not_shown(true)) return effect;
   // once more with what was found, since a load moves the working point of the rotors
   if (freed && !o_.stopped() && fly_again_with_names())
     naming_ = name_effects(*all_, hypotheses_, o_, &naming_);
+  if (freed && !o_.stopped()) judge_between_reversals();
   const bool offered = std::any_of(candidates_.begin(), candidates_.end(),
                                    [](const Effect* e) { return e->info().id == "ground_effect"; });
   const double per_parameter =

@@ -44,6 +44,8 @@ class Course {
   bool fly_again_with_names() {
     return !naming_.model.effects.empty() && fly_again(wrench_of(naming_.model));
   }
+  bool start_over();
+  void judge_between_reversals();
   void take_measured();
   const physics::Effect* not_shown(bool bent) const;
   void cut_bursts();
@@ -54,6 +56,7 @@ class Course {
   const Options& o_;
   std::vector<Input>& inputs_;
   bool blind_ = false;
+  bool steady_ = false;    ///< only what lies between the reversals of rotors counts
   bool grounded_ = false;  ///< what lifts close to the floor follows the ground effect's law
   std::vector<physics::ActiveEffect> motors_;
   std::vector<const physics::Effect*> candidates_, hypotheses_;  ///< without and with single rotors

@@ -12,7 +12,8 @@ namespace {
 /// s: for so long the low passes carry what a rotor does while it reverses. It is quicker then than its
 /// telemetry, which cannot read a rotor at rest, and the flight again reverses it at another moment.
 constexpr double kAroundReversal = 0.2;
-constexpr double kMostLeftOut = 0.2;  ///< of a flight; one that reverses all the time is judged as it is
+constexpr double kMostLeftOut = 0.2;   ///< of a flight; of one that reverses more often nothing at once
+constexpr double kLeastSteady = 0.35;  ///< of such a flight, to judge by what is left
 
 /// Samples within kAroundReversal of one at which a rotor has changed its direction.
 std::vector<char> reversing(const Flight& f) {
@@ -59,18 +60,28 @@ std::optional<Flight> with_instruments(const Flight& flight, const Eigen::Matrix
   };
   out.segments = runs(known);
   const std::vector<Segment> without = runs(steady);
-  if (samples(without) >= (1 - kMostLeftOut) * samples(out.segments)) {
-    out.segments = without;
+  const double share = samples(without) / std::max(1.0, static_cast<double>(samples(out.segments)));
+  if (share >= kLeastSteady)
     for (int i = 0, from = 0; i < flight.size(); ++i) {
       const auto at = static_cast<std::size_t>(i);
       const bool left_out = known[at] && !steady[at];
       if (left_out && (i + 1 == flight.size() || !known[at + 1] || steady[at + 1]))
-        out.excluded.push_back({flight.t[static_cast<std::size_t>(from)], flight.t[at], "a rotor reverses"});
+        out.reversals.push_back({flight.t[static_cast<std::size_t>(from)], flight.t[at], "a rotor reverses"});
       if (!left_out) from = i + 1;
     }
-  }
+  if (!out.reversals.empty()) out.between_reversals = without;
+  if (share >= 1 - kMostLeftOut) leave_out_reversals(out);
   if (out.usable() < 2 * flight.rate_hz) return std::nullopt;
   return out;
+}
+
+bool leave_out_reversals(Flight& f) {
+  if (f.between_reversals.empty()) return false;
+  f.segments = std::move(f.between_reversals);
+  f.excluded.insert(f.excluded.end(), f.reversals.begin(), f.reversals.end());
+  f.between_reversals.clear();
+  f.reversals.clear();
+  return true;
 }
 
 }  // namespace omniflight::diagnosis

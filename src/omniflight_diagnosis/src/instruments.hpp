@@ -15,11 +15,15 @@ namespace omniflight::diagnosis {
 
 /// The flight with Flight::instrument, flown again by `refly` under a body wrench [N, Nm] (one row a grid
 /// sample) that stands for the effects already known, and with motors as they were found. Segments shrink to
-/// what was flown again and is not around the reversal of a rotor in either; those are listed as excluded.
-/// Empty when that flight is lost or covers less than two seconds.
+/// what was flown again and is not around the reversal of a rotor in either; those are listed as excluded. Of
+/// a flight whose rotors reverse for more than a fifth of the time they stay in, and leave_out_reversals() is
+/// possible. Empty when that flight is lost or covers less than two seconds.
 std::optional<Flight> with_instruments(const Flight& flight, const Eigen::MatrixXd& wrench,
                                        const std::vector<physics::ActiveEffect>& motors,
                                        const vehicle::Vehicle& vehicle, const Options& options,
                                        const Reflight& refly);
+
+/// Keeps what is between reversals only, where that is enough; false where nothing changes.
+bool leave_out_reversals(Flight& flight);
 
 }  // namespace omniflight::diagnosis

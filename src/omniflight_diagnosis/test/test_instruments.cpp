@@ -176,7 +176,7 @@ TEST(Instruments, ARotorThatReversesIsNotJudgedAroundTheReversal) {
     for (int i = s.begin; i < s.end; ++i)
       for (const double at : {8.0, 8.5, 10.0})
         EXPECT_GT(std::abs(f->t[static_cast<std::size_t>(i)] - at), 0.15);
-  const auto always =
+  auto always =
       with_instruments(*f, nothing, {}, v, {}, [&](const Eigen::MatrixXd&, double, double, const auto&) {
         recording::Recording r = backwards(0, 0);
         recording::Signal& speed = r.signals.at("rotor_speed");
@@ -187,6 +187,34 @@ TEST(Instruments, ARotorThatReversesIsNotJudgedAroundTheReversal) {
   ASSERT_TRUE(always);
   EXPECT_TRUE(always->excluded.empty()) << "one that reverses all the time is judged as it is";
   EXPECT_EQ(always->usable(), f->usable());
+  EXPECT_FALSE(leave_out_reversals(*always)) << "nothing would be left of it";
+}
+
+TEST(Instruments, OfAFlightThatReversesOftenThereIsAPartBetweenReversals) {
+  const vehicle::Vehicle v = omnimorph();
+  constexpr double kEvery = 1.6;  // s
+  recording::Recording r = test::fly(v, {}, {.duration_s = 20});
+  recording::Signal& speed = r.signals.at("rotor_speed");
+  for (Eigen::Index i = 0; i < speed.values.rows(); ++i)
+    if (static_cast<int>(speed.t_s[static_cast<std::size_t>(i)] / kEvery) % 2 == 1)
+      speed.values(i, 4) = -speed.values(i, 4);
+  const auto f = prepare_flight(r, v, {});
+  ASSERT_TRUE(f) << f.error().text();
+  auto freed = with_instruments(
+      *f, Eigen::MatrixXd::Zero(f->size(), 6), {}, v, {},
+      [&](const Eigen::MatrixXd&, double, double, const auto&) { return Result<recording::Recording>(r); });
+  ASSERT_TRUE(freed);
+  EXPECT_EQ(freed->usable(), f->usable()) << "all of it at first";
+  EXPECT_TRUE(freed->excluded.empty());
+  ASSERT_TRUE(leave_out_reversals(*freed));
+  EXPECT_GT(freed->excluded.size(), 10u);
+  EXPECT_NEAR(freed->usable(), 0.75 * f->usable(), 0.06 * f->usable());
+  for (const Segment& s : freed->segments)
+    for (int i = s.begin; i < s.end; ++i) {
+      const double t = f->t[static_cast<std::size_t>(i)];
+      EXPECT_GT(std::abs(t - kEvery * std::round(t / kEvery)), 0.15) << t;
+    }
+  EXPECT_FALSE(leave_out_reversals(*freed)) << "once";
 }
 
 TEST(Instruments, TheClockOfTheRotorsIsATolerance) {

@@ -55,6 +55,8 @@ struct Flight {
   Eigen::MatrixXd rotor_speed;     ///< n x rotors, rad/s
   Eigen::MatrixXd tracking_error;  ///< n x 3, m, position minus reference; empty without reference
   std::vector<Segment> segments;
+  std::vector<Segment> between_reversals;  ///< where leave_out_reversals() would leave something out
+  std::vector<Window> reversals;           ///< what that would be
   bool has_accelerometer = false, has_gyro = false, has_alpha = false, has_position = false;
   bool speed_from_command = false;  ///< there are no measured rotor speeds
   bool thrust_modelled = false;     ///< thrust comes from duty cycles, its scale from this flight
