@@ -28,6 +28,7 @@ struct Options {
   double budget_s = 0;
   int jobs = 0;
   bool check = false, refly_recorded = false;
+  std::string engine = "selection";
 };
 
 Result<std::vector<recording::Recording>> load_all(const std::vector<std::string>& paths,
@@ -256,6 +257,8 @@ Action add_diagnose(CLI::App& verb, Common& common) {
                   "Leave a safeguard out, or give something wrong, to see what an answer is worth:\n" +
                       ablations_help())
       ->check(CLI::IsMember(ablations()));
+  verb.add_option("--engine", o->engine, "Inference that names effects")
+      ->check(CLI::IsMember({"selection", "posterior"}));
   verb.add_option("--test-bed", o->test_bed, "Where the proposed next flight has to fit");
   return [o, &common]() -> Result<int> {
     const auto begin = std::chrono::steady_clock::now();
@@ -270,6 +273,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     if (auto ok = take_told(*o, *fit, *vehicle, options, common); !ok) return Failure(ok.error());
     if (auto ok = take_neighbours(*o, *fit, *held_out, options); !ok) return Failure(ok.error());
     ablate_options(o->ablation, options);
+    if (o->engine == "posterior") options.engine = diagnosis::Engine::posterior;
     constexpr unsigned kDefaultMost = 4;  // each keeps a copy of the flight, and less and less is won
     options.threads =
         o->jobs > 0 ? o->jobs

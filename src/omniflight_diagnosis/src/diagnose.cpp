@@ -20,6 +20,10 @@
 #include "remainder.hpp"
 #include "repair.hpp"
 #include "rollout.hpp"
+#include "offered.hpp"
+#include "report/answer.hpp"
+#include "report/other_stages.hpp"
+#include "single_rotor.hpp"
 #include "sanity.hpp"
 #include "sensors_alone.hpp"
 #include "shooting.hpp"
@@ -124,6 +128,39 @@ Chosen with_a_wrench(std::span<const recording::Recording> fit,
   return c;
 }
 
+/// What the stages beside the wrench show: allocation, actuation, control, sensing.
+void add_other_stages(std::span<const Repaired> fitted, const std::vector<Flight>& flights,
+                      const vehicle::Vehicle& vehicle, const std::vector<std::vector<ActuationFit>>& actuation,
+                      const std::vector<Diagnosis>& of_sensors, const Options& o, Diagnosis& d) {
+  for (const Repaired& one : fitted) {
+    Diagnosis allocation;
+    allocation.mismatch = locate_allocation(one.recording);
+    add_recording(allocation, one.recording.file, d);
+  }
+  add_actuation(actuation, d);
+  if (o.has_controller) {
+    std::vector<const recording::Recording*> flown;
+    for (const Repaired& one : fitted) flown.push_back(&one.recording);
+    add_controls(flown, o.controller, d);
+  }
+  add_sensors(fitted, flights, vehicle, o, d);
+  drop_what_a_sensor_explains(d);
+  for (std::size_t k = 0; k < fitted.size(); ++k) add_recording(of_sensors[k], fitted[k].recording.file, d);
+}
+
+/// How the rotors of each flight follow their commands; a delay that all share is noted at the flight.
+std::vector<std::vector<ActuationFit>> actuation_of(std::span<const Repaired> fitted,
+                                                    const vehicle::Vehicle& vehicle,
+                                                    std::vector<Flight>& flights) {
+  std::vector<std::vector<ActuationFit>> out;
+  for (std::size_t k = 0; k < fitted.size(); ++k) {
+    if (flights[k].speed_from_command) continue;
+    out.push_back(fit_actuation(fitted[k].recording, vehicle, flights[k]));
+    if (const std::string note = on_shared_delay(out.back()); !note.empty()) flights[k].notes.push_back(note);
+  }
+  return out;
+}
+
 }  // namespace
 
 Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
@@ -181,17 +218,31 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   if (const auto height = hub_height(flights, vehicle, o))
     for (auto* list : {&flights, &unseen})
       for (Flight& f : *list) put_floor(*height, f);
+  if (o.engine == Engine::posterior) {
+    const auto late = actuation_of(fitted, vehicle, flights);
+    const std::vector<const Flight*> usable = with_honest_speeds(flights);
+    d.intake = describe(fitted[0].recording, flights[0]);
+    for (std::size_t k = 1; k < fit.size(); ++k)
+      d.further.push_back(describe(fitted[k].recording, flights[k]));
+    if (!usable.empty()) {
+      const Inference inference = infer(usable, vehicle, by_rotor(offered_effects(usable, vehicle, o), vehicle), o);
+      add_posterior(inference, usable, o, d);
+    } else {
+      flights[0].notes.push_back(
+          "With a stuck rotor speed the wrench cannot be judged; only the sensors were.");
+    }
+    Diagnosis others;
+    add_other_stages(fitted, flights, vehicle, late, of_sensors, o, others);
+    add_judged(others, vehicle, o, d);
+    d.tracking_rms = tracking_rms_of(flights[0]);
+    d.summary = summarise(d, flights);
+    return d;
+  }
   Course course(flights, vehicle, o, d.inputs);
   if (course.blind())
     flights[0].notes.push_back(
         "With a stuck rotor speed the wrench cannot be judged; only the sensors were.");
-  std::vector<std::vector<ActuationFit>> actuation;
-  for (std::size_t k = 0; k < fit.size(); ++k) {
-    if (flights[k].speed_from_command) continue;
-    actuation.push_back(fit_actuation(fitted[k].recording, vehicle, flights[k]));
-    if (const std::string note = on_shared_delay(actuation.back()); !note.empty())
-      flights[k].notes.push_back(note);
-  }
+  const auto actuation = actuation_of(fitted, vehicle, flights);
   d.intake = describe(fitted[0].recording, flights[0]);
   for (std::size_t k = 1; k < fit.size(); ++k) d.further.push_back(describe(fitted[k].recording, flights[k]));
   Diagnosis motors;  // they follow late with whatever pushes the body, and turn the thrusts of a flight again
@@ -257,21 +308,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     all.predict(naming.model.effects, naming.model.offsets, after, nullptr);
     add_bursts(all, before, after, d);
   }
-  for (std::size_t k = 0; k < fit.size(); ++k) {
-    const recording::Recording& r = fitted[k].recording;
-    Diagnosis one;
-    one.mismatch = locate_allocation(r);
-    add_recording(one, r.file, d);
-  }
-  add_actuation(actuation, d);
-  if (o.has_controller) {
-    std::vector<const recording::Recording*> flown;
-    for (const Repaired& one : fitted) flown.push_back(&one.recording);
-    add_controls(flown, o.controller, d);
-  }
-  add_sensors(fitted, flights, vehicle, o, d);
-  drop_what_a_sensor_explains(d);
-  for (std::size_t k = 0; k < fit.size(); ++k) add_recording(of_sensors[k], fit[k].file, d);
+  add_other_stages(fitted, flights, vehicle, actuation, of_sensors, o, d);
 
   // before and after, on what the fit saw and on what it did not see
   Eigen::VectorXd rest;

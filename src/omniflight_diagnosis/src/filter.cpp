@@ -86,6 +86,20 @@ void CausalLowPass::step(Eigen::Ref<Eigen::VectorXd> x) {
   fresh_ = false;
 }
 
+Eigen::MatrixXd block_mean(const Eigen::MatrixXd& x, int length) {
+  if (length < 2 || x.rows() < length) return x;
+  const Eigen::Index n = x.rows();
+  const int half = length / 2;
+  const bool even = length % 2 == 0;
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(n, x.cols());
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (int k = -half; k <= half; ++k) {
+      const Eigen::Index at = std::clamp<Eigen::Index>(i + k, 0, n - 1);
+      out.row(i) += (even && std::abs(k) == half ? 0.5 : 1.0) * x.row(at);
+    }
+  return out / length;
+}
+
 Eigen::MatrixXd differentiate(const Eigen::MatrixXd& x, double rate_hz) {
   const Eigen::Index n = x.rows();
   Eigen::MatrixXd d = Eigen::MatrixXd::Zero(n, x.cols());

@@ -68,7 +68,7 @@ Channel on_grid(const Signal& signal, const Grid& grid, const Options& o) {
       c.x.row(i) = c.x.row(i < first ? first : i - 1);
   }
   if (recording::is_attitude(signal.name)) make_continuous(c.x);
-  c.x = low_pass(c.x, grid.rate_hz, o.cutoff_hz);
+  c.x = o.engine == Engine::posterior ? block_mean(c.x, grid.step) : low_pass(c.x, grid.rate_hz, o.cutoff_hz);
   return c;
 }
 
@@ -250,7 +250,7 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   rotor_squares.values = squares(rotor->values);
   const auto turned = gyro ? std::nullopt : halves_of(*attitude_used, o.cutoff_hz);
   const auto moved = acc || velocity || !position ? std::nullopt : halves_of(*position, o.cutoff_hz);
-  const auto spun = o.refly.empty() && !f.speed_from_command
+  const auto spun = (o.refly.empty() || o.engine == Engine::posterior) && !f.speed_from_command
                         ? halves_of(rotor_squares, o.cutoff_hz, Repeats::kept)
                         : std::nullopt;
 
@@ -416,7 +416,10 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
 
   const std::vector<physics::NeighbourTrack> neighbours = neighbours_of(recording, o);
   const Eigen::MatrixXd dspeed = differentiate(turning, grid.rate_hz);
-  const Eigen::MatrixXd slow_speed = roots(low_pass(squares(seen_speed), grid.rate_hz, o.effect_cutoff_hz));
+  const Eigen::MatrixXd slow_speed =
+      o.engine == Engine::posterior
+          ? seen_speed
+          : roots(low_pass(squares(seen_speed), grid.rate_hz, o.effect_cutoff_hz));
 
   // decimate to the grid
   f.rate_hz = o.grid_hz;

@@ -179,6 +179,29 @@ Json intake(const Intake& in) {
           {"notes", in.notes}};
 }
 
+Json decisions(const Diagnosis& d) {
+  Json out = Json::array();
+  for (const Decision& x : d.decisions)
+    out.push_back({{"about", x.about},
+                   {"asked", x.asked},
+                   {"statistic", number(x.statistic)},
+                   {"threshold", number(x.threshold)},
+                   {"source", x.source},
+                   {"outcome", x.outcome}});
+  return out;
+}
+
+Json remaining(const Diagnosis& d) {
+  Json out = Json::array();
+  for (const Remaining& x : d.remaining)
+    out.push_back({{"channel", x.channel},
+                   {"unit", x.unit},
+                   {"rms", number(x.rms)},
+                   {"noise_rms", number(x.noise_rms)},
+                   {"predictable_share", number(x.predictable_share)}});
+  return out;
+}
+
 /// The first recording's, and those of the others in a list of their own.
 Json intakes(const Diagnosis& d) {
   Json out = intake(d.intake), further = Json::array();
@@ -226,6 +249,8 @@ std::string to_json(const Diagnosis& d) {
         {"predicted_separation_sigma",
          d.next_flight.mission.empty() ? Json(nullptr) : number(d.next_flight.predicted_separation_sigma)}}},
       {"intake", intakes(d)},
+      {"decisions", decisions(d)},
+      {"remaining", remaining(d)},
       {"left_out", d.left_out},
       {"runtime_s", number(d.runtime_s)}};
   return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";

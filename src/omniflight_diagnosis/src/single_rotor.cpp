@@ -90,6 +90,15 @@ std::vector<const Effect*> with_single_rotors(const std::vector<const Effect*>& 
   return out;
 }
 
+std::vector<const Effect*> by_rotor(const std::vector<const Effect*>& candidates,
+                                    const vehicle::Vehicle& vehicle) {
+  std::vector<const Effect*> out = with_single_rotors(candidates, vehicle);
+  std::erase_if(out, [](const Effect* e) {
+    return is_by_rotor(*e) && !dynamic_cast<const SingleRotor*>(e);
+  });
+  return out;
+}
+
 physics::ActiveEffect in_full(const physics::ActiveEffect& active) {
   if (active.effect == &hidden_tilt_lag())
     return {physics::find_effect("tilt_servo_lag"), {active.theta[0], 0.0}};

@@ -12,6 +12,11 @@ namespace omniflight::diagnosis {
 std::vector<const physics::Effect*> with_single_rotors(const std::vector<const physics::Effect*>& candidates,
                                                        const vehicle::Vehicle& vehicle);
 
+/// The candidates, each effect that describes rotors one by one replaced by its restrictions to one rotor: of
+/// several rotors each is a member of its own.
+std::vector<const physics::Effect*> by_rotor(const std::vector<const physics::Effect*>& candidates,
+                                             const vehicle::Vehicle& vehicle);
+
 /// The same as an effect of the library, all other rotors at their neutral values.
 physics::ActiveEffect in_full(const physics::ActiveEffect& active);
 

@@ -155,7 +155,13 @@ void apply(const Told& told, Options& o) {
     o.tolerance.accelerometer_misalignment = largest(*v);
   if (const auto* v = get("sensors.imu.position_m")) o.imu_position = three(*v);
   if (const auto* v = get("sensors.gyro.bias_radps")) o.tolerance.gyro_bias = std::max(1e-4, largest(*v));
-  if (const auto* v = get("tolerance.thrust_scale")) o.tolerance.thrust_scale = (*v)[0];
+  if (const auto* v = get("tolerance.thrust_scale")) {
+    const double ratio = std::min(1.0, (*v)[0] / o.tolerance.thrust_scale);
+    o.tolerance.thrust_scale = (*v)[0];
+    for (double* part : {&o.tolerance.inertia, &o.tolerance.center_of_mass, &o.tolerance.rotor_scale,
+                         &o.tolerance.rotor_axis, &o.tolerance.imu_position})
+      *part *= ratio;
+  }
   if (const auto* v = get("tolerance.world_force")) o.tolerance.world_force = (*v)[0];
   if (const auto* v = get("tolerance.torque_trim")) o.tolerance.torque_trim = (*v)[0];
   if (const auto* v = get("tolerance.rotor_clock_s")) o.tolerance.rotor_clock = (*v)[0];

@@ -57,9 +57,9 @@ TEST(PublishedAerodynamics, Px4sRotorDragIsWithinTheBounds) {
 }
 
 TEST(PublishedAerodynamics, FlappingMomentTipsTheNoseUpWhenFlyingForward) {
-  // RotorPy: -k_flap Omega (v x e3) at each hub
+  // body axes forward, left, up: the nose rises about -y, k_flap Omega (v x e3) at each hub
   const Vec6 w = wrench_of("blade_flapping", flying({3.0, 0, 0}), {1e-6});
-  EXPECT_LT((w.tail<3>() - Vec3(0, 4 * 1e-6 * 470 * 3.0, 0)).norm(), 1e-15);
+  EXPECT_LT((w.tail<3>() - Vec3(0, -4 * 1e-6 * 470 * 3.0, 0)).norm(), 1e-15);
   EXPECT_EQ(w.head<3>().norm(), 0.0);
 }
 

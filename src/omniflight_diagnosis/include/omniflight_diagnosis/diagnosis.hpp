@@ -188,7 +188,21 @@ struct Intake {
   std::vector<std::string> notes;  ///< what missing signals cost
 };
 
+/// One question that was asked on the way to the answer, and what came of it.
+struct Decision {
+  std::string about, asked;
+  double statistic = 0, threshold = 0;
+  std::string source, outcome;
+};
+/// What the best model leaves of a channel.
+struct Remaining {
+  std::string channel, unit;
+  double rms = 0, noise_rms = 0, predictable_share = 0;
+};
+
 struct Diagnosis {
+  std::vector<Decision> decisions;
+  std::vector<Remaining> remaining;  ///< every judged channel
   std::vector<Input> inputs;
   Verdict verdict = Verdict::nothing_missing;
   std::string summary;

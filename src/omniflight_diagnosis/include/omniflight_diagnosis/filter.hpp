@@ -10,6 +10,10 @@ namespace omniflight::diagnosis {
 /// The ends are extended by point reflection. cutoff_hz must be below rate_hz / 2; otherwise x is returned.
 Eigen::MatrixXd low_pass(const Eigen::MatrixXd& x, double rate_hz, double cutoff_hz);
 
+/// Mean of every column over `length` samples around each one (half of each end sample where that is even):
+/// no sample further away than half a block has a share, unlike a zero-phase low pass.
+Eigen::MatrixXd block_mean(const Eigen::MatrixXd& x, int length);
+
 /// Central difference of every column (one-sided at the ends), per second.
 Eigen::MatrixXd differentiate(const Eigen::MatrixXd& x, double rate_hz);
 

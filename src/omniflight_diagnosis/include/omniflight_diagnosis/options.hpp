@@ -25,6 +25,13 @@ struct Tolerance {
   double gyro_bias = 0.008;     ///< rad/s, one standard deviation
   double world_force = 0.005;   ///< 1, constant force in the world over weight (level, alignment)
   double rotor_clock = 0.0015;  ///< s, rotor speeds against accelerometer and gyro; on instruments
+  /// Of the vehicle file, where nothing is told (posterior only): numbers of a vehicle that was measured with
+  /// ordinary means. `told` scales them as the told thrust scale is to the default one.
+  double inertia = 0.08;           ///< 1, each principal moment of inertia
+  double center_of_mass = 0.02;    ///< 1, over the largest arm
+  double rotor_scale = 0.02;       ///< 1, each rotor by itself
+  double rotor_axis = 0.01;        ///< rad, each rotor by itself
+  double imu_position = 0.03;      ///< 1, over the largest arm
   double torque_trim = 0.03;    ///< 1, constant torque over weight times largest rotor arm
   /// How unevenly motors of one kind share a load: torque over weight times mean arm.
   double motor_lateral = 0.03, motor_yaw = 0.06;
@@ -45,7 +52,13 @@ using Reflight =
     std::function<Result<recording::Recording>(const Eigen::MatrixXd& wrench, double from_s, double rate_hz,
                                                const std::vector<physics::ActiveEffect>& motors)>;
 
+/// Which inference names the effects.
+enum class Engine { selection, posterior };
+
 struct Options {
+  Engine engine = Engine::selection;
+  double law_error = 0.05;   ///< 1, RMS of the relative error of a law of the library; posterior only
+  double temperature = 1.0;  ///< divides log-likelihoods; posterior only
   physics::Environment environment;
   Vec3 imu_position = Vec3::Zero();  ///< m, body: where the accelerometer is
   Tolerance tolerance;

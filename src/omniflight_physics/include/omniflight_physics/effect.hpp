@@ -113,6 +113,15 @@ class Effect {
   virtual void replay(std::span<const Situation> motion, double period, const double* theta, double* wrench,
                       double* jacobian) const;
 
+  /// Prior standard deviations of the continuous states at the start of a recording, which may begin while a
+  /// load already swings; 0 for a state that is known. Empty: the memory starts as start_memory says.
+  virtual std::vector<double> start_spread(const double* /*theta*/) const { return {}; }
+  /// replay() without derivative from start_memory() plus `offset` (start_spread().size() numbers).
+  virtual void replay_from(std::span<const Situation> motion, double period, const double* theta,
+                           const double* /*offset*/, double* wrench) const {
+    replay(motion, period, theta, wrench, nullptr);
+  }
+
   /// Power [W] it takes from the motion of the body (positive: the body loses energy to it).
   double power_taken(const Situation& s, const double* theta, const double* memory = nullptr) const;
   /// Power [W] that the rotors draw because of it, beyond the nominal law.
@@ -185,6 +194,11 @@ class MemoryEffect : public Effect {
       differentiate<kJetParameters>(motion, period, theta, value, jacobian);
   }
 
+  void replay_from(std::span<const Situation> motion, double period, const double* theta,
+                   const double* offset, double* value) const final {
+    pass_through(motion, period, theta, value, nullptr, offset);
+  }
+
  private:
   template <int N>
   void differentiate(std::span<const Situation> motion, double period, const double* theta, double* value,
@@ -195,9 +209,11 @@ class MemoryEffect : public Effect {
   }
   template <class T>
   void pass_through(std::span<const Situation> motion, double period, const T* parameters, double* value,
-                    double* jacobian) const {
+                    double* jacobian, const double* offset = nullptr) const {
     T x[States + Discrete], trial[States + Discrete], first[States], second[States];
     if (!motion.empty()) self().start(motion[0], parameters, x);
+    if (offset && !motion.empty())
+      for (int j = 0; j < States; ++j) x[j] += T(offset[j]);
     for (std::size_t i = 0; i < motion.size(); ++i) {
       if (i > 0) {  // Heun: the trapezoid between two samples
         const T h(period);

@@ -1,4 +1,4 @@
-// Rolling moment of the discs in forward motion.
+// Moment of the discs in forward motion: the advancing side lifts more, the disc tilts back, the nose rises.
 #include "effects/table.hpp"
 
 namespace omniflight::physics {
@@ -10,10 +10,10 @@ class BladeFlapping final : public WrenchEffect<BladeFlapping> {
     static const EffectInfo info{
         .id = "blade_flapping",
         .term = "blade flapping moment",
-        .equation = "dM = -sum k_f |Omega_i| (v_i x n_i)",
-        .latex = R"(\Delta\tau = -\sum_i k_f |\Omega_i|\,(v_i\times n_i))",
+        .equation = "dM = sum k_f |Omega_i| (v_i x n_i)",
+        .latex = R"(\Delta\tau = \sum_i k_f |\Omega_i|\,(v_i\times n_i))",
         .source = "Mahony, Kumar and Corke 2012; used by RotorPy and PX4",
-        .parameters = {{"coefficient", "k_f", "kg m/rad", -0.0001, 0.0001, 1e-06, 0, true}},
+        .parameters = {{"coefficient", "k_f", "kg m/rad", 0, 0.0001, 1e-06, 0, true}},
         .signals = {"rotor_speed", "velocity", "attitude"},
         .channels = {"Mx", "My", "Mz"},
         .stage = Stage::wrench,
@@ -26,7 +26,7 @@ class BladeFlapping final : public WrenchEffect<BladeFlapping> {
   void wrench(const Situation& s, const T* theta, WrenchT<T>& out) const {
     for (const RotorSituation& r : s.all_rotors()) {
       const Vec3 v = s.v_WB_B + s.body.w_WB_B.cross(r.p_BR);
-      out.torque_B += theta[0] * (-std::abs(r.speed) * v.cross(r.n_B)).cast<T>();
+      out.torque_B += theta[0] * (std::abs(r.speed) * v.cross(r.n_B)).cast<T>();
     }
   }
 };

@@ -37,6 +37,8 @@ class CablePendulum final : public MemoryEffect<CablePendulum, 4> {
   void start(const Situation&, const T*, T* x) const {
     for (int k = 0; k < 4; ++k) x[k] = T(0);
   }
+  /// A mode that swings by a tenth of a metre, at its own frequency for a metre of cable.
+  std::vector<double> start_spread(const double*) const override { return {0.1, 0.1, 0.4, 0.4}; }
   template <class T>
   void rate(const Situation& s, const T* theta, const T* x, T* dx) const {
     const Vec3 a = s.R_WB * s.a_WB_B;

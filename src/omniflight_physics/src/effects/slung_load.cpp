@@ -1,4 +1,6 @@
 // A point mass on a massless cable, which pulls while it is taut and is nothing while it is slack.
+#include <cmath>
+
 #include "effects/table.hpp"
 
 namespace omniflight::physics {
@@ -33,6 +35,12 @@ class SlungLoad final : public MemoryEffect<SlungLoad, 6, 1> {
         .aliases = {"payload_mass", "hung_cable", "cable_pendulum"},
         .separated_by = "stop after a lateral move and wait: it goes on swinging at sqrt(g/L)"};
     return info;
+  }
+
+  /// A load that swings by a fifth of a radian, at the rate of its pendulum.
+  std::vector<double> start_spread(const double* theta) const override {
+    const double angle = 0.2, rate = angle * std::sqrt(kGravity / theta[1]);
+    return {angle, angle, 0, rate, rate, 0};
   }
 
   // memory: q, from the attachment to the load in world axes, as a share of the length: a unit vector while

@@ -1,0 +1,41 @@
+#include "cosine_transform.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace omniflight::diagnosis {
+
+int transform_length(int n) {
+  for (; n > 1; --n) {
+    int left = n;
+    for (const int prime : {2, 3, 5})
+      while (left % prime == 0) left /= prime;
+    if (left == 1) return n;
+  }
+  return n;
+}
+
+CosineTransform::CosineTransform(int n) : n_(n) {
+  const auto size = static_cast<std::size_t>(n);
+  turn_.resize(size);
+  in_.resize(size);
+  out_.resize(size);
+  for (int k = 0; k < n; ++k)
+    turn_[static_cast<std::size_t>(k)] =
+        std::polar(std::sqrt((k == 0 ? 1.0 : 2.0) / n), -std::numbers::pi * k / (2.0 * n));
+}
+
+void CosineTransform::apply(Eigen::Ref<Eigen::VectorXd> x) {
+  if (n_ == 1) return;  // its own amplitude, and no length for a transform
+  for (int i = 0; i < n_; ++i) {  // even samples forward, odd ones backward
+    const int from = 2 * i < n_ ? 2 * i : 2 * (n_ - i) - 1;
+    in_[static_cast<std::size_t>(i)] = x[from];
+  }
+  fft_.fwd(out_, in_);
+  for (int k = 0; k < n_; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    x[k] = (out_[at] * turn_[at]).real();
+  }
+}
+
+}  // namespace omniflight::diagnosis

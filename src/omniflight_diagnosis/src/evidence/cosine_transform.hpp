@@ -1,0 +1,26 @@
+// Orthonormal discrete cosine transform (DCT-II), of any length whose prime factors are 2, 3 and 5.
+#pragma once
+
+#include <Eigen/Dense>
+#include <unsupported/Eigen/FFT>
+#include <complex>
+#include <vector>
+
+namespace omniflight::diagnosis {
+
+/// The largest length not above n with no prime factor but 2, 3 and 5.
+int transform_length(int n);
+
+class CosineTransform {
+ public:
+  explicit CosineTransform(int n);
+  /// Amplitudes of n samples; the first n numbers of x, in place (Makhoul 1980: one complex transform).
+  void apply(Eigen::Ref<Eigen::VectorXd> x);
+
+ private:
+  int n_;
+  Eigen::FFT<double> fft_;
+  std::vector<std::complex<double>> turn_, in_, out_;
+};
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,303 @@
+#include "laplace.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace omniflight::diagnosis {
+namespace {
+
+using physics::ParameterPrior;
+using Law = ParameterPrior::Law;
+
+constexpr int kIterations = 15;
+constexpr double kConverged = 0.01;   ///< nat: the objective may still fall by less
+constexpr double kLawKnot = 2.0;      ///< s, least correlation time of a law's relative error
+constexpr int kLawKnots = 8;          ///< at most, a flight
+
+double log_determinant(const Eigen::LLT<Eigen::MatrixXd>& llt) {
+  return 2 * llt.matrixLLT().diagonal().array().log().sum();
+}
+
+}  // namespace
+
+// far below zero by its asymptotic series
+double log_normal_cdf(double x) {
+  if (x > -8) return std::log(0.5 * std::erfc(-x / std::sqrt(2.0)));
+  return -0.5 * x * x - std::log(-x) - 0.5 * std::log(2 * kPi) + std::log1p(-1 / (x * x));
+}
+
+/// Which coordinate is what.
+struct Evidence::Layout {
+  struct Coordinate {
+    ParameterPrior prior;  ///< of a parameter
+    bool half = false;     ///< only u >= 0
+    double low = -1e18, high = 1e18;
+  };
+  Eigen::Index calibration = 0, total = 0;
+  std::vector<Eigen::Index> first;             ///< a member
+  std::vector<std::vector<Coordinate>> theta;  ///< a member
+  std::vector<Coordinate> all;
+};
+
+Evidence::Evidence(const RegressionProblem& problem, const NoiseModel& noise,
+                   const std::vector<Hypothesis>& hypotheses, double law_error)
+    : problem_(problem),
+      noise_(noise),
+      hypotheses_(hypotheses),
+      law_error_(law_error),
+      z_(noise.apply(problem.residual())),
+      b_(noise.apply(problem.calibration().columns)) {}
+
+void Evidence::evaluate(const Layout& layout, const Eigen::VectorXd& u, std::vector<SetMember>& members,
+                        Eigen::VectorXd& rest, Eigen::MatrixXd* columns) const {
+  rest = z_ - b_ * u.head(layout.calibration);
+  if (columns) {
+    columns->resize(z_.size(), layout.total);
+    columns->leftCols(layout.calibration) = b_;
+  }
+  Eigen::VectorXd value;
+  Eigen::MatrixXd by_theta, by_start;
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    SetMember& member = members[m];
+    const Hypothesis& h = hypotheses_[static_cast<std::size_t>(member.hypothesis)];
+    const Eigen::Index first = layout.first[m];
+    if (h.pattern) {
+      member.weights = u.segment(first, h.pattern->whitened.cols());
+      rest -= h.pattern->whitened * member.weights;
+      if (columns) columns->middleCols(first, h.pattern->whitened.cols()) = h.pattern->whitened;
+      continue;
+    }
+    const auto& coordinates = layout.theta[m];
+    const auto parameters = static_cast<Eigen::Index>(coordinates.size());
+    for (Eigen::Index k = 0; k < parameters; ++k)
+      member.theta[static_cast<std::size_t>(k)] =
+          coordinates[static_cast<std::size_t>(k)].prior.value(u[first + k]);
+    if (h.linear.cols() > 0) {
+      rest -= h.linear * Eigen::Map<const Eigen::VectorXd>(member.theta.data(), parameters);
+      if (columns)
+        for (Eigen::Index k = 0; k < parameters; ++k)
+          columns->col(first + k) =
+              coordinates[static_cast<std::size_t>(k)].prior.slope(u[first + k]) * h.linear.col(k);
+      continue;
+    }
+    const std::vector<double> spread = h.effect->start_spread(member.theta.data());
+    const Eigen::Index states = member.start.size();
+    for (Eigen::Index k = 0; k < states; ++k)
+      member.start[k] = u[first + parameters + k] * spread[static_cast<std::size_t>(k) % spread.size()];
+    problem_.wrench_of({h.effect, member.theta, member.start}, value, columns ? &by_theta : nullptr,
+                       columns && states > 0 ? &by_start : nullptr);
+    rest -= noise_.apply(value);
+    if (!columns) continue;
+    for (Eigen::Index k = 0; k < parameters; ++k)
+      by_theta.col(k) *= coordinates[static_cast<std::size_t>(k)].prior.slope(u[first + k]);
+    columns->middleCols(first, parameters) = noise_.apply(by_theta);
+    if (states == 0) continue;
+    for (Eigen::Index k = 0; k < states; ++k)
+      by_start.col(k) *= spread[static_cast<std::size_t>(k) % spread.size()];
+    columns->middleCols(first + parameters, states) = noise_.apply(by_start);
+  }
+}
+
+/// A law is right up to a relative error that drifts: its wrench times hats of time, forces and torques apart.
+Eigen::MatrixXd Evidence::law_error_columns(const std::vector<SetMember>& members) const {
+  std::vector<Eigen::VectorXd> raw;
+  const int n = problem_.samples();
+  Eigen::VectorXd value;
+  for (const SetMember& member : members) {
+    const Hypothesis& h = hypotheses_[static_cast<std::size_t>(member.hypothesis)];
+    if (h.pattern || law_error_ <= 0) continue;
+    problem_.wrench_of({h.effect, member.theta, member.start}, value, nullptr, nullptr);
+    const int knots = std::clamp(static_cast<int>(n * problem_.period() / kLawKnot), 2, kLawKnots);
+    const double distance = static_cast<double>(n) / (knots - 1);
+    for (int half = 0; half < 2; ++half) {
+      if (value.segment(3 * half * n, 3 * n).norm() < 1e-12) continue;
+      for (int k = 0; k < knots; ++k) {
+        Eigen::VectorXd x = Eigen::VectorXd::Zero(problem_.rows());
+        for (int i = 0; i < n; ++i) {
+          const double hat = 1 - std::abs(i - k * distance) / distance;
+          if (hat <= 0) continue;
+          for (int c = 3 * half; c < 3 * half + 3; ++c) x[c * n + i] = law_error_ * hat * value[c * n + i];
+        }
+        raw.push_back(std::move(x));
+      }
+    }
+  }
+  Eigen::MatrixXd columns(problem_.rows(), static_cast<Eigen::Index>(raw.size()));
+  for (std::size_t k = 0; k < raw.size(); ++k) columns.col(static_cast<Eigen::Index>(k)) = raw[k];
+  return noise_.apply(columns);
+}
+
+SetFit Evidence::fit(std::vector<SetMember> members) const {
+  Layout layout;
+  layout.calibration = layout.total = b_.cols();
+  layout.all.resize(static_cast<std::size_t>(layout.total));
+  for (SetMember& member : members) {
+    const Hypothesis& h = hypotheses_[static_cast<std::size_t>(member.hypothesis)];
+    layout.first.push_back(layout.total);
+    layout.theta.emplace_back();
+    if (h.pattern) {
+      layout.total += h.pattern->whitened.cols();
+      layout.all.resize(static_cast<std::size_t>(layout.total));
+      continue;
+    }
+    for (std::size_t k = 0; k < member.theta.size(); ++k) {
+      Layout::Coordinate c;
+      c.prior = problem_.prior(*h.effect, k);
+      c.half = c.prior.law == Law::half_normal;
+      c.low = c.half ? 0.0 : c.prior.coordinate(c.prior.lower);
+      c.high = c.prior.coordinate(c.prior.upper);
+      layout.theta.back().push_back(c);
+      layout.all.push_back(c);
+    }
+    layout.total += static_cast<Eigen::Index>(member.theta.size());
+    const std::vector<double> spread = h.effect->start_spread(member.theta.data());
+    const auto states =
+        static_cast<Eigen::Index>(spread.size() * problem_.memory_windows().size());
+    if (member.start.size() != states) member.start = Eigen::VectorXd::Zero(states);
+    layout.total += states;
+    layout.all.resize(static_cast<std::size_t>(layout.total));
+  }
+  Eigen::VectorXd u = Eigen::VectorXd::Zero(layout.total);
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    const SetMember& member = members[m];
+    const Eigen::Index first = layout.first[m];
+    const auto& coordinates = layout.theta[m];
+    for (std::size_t k = 0; k < coordinates.size(); ++k)
+      u[first + static_cast<Eigen::Index>(k)] =
+          std::clamp(coordinates[k].prior.coordinate(member.theta[k]), coordinates[k].low, coordinates[k].high);
+    const Hypothesis& h = hypotheses_[static_cast<std::size_t>(member.hypothesis)];
+    if (h.pattern) {
+      if (member.weights.size() > 0) u.segment(first, member.weights.size()) = member.weights;
+      continue;
+    }
+    const std::vector<double> spread = h.effect->start_spread(member.theta.data());
+    for (Eigen::Index k = 0; k < member.start.size(); ++k) {
+      const double s = spread[static_cast<std::size_t>(k) % spread.size()];
+      u[first + static_cast<Eigen::Index>(coordinates.size()) + k] = s > 0 ? member.start[k] / s : 0.0;
+    }
+  }
+
+  SetFit out;
+  Eigen::VectorXd rest, trial_rest;
+  evaluate(layout, u, members, rest, &out.columns);
+  double objective = 0.5 * (rest.squaredNorm() + u.squaredNorm());
+  Eigen::LLT<Eigen::MatrixXd> factor;
+  Eigen::VectorXd gradient;
+  const auto linearise = [&] {
+    out.precision = out.columns.transpose() * out.columns;
+    out.precision.diagonal().array() += 1;
+    factor.compute(out.precision);
+    gradient = out.columns.transpose() * rest - u;
+  };
+  linearise();
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    // coordinates at a bound that the step would cross are held
+    std::vector<char> held(static_cast<std::size_t>(layout.total), 0);
+    Eigen::VectorXd step;
+    for (int round = 0; round < 4; ++round) {
+      Eigen::MatrixXd H = out.precision;
+      Eigen::VectorXd g = gradient;
+      for (Eigen::Index k = 0; k < layout.total; ++k)
+        if (held[static_cast<std::size_t>(k)]) {
+          H.row(k).setZero();
+          H.col(k).setZero();
+          H(k, k) = 1;
+          g[k] = 0;
+        }
+      step = round == 0 ? Eigen::VectorXd(factor.solve(g)) : Eigen::VectorXd(H.llt().solve(g));
+      bool more = false;
+      for (Eigen::Index k = 0; k < layout.total; ++k) {
+        const auto& c = layout.all[static_cast<std::size_t>(k)];
+        const bool out_of_bounds = (u[k] <= c.low && step[k] < 0) || (u[k] >= c.high && step[k] > 0);
+        if (out_of_bounds && !held[static_cast<std::size_t>(k)]) {
+          held[static_cast<std::size_t>(k)] = 1;
+          more = true;
+        }
+      }
+      if (!more) break;
+    }
+    double length = 1, fell = 0;
+    for (int halving = 0; halving < 6; ++halving, length *= 0.4) {
+      Eigen::VectorXd trial = u + length * step;
+      for (Eigen::Index k = 0; k < layout.total; ++k) {
+        const auto& c = layout.all[static_cast<std::size_t>(k)];
+        trial[k] = std::clamp(trial[k], c.low, c.high);
+      }
+      evaluate(layout, trial, members, trial_rest, nullptr);
+      const double value = 0.5 * (trial_rest.squaredNorm() + trial.squaredNorm());
+      if (!(value < objective)) continue;
+      fell = objective - value;
+      objective = value;
+      u = trial;
+      break;
+    }
+    if (fell > 0) {
+      evaluate(layout, u, members, rest, &out.columns);
+      linearise();
+    } else {
+      evaluate(layout, u, members, rest, nullptr);
+    }
+    if (fell < kConverged) break;
+  }
+
+  // relative law errors are integrated over at the optimum
+  const Eigen::MatrixXd law = law_error_columns(members);
+  if (law.cols() > 0) {
+    const Eigen::Index own = out.columns.cols();
+    out.columns.conservativeResize(Eigen::NoChange, own + law.cols());
+    out.columns.rightCols(law.cols()) = law;
+    u.conservativeResize(own + law.cols());
+    u.tail(law.cols()).setZero();
+    layout.all.resize(static_cast<std::size_t>(own + law.cols()));
+    linearise();
+  }
+  const Eigen::VectorXd optimum = u + factor.solve(gradient);  // without bounds
+  const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(u.size(), u.size()));
+  out.log_evidence = -objective + 0.5 * gradient.dot(factor.solve(gradient)) - 0.5 * log_determinant(factor);
+  for (Eigen::Index k = 0; k < u.size(); ++k)
+    if (layout.all[static_cast<std::size_t>(k)].half)  // the half of the prior that has the physical sign
+      out.log_evidence += std::log(2.0) + log_normal_cdf(optimum[k] / std::sqrt(covariance(k, k)));
+  for (std::size_t m = 0; m < members.size(); ++m)
+    for (std::size_t k = 0; k < layout.theta[m].size(); ++k) {
+      const Eigen::Index at = layout.first[m] + static_cast<Eigen::Index>(k);
+      out.theta_deviation.push_back(std::abs(layout.theta[m][k].prior.slope(u[at])) *
+                                    std::sqrt(covariance(at, at)));
+    }
+  out.rest = std::move(rest);
+  out.calibration = u.head(layout.calibration);
+  out.coordinates = std::move(u);
+  out.first = layout.first;
+  out.members = std::move(members);
+  return out;
+}
+
+SetMember Evidence::member_at(int hypothesis, int point, const Eigen::VectorXd& amplitudes) const {
+  const Hypothesis& h = hypotheses_[static_cast<std::size_t>(hypothesis)];
+  SetMember out;
+  out.hypothesis = hypothesis;
+  if (point < 0) {
+    out.weights = amplitudes;
+    return out;
+  }
+  const ShapePoint& at = h.points[static_cast<std::size_t>(point)];
+  out.theta = at.theta;
+  for (std::size_t k = 0; k < at.amplitude.size(); ++k) {
+    const ParameterPrior prior = problem_.prior(*h.effect, at.amplitude[k]);
+    const double u = amplitudes[static_cast<Eigen::Index>(k)];
+    out.theta[at.amplitude[k]] = prior.value(prior.law == Law::half_normal ? std::max(0.05, u) : u);
+  }
+  const std::vector<double> spread = h.effect->start_spread(at.theta.data());
+  if (spread.empty()) return out;
+  // columns of initial states are those of a load of one standard deviation
+  const auto windows = static_cast<Eigen::Index>(problem_.memory_windows().size());
+  out.start = Eigen::VectorXd::Zero(windows * static_cast<Eigen::Index>(spread.size()));
+  auto column = static_cast<Eigen::Index>(at.amplitude.size());
+  const double mass = std::max(0.1, amplitudes[0]);
+  for (Eigen::Index k = 0; k < out.start.size(); ++k) {
+    const double s = spread[static_cast<std::size_t>(k) % spread.size()];
+    if (s > 0) out.start[k] = s * std::clamp(amplitudes[column++] / mass, -3.0, 3.0);
+  }
+  return out;
+}
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,64 @@
+// Evidence of one set of hypotheses: Laplace's approximation at the Gauss-Newton optimum; exact for what is
+// linear (effects' amplitudes, initial states, calibration).
+#pragma once
+
+#include "../search/hypothesis.hpp"
+
+namespace omniflight::diagnosis {
+
+/// A hypothesis at values.
+struct SetMember {
+  int hypothesis = 0;         ///< index
+  std::vector<double> theta;  ///< of an effect
+  Eigen::VectorXd start;      ///< offsets of its memory, all windows
+  Eigen::VectorXd weights;    ///< coefficients of a pattern
+};
+
+struct SetFit {
+  std::vector<SetMember> members;
+  Eigen::VectorXd calibration;  ///< in standard deviations
+  double log_evidence = 0;      ///< ln p(z | set) up to a constant that all sets share
+  Eigen::VectorXd rest;         ///< whitened residual at the optimum
+  Eigen::MatrixXd columns;      ///< whitened derivatives by the standardised coordinates
+  Eigen::VectorXd coordinates;  ///< at the optimum
+  Eigen::MatrixXd precision;    ///< posterior precision of the coordinates
+  std::vector<Eigen::Index> first;  ///< index of the first coordinate of each member
+  std::vector<double> theta_deviation;  ///< posterior standard deviations of all members' theta, in order
+};
+
+/// ln of the standard normal distribution function.
+double log_normal_cdf(double x);
+
+class Evidence {
+ public:
+  Evidence(const RegressionProblem& problem, const NoiseModel& noise,
+           const std::vector<Hypothesis>& hypotheses, double law_error);
+
+  /// Maximises the posterior density from these values and integrates around it.
+  SetFit fit(std::vector<SetMember> members) const;
+
+  /// A hypothesis at a point of its grid (-1: a pattern) with these standardised amplitudes and, behind them,
+  /// initial states.
+  SetMember member_at(int hypothesis, int point, const Eigen::VectorXd& amplitudes) const;
+
+  const Eigen::VectorXd& whitened_residual() const { return z_; }
+  const Eigen::MatrixXd& calibration_columns() const { return b_; }
+  const RegressionProblem& problem() const { return problem_; }
+  const NoiseModel& noise() const { return noise_; }
+  const std::vector<Hypothesis>& hypotheses() const { return hypotheses_; }
+
+ private:
+  struct Layout;
+  void evaluate(const Layout& layout, const Eigen::VectorXd& u, std::vector<SetMember>& members,
+                Eigen::VectorXd& rest, Eigen::MatrixXd* columns) const;
+  Eigen::MatrixXd law_error_columns(const std::vector<SetMember>& members) const;
+
+  const RegressionProblem& problem_;
+  const NoiseModel& noise_;
+  const std::vector<Hypothesis>& hypotheses_;
+  double law_error_;
+  Eigen::VectorXd z_;     ///< whitened residual
+  Eigen::MatrixXd b_;     ///< whitened calibration columns
+};
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,61 @@
+#include "noise_estimate.hpp"
+
+#include "../discrepancy/patterns.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+/// Prior standard deviations of the rich model over those of the hypotheses.
+constexpr double kGenerous = 3;
+
+}  // namespace
+
+Eigen::MatrixXd slow_columns(const RegressionProblem& problem) {
+  std::vector<Eigen::MatrixXd> parts;
+  const Calibration& c = problem.calibration();
+  Eigen::Index total = 0;
+  for (std::size_t k = 0; k < c.names.size(); ++k) {
+    const bool constant = c.names[k].starts_with("torque_trim") || c.names[k].starts_with("world_force") ||
+                          c.names[k].starts_with("acceleration_bias");
+    if (!constant) continue;
+    parts.emplace_back(c.columns.col(static_cast<Eigen::Index>(k)));
+    ++total;
+  }
+  for (Pattern& p : make_patterns(problem)) {
+    if (p.world || (p.variable != "height" && p.variable != "position x" && p.variable != "position y" &&
+                    p.variable != "rotor tilt"))
+      continue;
+    total += p.raw.cols();
+    parts.push_back(kGenerous * p.raw);
+  }
+  Eigen::MatrixXd out(problem.rows(), total);
+  Eigen::Index at = 0;
+  for (const Eigen::MatrixXd& part : parts) {
+    out.middleCols(at, part.cols()) = part;
+    at += part.cols();
+  }
+  return out;
+}
+
+std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, const Eigen::MatrixXd& slow,
+                                           const Eigen::VectorXd& known, int max_order, double temperature) {
+  const Eigen::VectorXd y = problem.residual() - known;
+  Eigen::VectorXd rest = y;
+  const int n = problem.samples();
+  for (int c = 0; c < 6; ++c) rest.segment(c * n, n).array() -= rest.segment(c * n, n).mean();
+  double parameters = 0;
+  // first as if it were white, then in the noise found so far
+  for (const int order : {0, max_order}) {
+    const NoiseModel noise(problem, rest, static_cast<int>(parameters), order, 1);
+    const Eigen::MatrixXd X = noise.apply(slow);
+    Eigen::MatrixXd H = X.transpose() * X;
+    H.diagonal().array() += 1;
+    const Eigen::LLT<Eigen::MatrixXd> factor(H);
+    rest = y - slow * factor.solve(X.transpose() * noise.apply(y));
+    parameters = static_cast<double>(H.rows()) -
+                 factor.solve(Eigen::MatrixXd::Identity(H.rows(), H.cols())).trace();
+  }
+  return std::make_unique<NoiseModel>(problem, rest, static_cast<int>(parameters), max_order, temperature);
+}
+
+}  // namespace omniflight::diagnosis

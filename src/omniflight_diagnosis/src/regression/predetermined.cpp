@@ -1,0 +1,69 @@
+#include "predetermined.hpp"
+
+#include "omniflight_diagnosis/residual.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+/// Time constant [s] over which the wrench residual is averaged before it predicts the next acceleration:
+/// some samples, so that sensor noise in it is small, and short against the motion.
+constexpr double kResidualMemory = 0.1;
+
+}  // namespace
+
+std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, const Mat6& inertia,
+                                              const Vec3& center_of_mass, double period) {
+  std::vector<physics::Situation> out;
+  out.reserve(static_cast<std::size_t>(segment.end - segment.begin));
+  const Eigen::PartialPivLU<Mat6> mass(inertia);
+  const double keep = std::exp(-period / kResidualMemory);
+  Vec6 slow = Vec6::Zero();  // averaged residual of the samples before
+  Vec6 before = Vec6::Zero();
+  for (int i = segment.begin; i < segment.end; ++i) {
+    const physics::Situation& now = f.situation[static_cast<std::size_t>(i)];
+    physics::Situation s = f.smooth[static_cast<std::size_t>(i)];
+    const Vec6 rest = wrench_residual(now, now.a_WB_B - now.g_B, center_of_mass);
+    Vec6 measured;
+    measured << now.a_WB_B, now.dw_WB_B;
+    const bool first = i == segment.begin;
+    if (first) {
+      slow = rest;
+      before = measured;
+    }
+    if (!first) {
+      // The controller answers within a sample, so that rotor speeds of this sample follow its disturbance.
+      const physics::Situation& last = f.smooth[static_cast<std::size_t>(i - 1)];
+      for (int k = 0; k < s.rotor_count; ++k) {
+        physics::RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
+        const physics::RotorSituation& old = last.rotors[static_cast<std::size_t>(k)];
+        r.speed = old.speed + period * old.acceleration;
+        r.thrust = r.thrust_coefficient * r.speed * std::abs(r.speed);
+      }
+    }
+    // acceleration: what the rotors are expected to do, and what was left over so far
+    const Vec6 modelled =
+        measured - mass.solve(rest) + mass.solve(physics::rotor_wrench(s) - physics::rotor_wrench(now));
+    const Vec6 predicted = modelled + mass.solve(slow);
+    if (!first) {
+      const physics::Situation& last = f.smooth[static_cast<std::size_t>(i - 1)];
+      const Vec6 mean = 0.5 * (before + predicted);
+      s.body.w_WB_B = last.body.w_WB_B + period * mean.tail<3>();
+      s.body.v_WB_W = last.body.v_WB_W + period * (last.R_WB * mean.head<3>());
+      s.body.p_WB = last.body.p_WB + 0.5 * period * (last.body.v_WB_W + s.body.v_WB_W);
+      s.body.q_WB = last.body.q_WB * exp_rotation(0.5 * period * (last.body.w_WB_B + s.body.w_WB_B));
+      s.R_WB = s.body.q_WB.toRotationMatrix();
+      s.v_WB_B = s.R_WB.transpose() * s.body.v_WB_W;
+      s.g_B = s.R_WB.transpose() * Vec3(0, 0, -s.environment.gravity);
+    }
+    // Effects that add mass see the model's own acceleration. With the averaged residual in it, a mass of any
+    // sign would predict the residual from its own past.
+    s.a_WB_B = modelled.head<3>();
+    s.dw_WB_B = modelled.tail<3>();
+    slow = keep * slow + (1 - keep) * rest;
+    before = measured;
+    out.push_back(s);
+  }
+  return out;
+}
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,307 @@
+#include "regression_problem.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "omniflight_diagnosis/residual.hpp"
+#include "predetermined.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+/// Longest stretch [s] over which the memory of a swinging load is predicted from one initial state: some
+/// periods of a pendulum; beyond, small errors of its frequency add up.
+constexpr double kMemoryWindow = 10;
+
+/// Relative step of the numerical derivative by an initial state.
+constexpr double kStartStep = 1e-4;
+
+}  // namespace
+
+RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
+                                     const Options& options)
+    : flight_count_(static_cast<int>(flights.size())),
+      period_(1.0 / options.grid_hz),
+      size_(physics::size_of(vehicle, options.environment.gravity)) {
+  const Mat3 c = skew(vehicle.center_of_mass);
+  inertia_ << vehicle.mass * Mat3::Identity(), -vehicle.mass * c, vehicle.mass * c,
+      vehicle.inertia - vehicle.mass * c * c;
+  std::vector<Vec6> rest;
+  lowest_.setConstant(1e18);
+  highest_.setConstant(-1e18);
+  for (int k = 0; k < flight_count_; ++k) {
+    const Flight& f = *flights[static_cast<std::size_t>(k)];
+    forces_only_ = forces_only_ || f.thrust_modelled;
+    for (const Segment& segment : f.segments) {
+      std::vector<physics::Situation> ahead =
+          predetermined(f, segment, inertia_, vehicle.center_of_mass, period_);
+      stretches_.push_back({n_, n_ + segment.end - segment.begin, k});
+      for (int i = segment.begin; i < segment.end; ++i, ++n_) {
+        const physics::Situation& now = f.situation[static_cast<std::size_t>(i)];
+        rest.push_back(wrench_residual(now, now.a_WB_B - now.g_B, vehicle.center_of_mass));
+        situation_.push_back(ahead[static_cast<std::size_t>(i - segment.begin)]);
+        const bool modelled = f.log_drive.size() > 0;
+        drive_.push_back({modelled ? f.log_drive[i] : 0.0, modelled ? f.log_voltage[i] : 0.0});
+        const Vec3& p = now.body.p_WB;
+        lowest_ = lowest_.cwiseMin(p);
+        highest_ = highest_.cwiseMax(p);
+        mean_ += p;
+      }
+    }
+  }
+  if (n_ > 0) mean_ /= n_;
+  for (const Stretch& s : stretches_) {
+    const int parts = std::max(1, static_cast<int>(std::lround(s.size() * period_ / kMemoryWindow)));
+    for (int k = 0; k < parts; ++k)
+      windows_.push_back({s.begin + k * s.size() / parts, s.begin + (k + 1) * s.size() / parts, s.flight});
+  }
+  lever_.setConstant(1e-4 * size_.arm);
+  for (const physics::Situation& now : situation_)
+    for (const physics::RotorSituation& r : now.all_rotors())
+      lever_ = lever_.cwiseMax((r.p_BR.cross(r.n_B) + r.spin * r.drag_ratio * r.n_B).cwiseAbs());
+  y_.resize(rows());
+  for (int i = 0; i < n_; ++i)
+    for (int ch = 0; ch < 6; ++ch)
+      y_[ch * n_ + i] = forces_only_ && ch >= 3 ? 0.0 : rest[static_cast<std::size_t>(i)][ch];
+  calibrate(flights, vehicle, options);
+}
+
+void RegressionProblem::calibrate(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
+                                  const Options& options) {
+  const Tolerance& tol = options.tolerance;
+  std::vector<Eigen::VectorXd> columns;
+  const auto add = [&](const std::string& name, double deviation, const auto& wrench_at) {
+    Eigen::VectorXd x(rows());
+    for (int i = 0; i < n_; ++i) {
+      const Vec6 w = deviation * wrench_at(situation(i), i);
+      for (int c = 0; c < 6; ++c) x[c * n_ + i] = forces_only_ && c >= 3 ? 0.0 : w[c];
+    }
+    if (x.norm() < 1e-12 || !x.allFinite()) return;
+    calibration_.names.push_back(name);
+    columns.push_back(std::move(x));
+  };
+  using physics::Situation;
+  const char* const axis[] = {"x", "y", "z"};
+  const bool modelled = forces_only_;
+  add("thrust_scale", modelled ? 0.1 * tol.modelled_scale : tol.thrust_scale,
+      [](const Situation& s, int) { return physics::rotor_wrench(s); });
+  for (int k = 0; k < 3; ++k) {
+    const double torque = tol.torque_trim * size_.weight * size_.arm;
+    add(std::string("torque_trim_") + axis[k], torque, [&](const Situation&, int) {
+      Vec6 w = Vec6::Zero();
+      w[3 + k] = 1;
+      return w;
+    });
+    add(std::string("world_force_") + axis[k], tol.world_force * size_.weight,
+        [&](const Situation& s, int) {
+          Vec6 w = Vec6::Zero();
+          w.head<3>() = s.R_WB.row(k).transpose();
+          return w;
+        });
+    // bias of the accelerometer, or, without one, trim of the attitude that turns gravity
+    const double bias = modelled ? tol.modelled_trim * kGravity * 0.1
+                        : k < 2  ? tol.accelerometer_lateral
+                                 : tol.accelerometer_vertical;
+    add(std::string("acceleration_bias_") + axis[k], vehicle.mass * bias, [&](const Situation&, int) {
+      Vec6 w = Vec6::Zero();
+      w[k] = 1;
+      return w;
+    });
+    add(std::string("inertia_") + axis[k], tol.inertia * vehicle.inertia(k, k),
+        [&](const Situation& s, int) {
+          Vec6 w = Vec6::Zero();
+          w[3 + k] = s.dw_WB_B[k];
+          return w;
+        });
+    if (tol.accelerometer_scale > 0)
+      add(std::string("accelerometer_scale_") + axis[k], tol.accelerometer_scale,
+          [&](const Situation& s, int) {
+            Vec6 w = Vec6::Zero();
+            w[k] = physics::rotor_wrench(s)[k];
+            return w;
+          });
+    if (tol.accelerometer_misalignment > 0)
+      add(std::string("accelerometer_turn_") + axis[k], tol.accelerometer_misalignment,
+          [&](const Situation& s, int) {
+            Vec6 w = Vec6::Zero();
+            w.head<3>() = Vec3::Unit(k).cross(physics::rotor_wrench(s).head<3>());
+            return w;
+          });
+  }
+  // the vehicle file, by the laws of the effects that say the same beyond tolerance
+  for (int k = 0; k < 3; ++k) {
+    add(std::string("center_of_mass_") + axis[k], tol.center_of_mass * size_.arm,
+        [&](const Situation& s, int) {
+          const Vec3 c = Vec3::Unit(k), &w = s.body.w_WB_B;
+          Vec6 wrench;
+          wrench << -vehicle.mass * (s.dw_WB_B.cross(c) + w.cross(w.cross(c))),
+              -vehicle.mass * c.cross(Vec3(s.a_WB_B - s.g_B));
+          return wrench;
+        });
+    if (!modelled)  // an accelerometer beside the origin reads what the motion adds there
+      add(std::string("imu_position_") + axis[k], tol.imu_position * size_.arm,
+          [&](const Situation& s, int) {
+            Vec6 wrench = Vec6::Zero();
+            wrench.head<3>() = vehicle.mass * beside_origin(Vec3::Unit(k), s.body.w_WB_B, s.dw_WB_B);
+            return wrench;
+          });
+  }
+  const int rotors = n_ > 0 ? situation(0).rotor_count : 0;
+  for (int r = 0; r < rotors; ++r) {
+    const auto at = static_cast<std::size_t>(r);
+    const auto along = [](const physics::RotorSituation& x, const Vec3& axis_B) {
+      Vec6 wrench;
+      wrench << axis_B, x.p_BR.cross(axis_B) + x.spin * x.drag_ratio * axis_B;
+      return Vec6(x.thrust * wrench);
+    };
+    add("rotor_scale_" + std::to_string(r + 1), modelled ? 0.0 : tol.rotor_scale,
+        [&](const Situation& s, int) { return along(s.rotors[at], s.rotors[at].n_B); });
+    for (int k = 0; k < 2; ++k)
+      add("rotor_axis_" + std::to_string(r + 1) + axis[k], modelled ? 0.0 : tol.rotor_axis,
+          [&](const Situation& s, int) {
+            const Vec3& n = s.rotors[at].n_B;
+            const Vec3 first = n.unitOrthogonal();
+            return along(s.rotors[at], k == 0 ? first : Vec3(n.cross(first)));
+          });
+  }
+  add("rotor_clock", tol.rotor_clock, [](const Situation& s, int) {
+    Situation rate = s;
+    for (int k = 0; k < s.rotor_count; ++k) {
+      const physics::RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
+      rate.rotors[static_cast<std::size_t>(k)].thrust =
+          2 * r.thrust_coefficient * std::abs(r.speed) * r.acceleration;
+    }
+    return physics::rotor_wrench(rate);
+  });
+  if (modelled) {
+    add("thrust_exponent", tol.modelled_exponent, [&](const Situation& s, int i) {
+      return Vec6(physics::rotor_wrench(s) * drive_[static_cast<std::size_t>(i)][0]);
+    });
+    add("thrust_voltage", tol.modelled_voltage, [&](const Situation& s, int i) {
+      return Vec6(physics::rotor_wrench(s) * drive_[static_cast<std::size_t>(i)][1]);
+    });
+  }
+  (void)flights;
+  calibration_.columns.resize(rows(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t k = 0; k < columns.size(); ++k)
+    calibration_.columns.col(static_cast<Eigen::Index>(k)) = columns[k];
+}
+
+physics::ParameterPrior RegressionProblem::prior(const physics::Effect& effect, std::size_t k) const {
+  physics::ParameterPrior prior = physics::prior_of(effect, k, size_);
+  const physics::Parameter& p = effect.info().parameters[k];
+  if (p.unit != "m" || prior.law == physics::ParameterPrior::Law::half_normal) return prior;
+  const double range = std::max(0.3, highest_.z() - lowest_.z());
+  const auto place = [&](double center, double scale) {
+    prior.law = physics::ParameterPrior::Law::normal;
+    prior.center = std::clamp(center, p.lower, p.upper);
+    prior.scale = scale;
+  };
+  if (p.name == "anchor_x" || p.name == "anchor_y")
+    place(mean_[p.name == "anchor_x" ? 0 : 1], 1.0);
+  else if (p.name == "start_height")
+    place(lowest_.z(), range);
+  else if (p.name == "anchor_height" || p.name == "anchor_z")
+    place(highest_.z() + 1.0, 1.0);
+  else if (p.name == "height")
+    place(highest_.z() + 0.3, 0.5);
+  return prior;
+}
+
+void RegressionProblem::replay(const EffectTerm& term, Eigen::VectorXd& value, Eigen::MatrixXd* by_theta,
+                               Eigen::MatrixXd* by_start) const {
+  const physics::Effect& effect = *term.effect;
+  const int parameters = by_theta ? effect.parameter_count() : 0;
+  const std::vector<double> spread = effect.start_spread(term.theta.data());
+  const auto states = static_cast<Eigen::Index>(spread.size());
+  const auto count = static_cast<Eigen::Index>(windows_.size()) * states;
+  if (by_start) by_start->setZero(rows(), count);
+  std::vector<double> w, j, moved, offset(spread.size());
+  const std::vector<Stretch>& parts = spread.empty() ? stretches_ : windows_;
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    const Stretch& s = parts[part];
+    const auto length = static_cast<std::size_t>(s.size());
+    const std::span<const physics::Situation> motion{situation_.data() + s.begin, length};
+    w.resize(6 * length);
+    const auto scatter = [&](const std::vector<double>& from, std::size_t offset_at, auto&& column) {
+      for (std::size_t i = 0; i < length; ++i)
+        for (std::size_t c = 0; c < 6; ++c)
+          column[static_cast<Eigen::Index>(c) * n_ + s.begin + static_cast<Eigen::Index>(i)] =
+              from[offset_at + 6 * i + c];
+    };
+    const auto first = static_cast<Eigen::Index>(part) * states;
+    for (Eigen::Index k = 0; k < states; ++k)
+      offset[static_cast<std::size_t>(k)] = term.start.size() == count ? term.start[first + k] : 0.0;
+    if (parameters > 0 && spread.empty()) {
+      j.resize(6 * length * static_cast<std::size_t>(parameters));
+      effect.replay(motion, period_, term.theta.data(), w.data(), j.data());
+      for (int k = 0; k < parameters; ++k)
+        scatter(j, 6 * length * static_cast<std::size_t>(k), by_theta->col(k));
+    }
+    if (spread.empty()) {
+      if (parameters == 0) effect.replay(motion, period_, term.theta.data(), w.data(), nullptr);
+      scatter(w, 0, value);
+      continue;
+    }
+    effect.replay_from(motion, period_, term.theta.data(), offset.data(), w.data());
+    scatter(w, 0, value);
+    moved.resize(w.size());
+    if (parameters > 0) {  // the exact derivative starts at rest: replaced by differences from this start
+      std::vector<double> theta = term.theta;
+      for (int k = 0; k < parameters; ++k) {
+        const physics::ParameterPrior p = prior(effect, static_cast<std::size_t>(k));
+        const double step = 1e-4 * std::abs(p.slope(0));
+        theta[static_cast<std::size_t>(k)] += step;
+        effect.replay_from(motion, period_, theta.data(), offset.data(), moved.data());
+        theta[static_cast<std::size_t>(k)] = term.theta[static_cast<std::size_t>(k)];
+        for (std::size_t i = 0; i < w.size(); ++i) moved[i] = (moved[i] - w[i]) / step;
+        scatter(moved, 0, by_theta->col(k));
+      }
+    }
+    if (!by_start) continue;
+    for (Eigen::Index k = 0; k < states; ++k) {
+      const double deviation = spread[static_cast<std::size_t>(k)], step = kStartStep * deviation;
+      if (deviation <= 0) continue;
+      offset[static_cast<std::size_t>(k)] += step;
+      effect.replay_from(motion, period_, term.theta.data(), offset.data(), moved.data());
+      offset[static_cast<std::size_t>(k)] -= step;
+      for (std::size_t i = 0; i < w.size(); ++i) moved[i] = (moved[i] - w[i]) / step;
+      scatter(moved, 0, by_start->col(first + k));
+    }
+  }
+}
+
+void RegressionProblem::wrench_of(const EffectTerm& term, Eigen::VectorXd& value, Eigen::MatrixXd* by_theta,
+                                  Eigen::MatrixXd* by_start) const {
+  const physics::Effect& effect = *term.effect;
+  const int parameters = by_theta ? effect.parameter_count() : 0;
+  value.resize(rows());
+  if (by_theta) by_theta->resize(rows(), parameters);
+  if (effect.memory_size().total() > 0) {
+    replay(term, value, by_theta, by_start);
+  } else {
+    if (by_start) by_start->resize(rows(), 0);
+    std::array<double, 6> w{};
+    std::array<double, 6 * physics::kMaxParameters> j{};
+    for (int i = 0; i < n_; ++i) {
+      if (by_theta) {
+        effect.wrench_with_jacobian(situation(i), term.theta.data(), w.data(), j.data());
+      } else {
+        physics::Wrench now;
+        effect.add_wrench(situation(i), term.theta.data(), now);
+        Eigen::Map<Vec6>(w.data()) = now.at(situation(i));
+      }
+      for (int c = 0; c < 6; ++c) {
+        value[c * n_ + i] = w[static_cast<std::size_t>(c)];
+        for (int k = 0; k < parameters; ++k)
+          (*by_theta)(c * n_ + i, k) = j[static_cast<std::size_t>(6 * k + c)];
+      }
+    }
+  }
+  if (!forces_only_) return;
+  value.tail(3 * n_).setZero();
+  if (by_theta) by_theta->bottomRows(3 * n_).setZero();
+  if (by_start && by_start->cols() > 0) by_start->bottomRows(3 * n_).setZero();
+}
+
+}  // namespace omniflight::diagnosis

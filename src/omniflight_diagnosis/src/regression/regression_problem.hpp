@@ -1,0 +1,86 @@
+// The wrench residual of all flights, and what each hypothesis contributes to it, in the order that inference
+// needs: regressors at one sample depend on measurements up to the sample before (predetermined), so that the
+// direct prediction-error method is consistent under feedback (Ljung, System Identification, ch. 13).
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "omniflight_diagnosis/flight.hpp"
+#include "omniflight_physics/prior.hpp"
+
+namespace omniflight::diagnosis {
+
+/// An uninterrupted stretch of samples [begin, end) of one flight.
+struct Stretch {
+  int begin = 0, end = 0;
+  int flight = 0;
+  int size() const { return end - begin; }
+};
+
+/// An effect at parameter values; `start` are the offsets of its memory at the start of each memory window,
+/// start_spread().size() numbers a window, empty for an effect whose start is known.
+struct EffectTerm {
+  const physics::Effect* effect = nullptr;
+  std::vector<double> theta;
+  Eigen::VectorXd start;
+};
+
+/// What is known only within a tolerance: columns for one standard deviation each (prior N(0, 1)).
+struct Calibration {
+  std::vector<std::string> names;
+  Eigen::MatrixXd columns;  ///< rows x names
+};
+
+/// Rows are channel-major: row(channel, i) = channel * samples + i; channels Fx Fy Fz [N] Mx My Mz [Nm], body.
+class RegressionProblem {
+ public:
+  RegressionProblem(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
+                    const Options& options);
+
+  int samples() const { return n_; }
+  int rows() const { return 6 * n_; }
+  int flights() const { return flight_count_; }
+  double period() const { return period_; }
+  bool forces_only() const { return forces_only_; }
+  const std::vector<Stretch>& stretches() const { return stretches_; }
+  /// Parts of stretches after which the memory of an effect begins anew with free initial states.
+  const std::vector<Stretch>& memory_windows() const { return windows_; }
+  const Eigen::VectorXd& residual() const { return y_; }
+  const Calibration& calibration() const { return calibration_; }
+  /// State, rotors and accelerations as predicted from the samples before.
+  const physics::Situation& situation(int i) const { return situation_[static_cast<std::size_t>(i)]; }
+  const physics::VehicleSize& size() const { return size_; }
+  /// Natural size of a channel: weight [N], or weight times the longest lever about this axis [Nm].
+  double scale(int channel) const { return channel < 3 ? size_.weight : size_.weight * lever_[channel - 3]; }
+
+  /// Prior of a parameter, with places relative to where these flights were.
+  physics::ParameterPrior prior(const physics::Effect& effect, std::size_t parameter) const;
+
+  /// Wrench of a term over all samples and, unless null, its derivatives by theta and by start.
+  void wrench_of(const EffectTerm& term, Eigen::VectorXd& value, Eigen::MatrixXd* by_theta,
+                 Eigen::MatrixXd* by_start) const;
+
+ private:
+  void calibrate(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
+                 const Options& options);
+  void replay(const EffectTerm& term, Eigen::VectorXd& value, Eigen::MatrixXd* by_theta,
+              Eigen::MatrixXd* by_start) const;
+
+  int n_ = 0, flight_count_ = 0;
+  bool forces_only_ = false;
+  double period_ = 0;  ///< s
+  physics::VehicleSize size_;
+  Mat6 inertia_;
+  Vec3 lever_ = Vec3::Ones();
+  Vec3 lowest_ = Vec3::Zero(), highest_ = Vec3::Zero(), mean_ = Vec3::Zero();  ///< m, where they flew
+  std::vector<Stretch> stretches_, windows_;
+  std::vector<physics::Situation> situation_;
+  std::vector<std::array<double, 2>> drive_;  ///< of a modelled thrust: ln of speed and voltage over means
+  Eigen::VectorXd y_;
+  Calibration calibration_;
+};
+
+}  // namespace omniflight::diagnosis

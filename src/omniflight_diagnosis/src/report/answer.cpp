@@ -1,0 +1,290 @@
+#include "answer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "../single_rotor.hpp"
+#include "../statistics.hpp"
+#include "../text.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+constexpr double kCredible = 0.95;   ///< posterior mass of a credible set
+constexpr double kExplained = 0.8;   ///< of one set, that it is called the explanation
+constexpr std::array<const char*, 6> kNames{"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
+
+const char* unit_of(int channel) { return channel < 3 ? "N" : "Nm"; }
+
+/// Effects by id: rotors of one effect are one.
+std::set<std::string> names_of(const Inference& in, const std::vector<int>& hypotheses) {
+  std::set<std::string> out;
+  for (const int h : hypotheses) {
+    const Hypothesis& x = in.hypotheses[static_cast<std::size_t>(h)];
+    out.insert(x.pattern ? "unknown" : x.id);
+  }
+  return out;
+}
+
+/// Probability of each set of names.
+std::map<std::set<std::string>, double> by_names(const Inference& in) {
+  std::map<std::set<std::string>, double> out;
+  for (const SetPosterior& s : in.posterior.sets) out[names_of(in, s.hypotheses)] += s.probability;
+  return out;
+}
+
+/// What stands in the place of `id` in sets without it, likeliest first, until the credible mass is reached.
+std::vector<std::string> replacements(const std::map<std::set<std::string>, double>& sets,
+                                      const std::set<std::string>& best, const std::string& id) {
+  std::map<std::string, double> mass;
+  double with = 0, total = 0;
+  for (const auto& [names, p] : sets) {
+    total += p;
+    if (names.contains(id)) {
+      with += p;
+      continue;
+    }
+    std::vector<std::string> others;
+    for (const std::string& name : names)
+      if (!best.contains(name)) others.push_back(name);
+    for (const std::string& name : others) mass[name] += p / static_cast<double>(others.size());
+  }
+  std::vector<std::pair<double, std::string>> sorted;
+  for (const auto& [name, p] : mass) sorted.emplace_back(p, name);
+  std::sort(sorted.rbegin(), sorted.rend());
+  std::vector<std::string> out;
+  for (const auto& [p, name] : sorted) {
+    if (with >= kCredible * total || p < 0.01) break;
+    out.push_back(name);
+    with += p;
+  }
+  return out;
+}
+
+Finding finding_of(const Inference& in, const SetMember& member, const double* deviation,
+                   const std::map<std::set<std::string>, double>& sets, const std::set<std::string>& best) {
+  const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
+  const physics::EffectInfo& info = h.effect->info();
+  Finding f;
+  f.effect = info.id;
+  f.stage = info.stage;
+  f.equation = info.equation;
+  f.latex = info.latex;
+  f.probability = in.posterior.inclusion(h.id, in.hypotheses);
+  f.cannot_be_told_apart_from = replacements(sets, best, info.id);
+  f.rivals = static_cast<int>(f.cannot_be_told_apart_from.size());
+  std::string values;
+  for (std::size_t k = 0; k < member.theta.size(); ++k) {
+    const physics::Parameter& p = info.parameters[k];
+    const double value = member.theta[k], half = 1.96 * deviation[k];
+    double low = value - half, high = value + half;
+    if (in.problem->prior(*h.effect, k).law == physics::ParameterPrior::Law::log_normal) {
+      const double factor = std::exp(half / std::max(1e-12, value));
+      low = value / factor;
+      high = value * factor;
+    }
+    f.parameters.push_back(
+        {p.name, p.symbol, p.unit, value, std::max(p.lower, low), std::min(p.upper, high)});
+    values += format("%s%s = %.4g %s (95 %%: %.4g to %.4g)", values.empty() ? "" : ", ", p.name.c_str(), value,
+                     p.unit == "1" ? "" : p.unit.c_str(), f.parameters.back().low, f.parameters.back().high);
+  }
+  f.sentence = info.term + ": " + values + ".";
+  if (f.rivals > 0) {
+    f.sentence += " On this flight it cannot be told apart from";
+    for (const std::string& id : f.cannot_be_told_apart_from) f.sentence += " " + id;
+    if (!info.separated_by.empty()) f.sentence += "; " + info.separated_by + " would tell";
+    f.sentence += ".";
+  }
+  return f;
+}
+
+Unexplained unexplained_of(const Inference& in, const SetMember& member, const Eigen::VectorXd& before) {
+  const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
+  const Pattern& p = *h.pattern;
+  const int n = in.problem->samples();
+  Unexplained u;
+  u.channel = kNames[static_cast<std::size_t>(p.channel)];
+  u.unit = unit_of(p.channel);
+  u.frame = p.world ? "world" : "body";
+  u.depends_on = {p.variable};
+  const Eigen::VectorXd does = p.raw * member.weights;
+  const double all = p.world ? before.head(3 * n).squaredNorm() : before.segment(p.channel * n, n).squaredNorm();
+  const double own = p.world ? does.head(3 * n).squaredNorm() : does.segment(p.channel * n, n).squaredNorm();
+  u.share_of_residual = all > 0 ? std::min(1.0, own / all) : 0.0;
+  return u;
+}
+
+/// Parts of the first flight [s] in which a smoothed signal exceeds a level.
+std::vector<std::pair<double, double>> windows_above(const RegressionProblem& problem,
+                                                     const Eigen::VectorXd& x, double level) {
+  std::vector<std::pair<double, double>> out;
+  const int half = static_cast<int>(0.5 / problem.period());
+  for (const Stretch& s : problem.stretches()) {
+    if (s.flight != 0) break;
+    bool open = false;
+    for (int i = s.begin; i < s.end; ++i) {
+      const int a = std::max(s.begin, i - half), b = std::min(s.end, i + half + 1);
+      const bool above = rms(x.segment(a, b - a)) > level;
+      const double t = problem.situation(i).t;
+      if (above && !open) out.emplace_back(t, t);
+      if (above) out.back().second = t;
+      open = above;
+    }
+  }
+  return out;
+}
+
+void add_mismatch(const Inference& in, const Eigen::VectorXd& wrench, Diagnosis& d) {
+  const RegressionProblem& problem = *in.problem;
+  const int n = problem.samples();
+  for (int c = 0; c < 6; ++c) {
+    const Eigen::VectorXd own = wrench.segment(c * n, n);
+    const Eigen::VectorXd left = problem.residual().segment(c * n, n) - own;
+    if (rms(own) < 0.2 * rms(left) && rms(own) < 1e-3 * problem.scale(c)) continue;
+    if (rms(own) < 0.1 * rms(left)) continue;
+    Mismatch m;
+    m.channel = kNames[static_cast<std::size_t>(c)];
+    m.unit = unit_of(c);
+    m.frame = "body";
+    m.rms = rms(problem.residual().segment(c * n, n));
+    m.noise_rms = rms(left);
+    m.p_value = in.posterior.probability_of_nothing;
+    m.windows_s = windows_above(problem, own, 0.5 * rms(own));
+    d.mismatch.push_back(std::move(m));
+  }
+}
+
+void add_remaining(const Inference& in, const Eigen::VectorXd& rest, Diagnosis& d) {
+  const RegressionProblem& problem = *in.problem;
+  const int n = problem.samples();
+  for (int c = 0; c < 6; ++c) {
+    const Eigen::VectorXd x = rest.segment(c * n, n);
+    if (x.isZero(0)) continue;
+    // what one sample tells of the next beyond the innovation: slow noise, or physics nobody named
+    const double noise = in.noise->innovation(c);
+    d.remaining.push_back({kNames[static_cast<std::size_t>(c)], unit_of(c), rms(x), noise,
+                           std::max(0.0, 1 - noise * noise / std::max(1e-300, x.squaredNorm() / n))});
+  }
+}
+
+void add_decisions(const Inference& in, const std::set<std::string>& best, Diagnosis& d) {
+  std::map<std::string, double> gain, odds;
+  for (const auto& [hypothesis, g] : in.posterior.alone) {
+    const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(hypothesis)];
+    const std::string name = h.pattern ? "unknown: " + h.pattern->variable : h.id;
+    if (const auto at = gain.find(name); at == gain.end() || at->second < g) {
+      gain[name] = g;
+      odds[name] = h.log_odds;
+    }
+  }
+  for (const auto& [name, g] : gain) {
+    const double p = in.posterior.inclusion(name, in.hypotheses);
+    d.decisions.push_back({name, "evidence alone against nothing", g, -odds[name],
+                           "log Bayes factor against prior odds of inclusion",
+                           best.contains(name) ? format("kept, posterior inclusion %.3f", p)
+                                               : format("refused, posterior inclusion %.3f", p)});
+    d.candidates.push_back({name, g, -odds[name], 0});
+  }
+}
+
+void add_series(const Inference& in, std::span<const Flight* const> flights, const Eigen::VectorXd& rest,
+                Diagnosis& d) {
+  const RegressionProblem& problem = *in.problem;
+  const int n = problem.samples();
+  for (std::size_t k = 0; k < flights.size(); ++k) {
+    Series s;
+    s.file = flights[k]->file;
+    for (const char* c : kNames) s.channels.emplace_back(c);
+    s.channels.emplace_back("Fz_world");
+    s.before.resize(7);
+    s.after.resize(7);
+    for (const Stretch& part : problem.stretches()) {
+      if (part.flight != static_cast<int>(k)) continue;
+      for (int i = part.begin; i < part.end; ++i) {
+        const physics::Situation& x = problem.situation(i);
+        s.t_s.push_back(x.t);
+        s.height_m.push_back(x.body.p_WB.z());
+        Vec3 before, after;
+        for (int c = 0; c < 6; ++c) {
+          const double b = problem.residual()[c * n + i], a = rest[c * n + i];
+          s.before[static_cast<std::size_t>(c)].push_back(b);
+          s.after[static_cast<std::size_t>(c)].push_back(a);
+          if (c < 3) before[c] = b, after[c] = a;
+        }
+        s.before[6].push_back(x.R_WB.row(2).dot(before));
+        s.after[6].push_back(x.R_WB.row(2).dot(after));
+      }
+    }
+    d.series.push_back(std::move(s));
+  }
+}
+
+}  // namespace
+
+void add_posterior(const Inference& in, std::span<const Flight* const> flights, const Options& o,
+                   Diagnosis& d) {
+  (void)o;
+  const RegressionProblem& problem = *in.problem;
+  const SetFit& fit = in.posterior.best;
+  const int n = problem.samples();
+  const Eigen::VectorXd wrench = wrench_of_set(problem, in.hypotheses, fit);
+  const Eigen::VectorXd rest = problem.residual() - wrench - problem.calibration().columns * fit.calibration;
+  const auto sets = by_names(in);
+  std::vector<int> members;
+  for (const SetMember& m : fit.members) members.push_back(m.hypothesis);
+  const std::set<std::string> best = names_of(in, members);
+  const double* deviation = fit.theta_deviation.data();
+  const bool something = in.posterior.probability_of_nothing < 0.5;
+  for (const SetMember& member : fit.members) {
+    const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
+    if (h.pattern) {
+      if (something) d.unexplained.push_back(unexplained_of(in, member, problem.residual()));
+      continue;
+    }
+    const double* own = deviation;
+    deviation += member.theta.size();
+    if (!something) continue;
+    Finding f = finding_of(in, member, own, sets, best);
+    Eigen::VectorXd value;
+    problem.wrench_of({h.effect, member.theta, member.start}, value, nullptr, nullptr);
+    for (int c = 0; c < 6; ++c)
+      if (rms(value.segment(c * n, n)) > 0.2 * rms(rest.segment(c * n, n)))
+        f.channels.emplace_back(kNames[static_cast<std::size_t>(c)]);
+    for (const std::string& other : f.cannot_be_told_apart_from)
+      d.next_flight.separates.emplace_back(f.effect, other);
+    if (f.rivals > 0) d.next_flight.manoeuvres.push_back(h.effect->info().separated_by);
+    const physics::ActiveEffect whole = in_full({h.effect, member.theta});
+    const auto same = std::find_if(d.model.begin(), d.model.end(),
+                                   [&](const physics::ActiveEffect& m) { return m.effect == whole.effect; });
+    if (same == d.model.end()) {
+      d.model.push_back(whole);
+      d.findings.push_back(std::move(f));
+    } else {  // two rotors of one effect are one finding
+      for (std::size_t p = 0; p < whole.theta.size(); ++p)
+        same->theta[p] += whole.theta[p] - whole.effect->info().parameters[p].neutral;
+      for (Finding& known : d.findings)
+        if (known.effect == f.effect) {
+          known.parameters.insert(known.parameters.end(), f.parameters.begin(), f.parameters.end());
+          known.sentence += " " + f.sentence;
+        }
+    }
+  }
+  if (something) add_mismatch(in, wrench, d);
+  add_remaining(in, rest, d);
+  add_decisions(in, best, d);
+  add_series(in, flights, rest, d);
+  for (int c = 0; c < 6; ++c)
+    d.fit.in_sample.push_back({"", kNames[static_cast<std::size_t>(c)], unit_of(c),
+                               rms(problem.residual().segment(c * n, n)), rms(rest.segment(c * n, n))});
+  const double mass = sets.contains(best) ? sets.at(best) : 0.0;
+  if (!something)
+    d.verdict = Verdict::nothing_missing;
+  else if (!d.unexplained.empty())
+    d.verdict = Verdict::unexplained;
+  else
+    d.verdict = mass >= kExplained ? Verdict::explained : Verdict::ambiguous;
+}
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,161 @@
+#include "hypothesis.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+
+#include "../discrepancy/patterns.hpp"
+#include "parallel.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+using physics::Effect;
+using physics::ParameterPrior;
+
+/// Expected number of effects that a vehicle file leaves out, and of phenomena that are in no library; with
+/// the first, nothing at all has a prior probability of one half.
+const double kExpectedEffects = std::log(2.0);
+constexpr double kExpectedUnknown = 0.05;
+
+/// Points at which shapes are tried: quantiles of their priors, a low-discrepancy set where there are several.
+int point_count(int shapes) {
+  constexpr int kPoints[] = {1, 8, 14, 20};
+  return kPoints[std::min(shapes, 3)];
+}
+
+/// Radical inverse (Halton 1960) of k in a prime base.
+double halton(int k, int base) {
+  double value = 0, digit = 1.0 / base;
+  for (; k > 0; k /= base, digit /= base) value += digit * (k % base);
+  return value;
+}
+
+/// Standard normal quantile (Acklam's rational approximation is not needed: bisection on erfc).
+double normal_quantile(double p) {
+  double low = -6, high = 6;
+  for (int k = 0; k < 50; ++k) {
+    const double mid = 0.5 * (low + high);
+    (0.5 * std::erfc(-mid / std::sqrt(2.0)) < p ? low : high) = mid;
+  }
+  return 0.5 * (low + high);
+}
+
+std::vector<ShapePoint> shape_points(const RegressionProblem& problem, const Effect& effect) {
+  constexpr int kPrimes[] = {2, 3, 5, 7, 11, 13, 17, 19};
+  const auto& parameters = effect.info().parameters;
+  std::vector<std::size_t> shapes, amplitudes;
+  ShapePoint rest;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const bool amplitude = physics::is_amplitude(parameters[k]) || (effect.info().id == "wind" && k < 2);
+    (amplitude ? amplitudes : shapes).push_back(k);
+    rest.theta.push_back(parameters[k].neutral);
+  }
+  rest.amplitude = amplitudes;
+  const int points = point_count(static_cast<int>(shapes.size()));
+  std::vector<ShapePoint> out;
+  for (int p = 0; p < points; ++p) {
+    ShapePoint at = rest;
+    for (std::size_t s = 0; s < shapes.size(); ++s) {
+      const double q = shapes.size() == 1 ? (p + 0.5) / points : halton(p + 1, kPrimes[s % 8]);
+      const ParameterPrior prior = problem.prior(effect, shapes[s]);
+      at.theta[shapes[s]] = prior.value(normal_quantile(q));
+    }
+    out.push_back(std::move(at));
+  }
+  return out;
+}
+
+/// What one standard deviation of each amplitude does at these shapes, then of each initial state beside it.
+Eigen::MatrixXd raw_columns(const RegressionProblem& problem, const Effect& effect, const ShapePoint& at) {
+  Eigen::MatrixXd columns(problem.rows(), static_cast<Eigen::Index>(at.amplitude.size()));
+  EffectTerm term{&effect, at.theta, {}};
+  Eigen::VectorXd neutral, moved;
+  problem.wrench_of(term, neutral, nullptr, nullptr);
+  for (std::size_t k = 0; k < at.amplitude.size(); ++k) {
+    const std::size_t p = at.amplitude[k];
+    const ParameterPrior prior = problem.prior(effect, p);
+    term.theta[p] = prior.value(1);
+    problem.wrench_of(term, moved, nullptr, nullptr);
+    term.theta[p] = at.theta[p];
+    columns.col(static_cast<Eigen::Index>(k)) = moved - neutral;
+  }
+  const std::vector<double> spread = effect.start_spread(at.theta.data());
+  if (spread.empty() || at.amplitude.empty()) return columns;
+  const std::size_t mass = at.amplitude.front();
+  term.theta[mass] = problem.prior(effect, mass).value(1);
+  Eigen::MatrixXd by_start;
+  problem.wrench_of(term, moved, nullptr, &by_start);
+  const Eigen::Index own = columns.cols();
+  Eigen::Index more = 0;
+  for (const double s : spread) more += s > 0;
+  const auto windows = static_cast<Eigen::Index>(problem.memory_windows().size());
+  columns.conservativeResize(Eigen::NoChange, own + more * windows);
+  Eigen::Index next = own;
+  for (Eigen::Index k = 0; k < by_start.cols(); ++k) {
+    const double s = spread[static_cast<std::size_t>(k) % spread.size()];
+    if (s > 0) columns.col(next++) = s * by_start.col(k);
+  }
+  return columns;
+}
+
+void whiten_one(const RegressionProblem& problem, const NoiseModel& noise, Hypothesis& h) {
+  if (h.pattern) {
+    auto p = std::make_shared<Pattern>(*h.pattern);
+    p->whitened = noise.apply(p->raw);
+    h.pattern = std::move(p);
+    return;
+  }
+  for (ShapePoint& at : h.points) at.columns = noise.apply(raw_columns(problem, *h.effect, at));
+  if (!has_constant_columns(*h.effect)) return;
+  Eigen::VectorXd value;
+  Eigen::MatrixXd columns;
+  problem.wrench_of({h.effect, h.points[0].theta, {}}, value, &columns, nullptr);
+  h.linear = noise.apply(columns);
+}
+
+}  // namespace
+
+bool has_constant_columns(const Effect& effect) {
+  return effect.memory_size().total() == 0 &&
+         std::all_of(effect.info().parameters.begin(), effect.info().parameters.end(),
+                     [](const physics::Parameter& p) { return p.linear; });
+}
+
+std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const NoiseModel& noise,
+                                        const std::vector<const Effect*>& effects, int threads,
+                                        const std::function<bool()>& stop) {
+  std::vector<Hypothesis> out;
+  // an effect of each rotor by itself shares the rate of the whole
+  std::map<std::string, double> share;
+  for (const Effect* e : effects) share[e->info().id] += 1;
+  double total = 0;
+  for (const Effect* e : effects) total += physics::occurrence(e->info()) / share[e->info().id];
+  for (const Effect* e : effects) {
+    Hypothesis h;
+    h.id = e->info().id;
+    h.effect = e;
+    h.log_odds = std::log(kExpectedEffects * physics::occurrence(e->info()) / share[h.id] / total);
+    h.points = shape_points(problem, *e);
+    out.push_back(std::move(h));
+  }
+  std::vector<Pattern> patterns = make_patterns(problem);
+  for (Pattern& p : patterns) {
+    Hypothesis h;
+    h.id = "unknown";
+    h.pattern = std::make_shared<const Pattern>(std::move(p));
+    h.log_odds = std::log(kExpectedUnknown / static_cast<double>(patterns.size()));
+    out.push_back(std::move(h));
+  }
+  (void)stop;
+  whiten(problem, noise, threads, out);
+  return out;
+}
+
+void whiten(const RegressionProblem& problem, const NoiseModel& noise, int threads,
+            std::vector<Hypothesis>& hypotheses) {
+  parallel_for(hypotheses.size(), threads, [&](std::size_t k) { whiten_one(problem, noise, hypotheses[k]); });
+}
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,52 @@
+// What may be left out of the model: an effect of the library, or physics outside it as a smooth function of
+// one state variable.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "../evidence/noise_model.hpp"
+
+namespace omniflight::diagnosis {
+
+/// Smooth function of one variable in one channel: Gaussian process with a squared-exponential kernel, as
+/// coefficients ~ N(0, 1) of radial basis functions.
+struct Pattern {
+  int channel = 0;           ///< 0 to 5
+  bool world = false;        ///< forces only: along the world's axes
+  std::string variable, unit;
+  Eigen::MatrixXd raw;       ///< rows x basis functions, for a coefficient of one
+  Eigen::MatrixXd whitened;
+};
+
+/// Values of the shape parameters at which a hypothesis is tried, with what its amplitudes do there.
+struct ShapePoint {
+  std::vector<double> theta;         ///< amplitudes at their neutral values
+  std::vector<std::size_t> amplitude;  ///< indices of parameters that columns belong to
+  Eigen::MatrixXd columns;  ///< whitened; one standard deviation each: amplitudes, then initial states
+};
+
+struct Hypothesis {
+  std::string id;                    ///< effect id, or "unknown"
+  const physics::Effect* effect = nullptr;
+  std::shared_ptr<const Pattern> pattern;
+  double log_odds = 0;               ///< prior, of being there
+  std::vector<ShapePoint> points;    ///< of an effect
+  Eigen::MatrixXd linear;            ///< whitened, for a unit of each parameter; of constant columns only
+};
+
+/// Linear in its parameters and without memory: its columns never change.
+bool has_constant_columns(const physics::Effect& effect);
+
+/// All hypotheses that these flights could show. Columns are whitened by `noise`.
+std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const NoiseModel& noise,
+                                        const std::vector<const physics::Effect*>& effects, int threads,
+                                        const std::function<bool()>& stop);
+
+/// Whitens the columns of hypotheses anew.
+void whiten(const RegressionProblem& problem, const NoiseModel& noise, int threads,
+            std::vector<Hypothesis>& hypotheses);
+
+}  // namespace omniflight::diagnosis

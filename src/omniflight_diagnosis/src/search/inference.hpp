@@ -1,0 +1,24 @@
+// From conditioned flights to the posterior over what was left out.
+#pragma once
+
+#include "../evidence/noise_estimate.hpp"
+#include "posterior.hpp"
+
+namespace omniflight::diagnosis {
+
+struct Inference {
+  std::unique_ptr<RegressionProblem> problem;
+  std::unique_ptr<NoiseModel> noise;
+  std::vector<Hypothesis> hypotheses;
+  std::unique_ptr<Evidence> evidence;
+  Posterior posterior;
+};
+
+/// Wrench of a fitted set over all samples, calibration apart.
+Eigen::VectorXd wrench_of_set(const RegressionProblem& problem, const std::vector<Hypothesis>& hypotheses,
+                              const SetFit& set);
+
+Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
+                const std::vector<const physics::Effect*>& effects, const Options& options);
+
+}  // namespace omniflight::diagnosis

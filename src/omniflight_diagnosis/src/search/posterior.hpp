@@ -1,0 +1,41 @@
+// Which sets of hypotheses explain the recordings, with probabilities.
+#pragma once
+
+#include <map>
+#include <set>
+
+#include "../evidence/laplace.hpp"
+
+namespace omniflight::diagnosis {
+
+/// One set that was asked, with its share of the posterior.
+struct SetPosterior {
+  std::vector<int> hypotheses;  ///< sorted indices
+  double log_joint = 0;         ///< ln evidence plus ln prior
+  double probability = 0;
+};
+
+struct Posterior {
+  std::vector<SetPosterior> sets;  ///< the likeliest first
+  SetFit nothing, best;
+  double joint_of_best = 0;  ///< ln evidence plus ln prior, normalised by the noise it was found in
+  double probability_of_nothing = 0;
+  std::vector<std::pair<int, double>> alone;  ///< hypothesis, gain of its set of one against nothing [nat]
+  bool finished = true;               ///< false: stopped before the search had ended
+
+  /// Probability that an effect with this id is there.
+  double inclusion(const std::string& id, const std::vector<Hypothesis>& hypotheses) const;
+};
+
+struct SearchLimits {
+  int most_members = 5;
+  int threads = 1;
+  std::function<bool()> stop;
+};
+
+/// Sets that promise on the grid of shapes (promising_sets), and `seed`, fitted; then the best set without each
+/// of its members. Every set that is visited is kept.
+Posterior search(const Evidence& evidence, const SearchLimits& limits,
+                 const std::vector<SetMember>& seed = {});
+
+}  // namespace omniflight::diagnosis

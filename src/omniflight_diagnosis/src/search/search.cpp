@@ -1,0 +1,129 @@
+#include <algorithm>
+#include <cmath>
+
+#include "grid_search.hpp"
+#include "parallel.hpp"
+#include "posterior.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+class Search {
+ public:
+  Search(const Evidence& evidence, const SearchLimits& limits) : evidence_(evidence), limits_(limits) {}
+
+  Posterior run(const std::vector<SetMember>& seed) {
+    Posterior out;
+    visit(std::vector<std::vector<SetMember>>(1));
+    out.nothing = *fits_.at({});
+    if (!seed.empty()) visit({seed});
+    visit(promising_sets(evidence_, limits_));
+    for (int round = 0; round < 3 && !stopped(); ++round) {
+      const double before = best_joint();
+      shrink();
+      if (best_joint() <= before) break;
+    }
+    finish(out);
+    return out;
+  }
+
+ private:
+  using Key = std::vector<int>;
+
+  bool stopped() const { return limits_.stop && limits_.stop(); }
+
+  static Key key_of(const std::vector<SetMember>& members) {
+    Key key;
+    for (const SetMember& m : members) key.push_back(m.hypothesis);
+    std::sort(key.begin(), key.end());
+    return key;
+  }
+
+  double log_prior(const Key& key) const {
+    double sum = 0;
+    for (const int h : key) sum += evidence_.hypotheses()[static_cast<std::size_t>(h)].log_odds;
+    return sum;
+  }
+
+  double joint(const Key& key) const {
+    return fits_.at(key)->log_evidence + log_prior(key);
+  }
+  double best_joint() const {
+    double best = -1e300;
+    for (const auto& [key, fit] : fits_) best = std::max(best, joint(key));
+    return best;
+  }
+
+  /// Fits what was not visited yet.
+  void visit(const std::vector<std::vector<SetMember>>& sets) {
+    std::vector<std::vector<SetMember>> todo;
+    std::set<Key> seen;
+    for (const auto& members : sets) {
+      const Key key = key_of(members);
+      if (!fits_.contains(key) && seen.insert(key).second) todo.push_back(members);
+    }
+    std::vector<std::unique_ptr<SetFit>> done(todo.size());
+    parallel_for(todo.size(), limits_.threads,
+                 [&](std::size_t k) { done[k] = std::make_unique<SetFit>(evidence_.fit(todo[k])); },
+                 limits_.stop);
+    for (auto& fit : done)
+      if (fit && std::isfinite(fit->log_evidence)) fits_[key_of(fit->members)] = std::move(fit);
+  }
+
+  /// The best set without each of its members.
+  void shrink() {
+    Key best;
+    for (const auto& [key, fit] : fits_)
+      if (joint(key) > joint(best)) best = key;
+    const std::vector<SetMember> members = fits_.at(best)->members;
+    std::vector<std::vector<SetMember>> without;
+    for (std::size_t k = 0; k < members.size() && members.size() > 1; ++k) {
+      without.push_back(members);
+      without.back().erase(without.back().begin() + static_cast<std::ptrdiff_t>(k));
+    }
+    visit(without);
+  }
+
+  void finish(Posterior& out) {
+    const double best = best_joint();
+    double sum = 0;
+    for (const auto& [key, fit] : fits_) {
+      const double l = joint(key);
+      out.sets.push_back({key, l, std::exp(l - best)});
+      sum += out.sets.back().probability;
+    }
+    for (const auto& [key, fit] : fits_)
+      if (key.size() == 1) out.alone.emplace_back(key[0], fit->log_evidence - fits_.at({})->log_evidence);
+    for (SetPosterior& s : out.sets) {
+      s.probability /= sum;
+      if (s.hypotheses.empty()) out.probability_of_nothing = s.probability;
+    }
+    std::sort(out.sets.begin(), out.sets.end(),
+              [](const auto& a, const auto& b) { return a.log_joint > b.log_joint; });
+    out.best = *fits_.at(out.sets.front().hypotheses);
+    out.joint_of_best = best;
+    out.finished = !stopped();
+  }
+
+  const Evidence& evidence_;
+  const SearchLimits& limits_;
+  std::map<Key, std::unique_ptr<SetFit>> fits_;
+};
+
+}  // namespace
+
+double Posterior::inclusion(const std::string& id, const std::vector<Hypothesis>& hypotheses) const {
+  double sum = 0;
+  for (const SetPosterior& s : sets)
+    if (std::any_of(s.hypotheses.begin(), s.hypotheses.end(),
+                    [&](int h) { return hypotheses[static_cast<std::size_t>(h)].id == id; }))
+      sum += s.probability;
+  return sum;
+}
+
+Posterior search(const Evidence& evidence, const SearchLimits& limits,
+                 const std::vector<SetMember>& seed) {
+  return Search(evidence, limits).run(seed);
+}
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,139 @@
+// Evidence of sets of hypotheses against what it is by definition.
+#include "../src/search/inference.hpp"
+
+#include <cmath>
+
+#include "synthetic.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+using physics::find_effect;
+
+/// One short flight in a world, conditioned for the posterior.
+Flight flown(const vehicle::Vehicle& v, const Options& o, const std::vector<physics::ActiveEffect>& world,
+             double duration_s) {
+  test::Flown f;
+  f.duration_s = duration_s;
+  f.sway = 0.2;
+  auto flight = prepare_flight(test::fly(v, world, f), v, o);
+  EXPECT_TRUE(flight);
+  return *flight;
+}
+
+struct Setting {
+  vehicle::Vehicle vehicle = test::omnimorph();
+  Options options;
+  Flight flight;
+  std::unique_ptr<RegressionProblem> problem;
+  std::unique_ptr<NoiseModel> noise;
+  std::vector<Hypothesis> hypotheses;
+
+  Setting(const std::vector<std::string>& ids, const std::vector<physics::ActiveEffect>& world,
+          double duration_s = 8) {
+    options.engine = Engine::posterior;
+    flight = flown(vehicle, options, world, duration_s);
+    const Flight* one[] = {&flight};
+    problem = std::make_unique<RegressionProblem>(one, vehicle, options);
+    std::vector<const physics::Effect*> effects;
+    for (const std::string& id : ids) effects.push_back(find_effect(id));
+    noise = estimate_noise(*problem, slow_columns(*problem), Eigen::VectorXd::Zero(problem->rows()),
+                           options.ar_order, 1);
+    hypotheses = make_hypotheses(*problem, *noise, effects, 1, {});
+  }
+};
+
+/// ln N(z; 0, I + X X^T), up to the constant of N(0, I).
+double log_density(const Eigen::VectorXd& z, const Eigen::MatrixXd& X) {
+  const Eigen::MatrixXd C = Eigen::MatrixXd::Identity(z.size(), z.size()) + X * X.transpose();
+  const Eigen::LLT<Eigen::MatrixXd> factor(C);
+  return -0.5 * z.dot(factor.solve(z)) - factor.matrixLLT().diagonal().array().log().sum();
+}
+
+TEST(Evidence, OfALinearEffectIsTheMarginalDensityOfTheData) {
+  const Setting s({"com_offset"}, {{find_effect("com_offset"), {0.004, 0, 0.003}}});
+  const Evidence evidence(*s.problem, *s.noise, s.hypotheses, 0);
+  const Eigen::VectorXd z = s.noise->apply(s.problem->residual());
+  const Eigen::MatrixXd B = s.noise->apply(s.problem->calibration().columns);
+  const SetFit nothing = evidence.fit({});
+  EXPECT_NEAR(nothing.log_evidence, log_density(z, B), 1e-6 * std::abs(nothing.log_evidence));
+
+  const Evidence::Gain gain = evidence.best_point(nothing, 0);
+  const SetFit one = evidence.fit({gain.member});
+  Eigen::MatrixXd X(z.size(), B.cols() + 3);
+  X << B, s.hypotheses[0].points[0].columns;
+  EXPECT_NEAR(one.log_evidence, log_density(z, X), 1e-6 * std::abs(one.log_evidence));
+  EXPECT_NEAR(one.log_evidence - nothing.log_evidence, gain.gain, 1e-3) << "exact where all is linear";
+}
+
+TEST(Evidence, ASignThatPhysicsGivesHalvesThePriorAndKeepsTheRightHalf) {
+  const Setting s({"rotor_drag"}, {});
+  const Evidence evidence(*s.problem, *s.noise, s.hypotheses, 0);
+  const SetFit nothing = evidence.fit({});
+  const SetFit one = evidence.fit({evidence.best_point(nothing, 0).member});
+  // by quadrature over u >= 0 of the density 2 N(u; 0, 1)
+  const Eigen::VectorXd z = s.noise->apply(s.problem->residual());
+  const Eigen::MatrixXd B = s.noise->apply(s.problem->calibration().columns);
+  const Eigen::VectorXd x = s.hypotheses[0].points[0].columns.col(0);
+  const double base = log_density(z, B);
+  const Eigen::MatrixXd C = Eigen::MatrixXd::Identity(z.size(), z.size()) + B * B.transpose();
+  const Eigen::LLT<Eigen::MatrixXd> factor(C);
+  const Eigen::VectorXd by_z = factor.solve(z), by_x = factor.solve(x);
+  double sum = 0;
+  constexpr double kStep = 0.0005;
+  for (double u = kStep / 2; u < 4; u += kStep)  // ln N(z - u x) - ln N(z) is a parabola in u
+    sum += kStep * 2 / std::sqrt(2 * kPi) *
+           std::exp(-0.5 * u * u + u * x.dot(by_z) - 0.5 * u * u * x.dot(by_x));
+  EXPECT_NEAR(one.log_evidence - base, std::log(sum), 0.02);
+}
+
+TEST(NoiseModel, LeavesWhiteUnitVarianceOfItsOwnNoise) {
+  const Setting s({"payload_mass"}, {}, 60);
+  const Eigen::VectorXd white = s.noise->apply(s.problem->residual());
+  EXPECT_NEAR(std::sqrt(white.squaredNorm() / static_cast<double>(white.size())), 1.0, 0.12);
+}
+
+std::vector<std::string> named(const std::vector<physics::ActiveEffect>& world, test::Flown f,
+                               double* nothing = nullptr) {
+  const vehicle::Vehicle v = test::omnimorph();
+  Options o;
+  o.engine = Engine::posterior;
+  const auto flight = prepare_flight(test::fly(v, world, f), v, o);
+  EXPECT_TRUE(flight);
+  const Flight* one[] = {&*flight};
+  std::vector<const physics::Effect*> effects;
+  for (const char* id : {"payload_mass", "com_offset", "thrust_scale", "hung_cable", "constant_pull", "rotor_drag",
+                         "inertia_error", "drag_torque_scale", "lateral_stiffness"})
+    effects.push_back(find_effect(id));
+  const Inference in = infer(one, v, effects, o);
+  std::vector<std::string> out;
+  for (const SetMember& m : in.posterior.best.members) {
+    const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(m.hypothesis)];
+    out.push_back(h.pattern ? "unknown " + std::to_string(h.pattern->channel) + " " + h.pattern->variable : h.id);
+  }
+  std::sort(out.begin(), out.end());
+  if (nothing) *nothing = in.posterior.probability_of_nothing;
+  return out;
+}
+
+TEST(Search, NothingIsTheLikeliestWhereNothingIs) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    test::Flown f;
+    f.sway = 0.2;
+    f.seed = seed;
+    double nothing = 0;
+    EXPECT_EQ(named({}, f, &nothing), std::vector<std::string>{}) << seed;
+    EXPECT_GT(nothing, 0.8) << seed;
+  }
+}
+
+TEST(Search, TwoEffectsAreNamedTogether) {
+  test::Flown f;
+  f.duration_s = 60;
+  f.sway = 0.3;
+  EXPECT_EQ(named({{find_effect("hung_cable"), {0.25, 0.9, 2.0}}, {find_effect("com_offset"), {0.006, -0.004, 0}}}, f),
+            (std::vector<std::string>{"com_offset", "hung_cable"}));
+}
+
+}  // namespace
+}  // namespace omniflight::diagnosis
