@@ -16,17 +16,17 @@
 #include "lever.hpp"
 #include "locate.hpp"
 #include "missing.hpp"
+#include "offered.hpp"
 #include "propose.hpp"
 #include "remainder.hpp"
 #include "repair.hpp"
-#include "rollout.hpp"
-#include "offered.hpp"
 #include "report/answer.hpp"
 #include "report/other_stages.hpp"
-#include "single_rotor.hpp"
+#include "rollout.hpp"
 #include "sanity.hpp"
 #include "sensors_alone.hpp"
 #include "shooting.hpp"
+#include "single_rotor.hpp"
 #include "text.hpp"
 #include "together.hpp"
 #include "uncertainty.hpp"
@@ -130,7 +130,8 @@ Chosen with_a_wrench(std::span<const recording::Recording> fit,
 
 /// What the stages beside the wrench show: allocation, actuation, control, sensing.
 void add_other_stages(std::span<const Repaired> fitted, const std::vector<Flight>& flights,
-                      const vehicle::Vehicle& vehicle, const std::vector<std::vector<ActuationFit>>& actuation,
+                      const vehicle::Vehicle& vehicle,
+                      const std::vector<std::vector<ActuationFit>>& actuation,
                       const std::vector<Diagnosis>& of_sensors, const Options& o, Diagnosis& d) {
   for (const Repaired& one : fitted) {
     Diagnosis allocation;
@@ -225,7 +226,8 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     for (std::size_t k = 1; k < fit.size(); ++k)
       d.further.push_back(describe(fitted[k].recording, flights[k]));
     if (!usable.empty()) {
-      const Inference inference = infer(usable, vehicle, by_rotor(offered_effects(usable, vehicle, o), vehicle), o);
+      const Inference inference =
+          infer(usable, vehicle, by_rotor(offered_effects(usable, vehicle, o), vehicle), o);
       add_posterior(inference, usable, o, d);
     } else {
       flights[0].notes.push_back(

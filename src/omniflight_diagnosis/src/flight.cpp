@@ -417,9 +417,8 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   const std::vector<physics::NeighbourTrack> neighbours = neighbours_of(recording, o);
   const Eigen::MatrixXd dspeed = differentiate(turning, grid.rate_hz);
   const Eigen::MatrixXd slow_speed =
-      o.engine == Engine::posterior
-          ? seen_speed
-          : roots(low_pass(squares(seen_speed), grid.rate_hz, o.effect_cutoff_hz));
+      o.engine == Engine::posterior ? seen_speed
+                                    : roots(low_pass(squares(seen_speed), grid.rate_hz, o.effect_cutoff_hz));
 
   // decimate to the grid
   f.rate_hz = o.grid_hz;

@@ -93,9 +93,7 @@ std::vector<const Effect*> with_single_rotors(const std::vector<const Effect*>& 
 std::vector<const Effect*> by_rotor(const std::vector<const Effect*>& candidates,
                                     const vehicle::Vehicle& vehicle) {
   std::vector<const Effect*> out = with_single_rotors(candidates, vehicle);
-  std::erase_if(out, [](const Effect* e) {
-    return is_by_rotor(*e) && !dynamic_cast<const SingleRotor*>(e);
-  });
+  std::erase_if(out, [](const Effect* e) { return is_by_rotor(*e) && !dynamic_cast<const SingleRotor*>(e); });
   return out;
 }
 

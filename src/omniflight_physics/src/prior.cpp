@@ -31,7 +31,8 @@ constexpr Scale kScales[] = {
     {"drag_torque_scale", nullptr, [](const VehicleSize&) { return 0.25; }},
     {"rotor_inertia", nullptr, [](const VehicleSize& s) { return 0.002 * s.inertia.diagonal().maxCoeff(); }},
     {"tilt_efficiency", nullptr, [](const VehicleSize&) { return 0.3; }},
-    {"downwash_interference", "coefficient", [](const VehicleSize& s) { return 0.06 * s.weight / s.speed_sum; }},
+    {"downwash_interference", "coefficient",
+     [](const VehicleSize& s) { return 0.06 * s.weight / s.speed_sum; }},
     {"dynamic_inflow", "coefficient", [](const VehicleSize& s) { return 0.06 * s.weight / s.speed_sum; }},
     {"axial_inflow", nullptr, [](const VehicleSize& s) { return 0.06 * s.weight / s.speed_sum; }},
     {"vortex_ring", nullptr, [](const VehicleSize& s) { return 0.06 * s.weight / s.speed_sum; }},
@@ -68,12 +69,12 @@ constexpr Scale kScales[] = {
 /// Effects that are rarer or more frequent in practice than the others.
 const std::map<std::string, double>& rates() {
   static const std::map<std::string, double> table{
-      {"payload_mass", 3},   {"com_offset", 2},       {"thrust_scale", 2},       {"rotor_drag", 3},
-      {"hung_cable", 2},     {"slung_load", 2},       {"rotor_inertia", 2},      {"inertia_error", 1},
-      {"wall_effect", 0.3},  {"vortex_ring", 0.3},    {"catenary", 0.5},         {"lateral_stiffness", 0.5},
-      {"taut_rope", 0.5},    {"hanging_start", 0.3},  {"overhead_rope", 0.5},    {"cable_chain", 0.5},
-      {"cable_drag", 0.5},   {"dynamic_inflow", 0.5}, {"attachment_torque", 0.5}, {"ceiling_effect", 0.5},
-      {"thrust_curve", 1},   {"guide_friction", 0.5}, {"cable_pendulum", 0.5},   {"cable_torsion", 0.5}};
+      {"payload_mass", 3},  {"com_offset", 2},       {"thrust_scale", 2},        {"rotor_drag", 3},
+      {"hung_cable", 2},    {"slung_load", 2},       {"rotor_inertia", 2},       {"inertia_error", 1},
+      {"wall_effect", 0.3}, {"vortex_ring", 0.3},    {"catenary", 0.5},          {"lateral_stiffness", 0.5},
+      {"taut_rope", 0.5},   {"hanging_start", 0.3},  {"overhead_rope", 0.5},     {"cable_chain", 0.5},
+      {"cable_drag", 0.5},  {"dynamic_inflow", 0.5}, {"attachment_torque", 0.5}, {"ceiling_effect", 0.5},
+      {"thrust_curve", 1},  {"guide_friction", 0.5}, {"cable_pendulum", 0.5},    {"cable_torsion", 0.5}};
   return table;
 }
 
@@ -110,7 +111,8 @@ double ParameterPrior::slope(double u) const {
 }
 
 double ParameterPrior::coordinate(double theta) const {
-  return law == Law::log_normal ? std::log(std::max(theta, 1e-12) / center) / scale : (theta - center) / scale;
+  return law == Law::log_normal ? std::log(std::max(theta, 1e-12) / center) / scale
+                                : (theta - center) / scale;
 }
 
 bool is_amplitude(const Parameter& p) { return p.linear || (p.neutral != p.typical && p.neutral == 0); }

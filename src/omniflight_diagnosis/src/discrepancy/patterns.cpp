@@ -6,8 +6,8 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr int kBasis = 5;         ///< radial basis functions over the range of a variable
-constexpr double kShare = 0.03;   ///< prior standard deviation over the weight, or weight times lever
+constexpr int kBasis = 5;        ///< radial basis functions over the range of a variable
+constexpr double kShare = 0.03;  ///< prior standard deviation over the weight, or weight times lever
 
 struct Variable {
   const char* name;
@@ -26,7 +26,8 @@ constexpr Variable kVariables[] = {
     {"roll rate", "rad/s", 0.1, [](const physics::Situation& s) { return s.body.w_WB_B.x(); }},
     {"pitch rate", "rad/s", 0.1, [](const physics::Situation& s) { return s.body.w_WB_B.y(); }},
     {"yaw rate", "rad/s", 0.1, [](const physics::Situation& s) { return s.body.w_WB_B.z(); }},
-    {"heading", "rad", 0.2, [](const physics::Situation& s) { return std::atan2(s.R_WB(1, 0), s.R_WB(0, 0)); }},
+    {"heading", "rad", 0.2,
+     [](const physics::Situation& s) { return std::atan2(s.R_WB(1, 0), s.R_WB(0, 0)); }},
     {"rotor tilt", "rad", 0.02, [](const physics::Situation& s) { return s.alpha; }},
     {"rotor thrust", "N", 0, [](const physics::Situation& s) {
        double sum = 0;

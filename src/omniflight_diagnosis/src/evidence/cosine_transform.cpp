@@ -26,7 +26,7 @@ CosineTransform::CosineTransform(int n) : n_(n) {
 }
 
 void CosineTransform::apply(Eigen::Ref<Eigen::VectorXd> x) {
-  if (n_ == 1) return;  // its own amplitude, and no length for a transform
+  if (n_ == 1) return;            // its own amplitude, and no length for a transform
   for (int i = 0; i < n_; ++i) {  // even samples forward, odd ones backward
     const int from = 2 * i < n_ ? 2 * i : 2 * (n_ - i) - 1;
     in_[static_cast<std::size_t>(i)] = x[from];

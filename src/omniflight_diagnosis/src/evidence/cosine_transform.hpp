@@ -2,8 +2,8 @@
 #pragma once
 
 #include <Eigen/Dense>
-#include <unsupported/Eigen/FFT>
 #include <complex>
+#include <unsupported/Eigen/FFT>
 #include <vector>
 
 namespace omniflight::diagnosis {

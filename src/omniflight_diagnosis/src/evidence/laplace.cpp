@@ -9,10 +9,10 @@ namespace {
 using physics::ParameterPrior;
 using Law = ParameterPrior::Law;
 
-constexpr int kIterations = 15;
-constexpr double kConverged = 0.01;   ///< nat: the objective may still fall by less
-constexpr double kLawKnot = 2.0;      ///< s, least correlation time of a law's relative error
-constexpr int kLawKnots = 8;          ///< at most, a flight
+constexpr int kIterations = 8;
+constexpr double kConverged = 0.1;  ///< nat: the objective may still fall by less
+constexpr double kLawKnot = 2.0;    ///< s, least correlation time of a law's relative error
+constexpr int kLawKnots = 8;        ///< at most, a flight
 
 double log_determinant(const Eigen::LLT<Eigen::MatrixXd>& llt) {
   return 2 * llt.matrixLLT().diagonal().array().log().sum();
@@ -98,7 +98,8 @@ void Evidence::evaluate(const Layout& layout, const Eigen::VectorXd& u, std::vec
   }
 }
 
-/// A law is right up to a relative error that drifts: its wrench times hats of time, forces and torques apart.
+/// A law is right up to a relative error that drifts: its wrench times hats of time, forces and torques
+/// apart.
 Eigen::MatrixXd Evidence::law_error_columns(const std::vector<SetMember>& members) const {
   std::vector<Eigen::VectorXd> raw;
   const int n = problem_.samples();
@@ -151,8 +152,7 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
     }
     layout.total += static_cast<Eigen::Index>(member.theta.size());
     const std::vector<double> spread = h.effect->start_spread(member.theta.data());
-    const auto states =
-        static_cast<Eigen::Index>(spread.size() * problem_.memory_windows().size());
+    const auto states = static_cast<Eigen::Index>(spread.size() * problem_.memory_windows().size());
     if (member.start.size() != states) member.start = Eigen::VectorXd::Zero(states);
     layout.total += states;
     layout.all.resize(static_cast<std::size_t>(layout.total));
@@ -163,8 +163,8 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
     const Eigen::Index first = layout.first[m];
     const auto& coordinates = layout.theta[m];
     for (std::size_t k = 0; k < coordinates.size(); ++k)
-      u[first + static_cast<Eigen::Index>(k)] =
-          std::clamp(coordinates[k].prior.coordinate(member.theta[k]), coordinates[k].low, coordinates[k].high);
+      u[first + static_cast<Eigen::Index>(k)] = std::clamp(coordinates[k].prior.coordinate(member.theta[k]),
+                                                           coordinates[k].low, coordinates[k].high);
     const Hypothesis& h = hypotheses_[static_cast<std::size_t>(member.hypothesis)];
     if (h.pattern) {
       if (member.weights.size() > 0) u.segment(first, member.weights.size()) = member.weights;
@@ -184,12 +184,17 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
   Eigen::LLT<Eigen::MatrixXd> factor;
   Eigen::VectorXd gradient;
   const auto linearise = [&] {
-    out.precision = out.columns.transpose() * out.columns;
-    out.precision.diagonal().array() += 1;
+    out.precision.setIdentity(out.columns.cols(), out.columns.cols());
+    out.precision.selfadjointView<Eigen::Lower>().rankUpdate(out.columns.transpose());
+    out.precision.triangularView<Eigen::StrictlyUpper>() = out.precision.transpose();
     factor.compute(out.precision);
     gradient = out.columns.transpose() * rest - u;
   };
   linearise();
+  const bool linear = std::all_of(members.begin(), members.end(), [&](const SetMember& m) {
+    const Hypothesis& h = hypotheses_[static_cast<std::size_t>(m.hypothesis)];
+    return h.pattern || h.linear.cols() > 0;
+  });
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     // coordinates at a bound that the step would cross are held
     std::vector<char> held(static_cast<std::size_t>(layout.total), 0);
@@ -237,7 +242,7 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
     } else {
       evaluate(layout, u, members, rest, nullptr);
     }
-    if (fell < kConverged) break;
+    if (fell < kConverged || (linear && length == 1)) break;
   }
 
   // relative law errors are integrated over at the optimum

@@ -16,13 +16,13 @@ struct SetMember {
 
 struct SetFit {
   std::vector<SetMember> members;
-  Eigen::VectorXd calibration;  ///< in standard deviations
-  double log_evidence = 0;      ///< ln p(z | set) up to a constant that all sets share
-  Eigen::VectorXd rest;         ///< whitened residual at the optimum
-  Eigen::MatrixXd columns;      ///< whitened derivatives by the standardised coordinates
-  Eigen::VectorXd coordinates;  ///< at the optimum
-  Eigen::MatrixXd precision;    ///< posterior precision of the coordinates
-  std::vector<Eigen::Index> first;  ///< index of the first coordinate of each member
+  Eigen::VectorXd calibration;          ///< in standard deviations
+  double log_evidence = 0;              ///< ln p(z | set) up to a constant that all sets share
+  Eigen::VectorXd rest;                 ///< whitened residual at the optimum
+  Eigen::MatrixXd columns;              ///< whitened derivatives by the standardised coordinates
+  Eigen::VectorXd coordinates;          ///< at the optimum
+  Eigen::MatrixXd precision;            ///< posterior precision of the coordinates
+  std::vector<Eigen::Index> first;      ///< index of the first coordinate of each member
   std::vector<double> theta_deviation;  ///< posterior standard deviations of all members' theta, in order
 };
 
@@ -57,8 +57,8 @@ class Evidence {
   const NoiseModel& noise_;
   const std::vector<Hypothesis>& hypotheses_;
   double law_error_;
-  Eigen::VectorXd z_;     ///< whitened residual
-  Eigen::MatrixXd b_;     ///< whitened calibration columns
+  Eigen::VectorXd z_;  ///< whitened residual
+  Eigen::MatrixXd b_;  ///< whitened calibration columns
 };
 
 }  // namespace omniflight::diagnosis

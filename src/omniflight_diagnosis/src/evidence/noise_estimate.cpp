@@ -52,8 +52,8 @@ std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, con
     H.diagonal().array() += 1;
     const Eigen::LLT<Eigen::MatrixXd> factor(H);
     rest = y - slow * factor.solve(X.transpose() * noise.apply(y));
-    parameters = static_cast<double>(H.rows()) -
-                 factor.solve(Eigen::MatrixXd::Identity(H.rows(), H.cols())).trace();
+    parameters =
+        static_cast<double>(H.rows()) - factor.solve(Eigen::MatrixXd::Identity(H.rows(), H.cols())).trace();
   }
   return std::make_unique<NoiseModel>(problem, rest, static_cast<int>(parameters), max_order, temperature);
 }

@@ -9,10 +9,10 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// All cosines are kept: under feedback the innovations are uncorrelated with predetermined regressors over all
-/// frequencies together, and over no part of them alone.
-constexpr int kSettle = 24;        ///< samples, the largest order in use
-constexpr double kDegrees = 8;     ///< of freedom of the innovations' Student-t law
+/// All cosines are kept: under feedback the innovations are uncorrelated with predetermined regressors over
+/// all frequencies together, and over no part of them alone.
+constexpr int kSettle = 64;     ///< samples, the largest order in use
+constexpr double kDegrees = 8;  ///< of freedom of the innovations' Student-t law
 /// Upper edges of the bands [Hz]; the last one goes on to the end.
 constexpr std::array<double, 7> kEdges{0.25, 0.5, 1, 2, 4, 8, 1e9};
 /// Amplitudes at the autoregression's own level that are counted beside those of a band: a band of few
@@ -144,8 +144,7 @@ NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& 
   for (auto& flight : filters_)
     for (Filter& f : flight)
       for (double& b : f.band) b *= root;
-  for (const Block& b : blocks_)
-    log_scale_ -= b.weight.array().log().sum() * b.kept / b.size;
+  for (const Block& b : blocks_) log_scale_ -= b.weight.array().log().sum() * b.kept / b.size;
   for (const Block& b : blocks_)
     for (int k = 0; k < b.kept; ++k)
       log_scale_ += std::log(b.filter->sigma * b.filter->band[band_of(0.5 * rate * k / b.size)]);

@@ -27,9 +27,9 @@ class NoiseModel {
 
  private:
   struct Filter {
-    std::vector<double> a;    ///< x_i is predicted by sum_k a[k] x_(i-1-k)
-    double sigma = 1;         ///< of the innovations; 0: the channel is not judged
-    std::vector<double> band; ///< standard deviation by band, in units of sigma
+    std::vector<double> a;     ///< x_i is predicted by sum_k a[k] x_(i-1-k)
+    double sigma = 1;          ///< of the innovations; 0: the channel is not judged
+    std::vector<double> band;  ///< standard deviation by band, in units of sigma
   };
   struct Block {  ///< one channel of one stretch
     int channel = 0, begin = 0, size = 0, kept = 0;

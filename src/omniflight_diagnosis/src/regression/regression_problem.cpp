@@ -92,12 +92,11 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
       w[3 + k] = 1;
       return w;
     });
-    add(std::string("world_force_") + axis[k], tol.world_force * size_.weight,
-        [&](const Situation& s, int) {
-          Vec6 w = Vec6::Zero();
-          w.head<3>() = s.R_WB.row(k).transpose();
-          return w;
-        });
+    add(std::string("world_force_") + axis[k], tol.world_force * size_.weight, [&](const Situation& s, int) {
+      Vec6 w = Vec6::Zero();
+      w.head<3>() = s.R_WB.row(k).transpose();
+      return w;
+    });
     // bias of the accelerometer, or, without one, trim of the attitude that turns gravity
     const double bias = modelled ? tol.modelled_trim * kGravity * 0.1
                         : k < 2  ? tol.accelerometer_lateral
@@ -107,12 +106,11 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
       w[k] = 1;
       return w;
     });
-    add(std::string("inertia_") + axis[k], tol.inertia * vehicle.inertia(k, k),
-        [&](const Situation& s, int) {
-          Vec6 w = Vec6::Zero();
-          w[3 + k] = s.dw_WB_B[k];
-          return w;
-        });
+    add(std::string("inertia_") + axis[k], tol.inertia * vehicle.inertia(k, k), [&](const Situation& s, int) {
+      Vec6 w = Vec6::Zero();
+      w[3 + k] = s.dw_WB_B[k];
+      return w;
+    });
     if (tol.accelerometer_scale > 0)
       add(std::string("accelerometer_scale_") + axis[k], tol.accelerometer_scale,
           [&](const Situation& s, int) {
@@ -139,12 +137,11 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
           return wrench;
         });
     if (!modelled)  // an accelerometer beside the origin reads what the motion adds there
-      add(std::string("imu_position_") + axis[k], tol.imu_position * size_.arm,
-          [&](const Situation& s, int) {
-            Vec6 wrench = Vec6::Zero();
-            wrench.head<3>() = vehicle.mass * beside_origin(Vec3::Unit(k), s.body.w_WB_B, s.dw_WB_B);
-            return wrench;
-          });
+      add(std::string("imu_position_") + axis[k], tol.imu_position * size_.arm, [&](const Situation& s, int) {
+        Vec6 wrench = Vec6::Zero();
+        wrench.head<3>() = vehicle.mass * beside_origin(Vec3::Unit(k), s.body.w_WB_B, s.dw_WB_B);
+        return wrench;
+      });
   }
   const int rotors = n_ > 0 ? situation(0).rotor_count : 0;
   for (int r = 0; r < rotors; ++r) {
@@ -164,15 +161,23 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
             return along(s.rotors[at], k == 0 ? first : Vec3(n.cross(first)));
           });
   }
-  add("rotor_clock", tol.rotor_clock, [](const Situation& s, int) {
-    Situation rate = s;
-    for (int k = 0; k < s.rotor_count; ++k) {
-      const physics::RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
-      rate.rotors[static_cast<std::size_t>(k)].thrust =
-          2 * r.thrust_coefficient * std::abs(r.speed) * r.acceleration;
-    }
-    return physics::rotor_wrench(rate);
-  });
+  // Stamps and filters of the accelerometer, of the gyroscope, and, where speeds are modelled from commands,
+  // the motors' time constants shift the rotors' wrench in time, forces and torques apart.
+  double late = tol.rotor_clock;
+  if (!flights.empty() && flights.front()->speed_from_command)
+    for (const vehicle::Rotor& r : vehicle.rotors) late = std::max(late, tol.motor_lag * r.time_constant);
+  for (int half = 0; half < 2; ++half)
+    add(half == 0 ? "rotor_clock_force" : "rotor_clock_torque", late, [half](const Situation& s, int) {
+      Situation rate = s;
+      for (int k = 0; k < s.rotor_count; ++k) {
+        const physics::RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
+        rate.rotors[static_cast<std::size_t>(k)].thrust =
+            2 * r.thrust_coefficient * std::abs(r.speed) * r.acceleration;
+      }
+      Vec6 wrench = physics::rotor_wrench(rate);
+      wrench.segment<3>(3 - 3 * half).setZero();
+      return wrench;
+    });
   if (modelled) {
     add("thrust_exponent", tol.modelled_exponent, [&](const Situation& s, int i) {
       return Vec6(physics::rotor_wrench(s) * drive_[static_cast<std::size_t>(i)][0]);
@@ -181,7 +186,6 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
       return Vec6(physics::rotor_wrench(s) * drive_[static_cast<std::size_t>(i)][1]);
     });
   }
-  (void)flights;
   calibration_.columns.resize(rows(), static_cast<Eigen::Index>(columns.size()));
   for (std::size_t k = 0; k < columns.size(); ++k)
     calibration_.columns.col(static_cast<Eigen::Index>(k)) = columns[k];

@@ -34,7 +34,8 @@ struct Calibration {
   Eigen::MatrixXd columns;  ///< rows x names
 };
 
-/// Rows are channel-major: row(channel, i) = channel * samples + i; channels Fx Fy Fz [N] Mx My Mz [Nm], body.
+/// Rows are channel-major: row(channel, i) = channel * samples + i; channels Fx Fy Fz [N] Mx My Mz [Nm],
+/// body.
 class RegressionProblem {
  public:
   RegressionProblem(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,

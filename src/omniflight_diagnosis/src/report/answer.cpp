@@ -12,8 +12,8 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr double kCredible = 0.95;   ///< posterior mass of a credible set
-constexpr double kExplained = 0.8;   ///< of one set, that it is called the explanation
+constexpr double kCredible = 0.95;  ///< posterior mass of a credible set
+constexpr double kExplained = 0.8;  ///< of one set, that it is called the explanation
 constexpr std::array<const char*, 6> kNames{"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
 
 const char* unit_of(int channel) { return channel < 3 ? "N" : "Nm"; }
@@ -87,8 +87,9 @@ Finding finding_of(const Inference& in, const SetMember& member, const double* d
     }
     f.parameters.push_back(
         {p.name, p.symbol, p.unit, value, std::max(p.lower, low), std::min(p.upper, high)});
-    values += format("%s%s = %.4g %s (95 %%: %.4g to %.4g)", values.empty() ? "" : ", ", p.name.c_str(), value,
-                     p.unit == "1" ? "" : p.unit.c_str(), f.parameters.back().low, f.parameters.back().high);
+    values +=
+        format("%s%s = %.4g %s (95 %%: %.4g to %.4g)", values.empty() ? "" : ", ", p.name.c_str(), value,
+               p.unit == "1" ? "" : p.unit.c_str(), f.parameters.back().low, f.parameters.back().high);
   }
   f.sentence = info.term + ": " + values + ".";
   if (f.rivals > 0) {
@@ -110,7 +111,8 @@ Unexplained unexplained_of(const Inference& in, const SetMember& member, const E
   u.frame = p.world ? "world" : "body";
   u.depends_on = {p.variable};
   const Eigen::VectorXd does = p.raw * member.weights;
-  const double all = p.world ? before.head(3 * n).squaredNorm() : before.segment(p.channel * n, n).squaredNorm();
+  const double all =
+      p.world ? before.head(3 * n).squaredNorm() : before.segment(p.channel * n, n).squaredNorm();
   const double own = p.world ? does.head(3 * n).squaredNorm() : does.segment(p.channel * n, n).squaredNorm();
   u.share_of_residual = all > 0 ? std::min(1.0, own / all) : 0.0;
   return u;

@@ -6,8 +6,8 @@
 
 namespace omniflight::diagnosis {
 
-/// Writes what the posterior says of the wrench into d: mismatch, findings, unexplained, model, fit in sample,
-/// series, decisions, remaining, and the verdict.
+/// Writes what the posterior says of the wrench into d: mismatch, findings, unexplained, model, fit in
+/// sample, series, decisions, remaining, and the verdict.
 void add_posterior(const Inference& inference, std::span<const Flight* const> flights, const Options& options,
                    Diagnosis& d);
 

@@ -15,7 +15,8 @@ double probability_of(const Finding& f, const physics::VehicleSize& size) {
   const physics::Effect* effect = physics::find_effect(f.effect);
   if (!effect) return f.probability;
   int count = 0;
-  for (const physics::Effect* e : physics::builtin_effects()) count += e->info().stage != physics::Stage::wrench;
+  for (const physics::Effect* e : physics::builtin_effects())
+    count += e->info().stage != physics::Stage::wrench;
   const double log_odds = std::log(kExpected * physics::occurrence(effect->info()) / std::max(1, count));
   double best = 0;
   for (const ParameterValue& p : f.parameters) {
@@ -46,8 +47,7 @@ std::vector<const Flight*> with_honest_speeds(const std::vector<Flight>& flights
 
 double presence(double estimate, double standard_error, double deviation, double log_odds) {
   const double s2 = standard_error * standard_error, d2 = deviation * deviation;
-  const double log_factor =
-      0.5 * estimate * estimate / s2 * d2 / (s2 + d2) - 0.5 * std::log1p(d2 / s2);
+  const double log_factor = 0.5 * estimate * estimate / s2 * d2 / (s2 + d2) - 0.5 * std::log1p(d2 / s2);
   return 1 / (1 + std::exp(-(log_factor + log_odds)));
 }
 

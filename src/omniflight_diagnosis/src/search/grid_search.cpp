@@ -9,8 +9,8 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr std::size_t kReturned = 28;  ///< sets that are fitted in the second tier
-constexpr std::size_t kSingles = 8;    ///< of them sets of one member
+constexpr std::size_t kReturned = 16;  ///< sets that are fitted in the second tier
+constexpr std::size_t kSingles = 5;    ///< of them sets of one member
 
 /// A hypothesis at one point of its grid: columns [begin, begin + size) of the matrix.
 struct Block {
@@ -80,7 +80,8 @@ class GridSearch {
       if (next.empty() || next.front().joint < best_so_far - 1) break;
       beam = std::move(next);
     }
-    std::stable_sort(all.begin(), all.end(), [](const State& a, const State& b) { return a.joint > b.joint; });
+    std::stable_sort(all.begin(), all.end(),
+                     [](const State& a, const State& b) { return a.joint > b.joint; });
     std::vector<std::vector<SetMember>> out;
     std::set<std::vector<int>> named;
     const auto take = [&](const State& s) {
@@ -162,7 +163,8 @@ class GridSearch {
       if (in) continue;
       Eigen::MatrixXd cross(static_cast<Eigen::Index>(s.index.size()), b.size);
       for (std::size_t i = 0; i < s.index.size(); ++i)
-        cross.row(static_cast<Eigen::Index>(i)) = gram_.row(s.index[i]).segment(b.begin, b.size).cast<double>();
+        cross.row(static_cast<Eigen::Index>(i)) =
+            gram_.row(s.index[i]).segment(b.begin, b.size).cast<double>();
       Eigen::MatrixXd A = gram_.block(b.begin, b.begin, b.size, b.size).cast<double>();
       const Eigen::MatrixXd half = factor.matrixL().solve(cross);
       A -= half.transpose() * half;

@@ -19,7 +19,8 @@ using physics::ParameterPrior;
 const double kExpectedEffects = std::log(2.0);
 constexpr double kExpectedUnknown = 0.05;
 
-/// Points at which shapes are tried: quantiles of their priors, a low-discrepancy set where there are several.
+/// Points at which shapes are tried: quantiles of their priors, a low-discrepancy set where there are
+/// several.
 int point_count(int shapes) {
   constexpr int kPoints[] = {1, 8, 14, 20};
   return kPoints[std::min(shapes, 3)];

@@ -14,27 +14,27 @@ namespace omniflight::diagnosis {
 /// Smooth function of one variable in one channel: Gaussian process with a squared-exponential kernel, as
 /// coefficients ~ N(0, 1) of radial basis functions.
 struct Pattern {
-  int channel = 0;           ///< 0 to 5
-  bool world = false;        ///< forces only: along the world's axes
+  int channel = 0;     ///< 0 to 5
+  bool world = false;  ///< forces only: along the world's axes
   std::string variable, unit;
-  Eigen::MatrixXd raw;       ///< rows x basis functions, for a coefficient of one
+  Eigen::MatrixXd raw;  ///< rows x basis functions, for a coefficient of one
   Eigen::MatrixXd whitened;
 };
 
 /// Values of the shape parameters at which a hypothesis is tried, with what its amplitudes do there.
 struct ShapePoint {
-  std::vector<double> theta;         ///< amplitudes at their neutral values
+  std::vector<double> theta;           ///< amplitudes at their neutral values
   std::vector<std::size_t> amplitude;  ///< indices of parameters that columns belong to
   Eigen::MatrixXd columns;  ///< whitened; one standard deviation each: amplitudes, then initial states
 };
 
 struct Hypothesis {
-  std::string id;                    ///< effect id, or "unknown"
+  std::string id;  ///< effect id, or "unknown"
   const physics::Effect* effect = nullptr;
   std::shared_ptr<const Pattern> pattern;
-  double log_odds = 0;               ///< prior, of being there
-  std::vector<ShapePoint> points;    ///< of an effect
-  Eigen::MatrixXd linear;            ///< whitened, for a unit of each parameter; of constant columns only
+  double log_odds = 0;             ///< prior, of being there
+  std::vector<ShapePoint> points;  ///< of an effect
+  Eigen::MatrixXd linear;          ///< whitened, for a unit of each parameter; of constant columns only
 };
 
 /// Linear in its parameters and without memory: its columns never change.

@@ -37,7 +37,8 @@ class Profiler {
     for (int pass = 0; pass < 2; ++pass) {
       SetFit now;
       now.members = members;
-      out.noise = estimate_noise(problem_, slow_, wrench_of_set(problem_, few, now), o_.ar_order, o_.temperature);
+      out.noise =
+          estimate_noise(problem_, slow_, wrench_of_set(problem_, few, now), o_.ar_order, o_.temperature);
       whiten(problem_, *out.noise, 1, few);
       const Evidence evidence(problem_, *out.noise, few, o_.law_error);
       out.fit = evidence.fit(members);

@@ -9,7 +9,8 @@
 
 namespace omniflight::diagnosis {
 
-/// work(i) for every i < count, on up to `threads` threads; what is not begun when `stop` says so is left out.
+/// work(i) for every i < count, on up to `threads` threads; what is not begun when `stop` says so is left
+/// out.
 inline void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& work,
                          const std::function<bool()>& stop = {}) {
   std::atomic<std::size_t> next{0};

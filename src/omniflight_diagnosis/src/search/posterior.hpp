@@ -21,7 +21,7 @@ struct Posterior {
   double joint_of_best = 0;  ///< ln evidence plus ln prior, normalised by the noise it was found in
   double probability_of_nothing = 0;
   std::vector<std::pair<int, double>> alone;  ///< hypothesis, gain of its set of one against nothing [nat]
-  bool finished = true;               ///< false: stopped before the search had ended
+  bool finished = true;                       ///< false: stopped before the search had ended
 
   /// Probability that an effect with this id is there.
   double inclusion(const std::string& id, const std::vector<Hypothesis>& hypotheses) const;
@@ -33,8 +33,8 @@ struct SearchLimits {
   std::function<bool()> stop;
 };
 
-/// Sets that promise on the grid of shapes (promising_sets), and `seed`, fitted; then the best set without each
-/// of its members. Every set that is visited is kept.
+/// Sets that promise on the grid of shapes (promising_sets), and `seed`, fitted; then the best set without
+/// each of its members. Every set that is visited is kept.
 Posterior search(const Evidence& evidence, const SearchLimits& limits,
                  const std::vector<SetMember>& seed = {});
 

@@ -45,9 +45,7 @@ class Search {
     return sum;
   }
 
-  double joint(const Key& key) const {
-    return fits_.at(key)->log_evidence + log_prior(key);
-  }
+  double joint(const Key& key) const { return fits_.at(key)->log_evidence + log_prior(key); }
   double best_joint() const {
     double best = -1e300;
     for (const auto& [key, fit] : fits_) best = std::max(best, joint(key));
@@ -63,9 +61,9 @@ class Search {
       if (!fits_.contains(key) && seen.insert(key).second) todo.push_back(members);
     }
     std::vector<std::unique_ptr<SetFit>> done(todo.size());
-    parallel_for(todo.size(), limits_.threads,
-                 [&](std::size_t k) { done[k] = std::make_unique<SetFit>(evidence_.fit(todo[k])); },
-                 limits_.stop);
+    parallel_for(
+        todo.size(), limits_.threads,
+        [&](std::size_t k) { done[k] = std::make_unique<SetFit>(evidence_.fit(todo[k])); }, limits_.stop);
     for (auto& fit : done)
       if (fit && std::isfinite(fit->log_evidence)) fits_[key_of(fit->members)] = std::move(fit);
   }
@@ -121,8 +119,7 @@ double Posterior::inclusion(const std::string& id, const std::vector<Hypothesis>
   return sum;
 }
 
-Posterior search(const Evidence& evidence, const SearchLimits& limits,
-                 const std::vector<SetMember>& seed) {
+Posterior search(const Evidence& evidence, const SearchLimits& limits, const std::vector<SetMember>& seed) {
   return Search(evidence, limits).run(seed);
 }
 

@@ -8,13 +8,13 @@ namespace omniflight::physics {
 
 /// Characteristic sizes of a vehicle in hover; they make the parameters of all effects dimensionless.
 struct VehicleSize {
-  double mass = 1;               ///< kg
-  double weight = 1;             ///< N
-  double arm = 1;                ///< m, largest distance of a rotor from the body origin
-  double disc = 1;               ///< m^2, of a circle around all rotors
-  double rotor_thrust = 1;       ///< N, of one rotor in hover
-  double rotor_speed = 1;        ///< rad/s, of one rotor in hover
-  double speed_sum = 1;          ///< rad/s, of all rotors in hover
+  double mass = 1;                  ///< kg
+  double weight = 1;                ///< N
+  double arm = 1;                   ///< m, largest distance of a rotor from the body origin
+  double disc = 1;                  ///< m^2, of a circle around all rotors
+  double rotor_thrust = 1;          ///< N, of one rotor in hover
+  double rotor_speed = 1;           ///< rad/s, of one rotor in hover
+  double speed_sum = 1;             ///< rad/s, of all rotors in hover
   Mat3 inertia = Mat3::Identity();  ///< kg m^2
 };
 VehicleSize size_of(const vehicle::Vehicle& vehicle, double gravity = kGravity);
@@ -27,8 +27,8 @@ struct ParameterPrior {
     log_normal    ///< ln(theta / center) ~ N(0, scale^2)
   };
   Law law = Law::normal;
-  double center = 0;  ///< in the parameter's unit
-  double scale = 1;   ///< in the parameter's unit; of a log-normal law in natural logarithms
+  double center = 0;                   ///< in the parameter's unit
+  double scale = 1;                    ///< in the parameter's unit; of a log-normal law in natural logarithms
   double lower = -1e18, upper = 1e18;  ///< the catalogue's bounds
 
   /// Parameter at the standardised coordinate u ~ N(0, 1), and its derivative there.
