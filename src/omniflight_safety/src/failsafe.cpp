@@ -134,7 +134,7 @@ LadderState step(const LadderConfig& config, const LadderState& state, double no
   if (wanted > s.action || (wanted == Action::fly && s.action == Action::hold)) enter(s, wanted, cause);
   if (wanted == Action::hold && s.action == Action::hold && !s.fired[index(*s.cause)]) s.cause = cause;
   const double lasted_s = s.last_s - s.since_s;
-  if (s.action == Action::hold && s.cause && !is_wish(*s.cause) && lasted_s > config.hold_limit_s)
+  if (s.action == Action::hold && !is_wish(*s.cause) && lasted_s > config.hold_limit_s)
     enter(s, Action::descend, s.cause);
   else if (s.action == Action::descend && (on_ground || lasted_s > config.descend_limit_s))
     enter(s, Action::ramp_down, s.cause);

@@ -110,6 +110,12 @@ TEST(Ladder, ArmingIsRefusedWithTheNamesOfWhatIsWrong) {
   EXPECT_EQ(again->action, Action::fly);
 }
 
+TEST(Ladder, WhatIsToBeFlownThroughForbidsNoArming) {
+  LadderConfig config = LadderConfig::standard();
+  config.rungs[index(Fault::battery_low)].action = Action::fly;
+  EXPECT_TRUE(arm(config, {}, 0.0, only(Fault::battery_low)));
+}
+
 TEST(Ladder, BeforeArmingNothingHappens) {
   const LadderState s = step(LadderConfig::standard(), {}, 5.0, only(Fault::pose_lost));
   EXPECT_TRUE(s == LadderState{});
@@ -139,6 +145,9 @@ TEST(Ladder, RefusesDelaysThatAreNone) {
   EXPECT_NE(error([](auto& c) { c.hold_limit_s = kNaN; }).find("hold_limit_s"), std::string::npos);
   EXPECT_NE(error([](auto& c) { c.descend_limit_s = -1; }).find("descend_limit_s"), std::string::npos);
   EXPECT_NE(error([](auto& c) { c.ramp_s = 0; }).find("ramp_s"), std::string::npos);
+  EXPECT_NE(error([](auto& c) { c.hold_limit_s = -1; }).find("hold_limit_s"), std::string::npos);
+  EXPECT_NE(error([](auto& c) { c.descend_limit_s = kNaN; }).find("descend_limit_s"), std::string::npos);
+  EXPECT_NE(error([](auto& c) { c.ramp_s = kNaN; }).find("ramp_s"), std::string::npos);
 }
 
 TEST(Ladder, NamesDiffer) {

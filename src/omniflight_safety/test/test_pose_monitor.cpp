@@ -57,7 +57,10 @@ TEST(PoseMonitor, EqualPosesInFreeFlightAreFrozen) {
   EXPECT_EQ(same(true), PoseRefusal::frozen);
   m.t += 0.01;
   EXPECT_FALSE(m.monitor.judge(m.t, Vec3(1, 2, 3.0001), kLevel, m.t, true, {}));
-  EXPECT_FALSE(same(true));  // two equal ones may be chance
+  m.t += 0.01;
+  EXPECT_FALSE(
+      m.monitor.judge(m.t, Vec3(1, 2, 3), Quat(Eigen::AngleAxisd(1e-6, Vec3::UnitZ())), m.t, true, {}));
+  EXPECT_FALSE(same(true));  // equal in position alone is none, two equal ones may be chance
   EXPECT_FALSE(same(true));
   EXPECT_EQ(same(true), PoseRefusal::frozen);
 }

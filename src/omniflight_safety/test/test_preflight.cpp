@@ -38,6 +38,12 @@ TEST(Preflight, NamesEachByItsSize) {
   EXPECT_EQ(with([](auto& r) { r.free_bytes.reset(); }), "");
 }
 
+TEST(Preflight, ABatteryThatIsNotJudgedMayBeUnknown) {
+  Readiness r = ready();
+  r.battery_V.reset();
+  EXPECT_TRUE(preflight({}, r));
+}
+
 TEST(Preflight, ARecorderMayBeWaived) {
   Readiness r = ready();
   r.recorder = false;
