@@ -109,6 +109,9 @@ class ControllerComponent final : public bus::Component {
       ok = listen<std_msgs::String>(wish_subscription_, topics::wish, bus::Qos::latched_last(4),
                                     [this](const auto& m) { wish_ = wish_from(bus::text(m.data)); });
     if (ok)
+      ok = listen<sensor_msgs::BatteryState>(battery_, topics::battery, bus::Qos::bulk(64),
+                                             [this](const auto& m) { guard_->battery(m.voltage); });
+    if (ok)
       ok = listen<AllocatorState>(allocator_, topics::allocator, bus::Qos::bulk(64), [this](const auto& m) {
         achieved_tick_ = m.tick;
         achieved_ = get(m.achieved_acceleration);
@@ -150,6 +153,7 @@ class ControllerComponent final : public bus::Component {
     allocator_.reset();
     mocap_.reset();
     imu_.reset();
+    battery_.reset();
     trajectory_subscription_.reset();
     wish_subscription_.reset();
     failsafe_.reset();
@@ -295,6 +299,7 @@ class ControllerComponent final : public bus::Component {
   std::optional<bus::Subscription<msgs::std_msgs::String>> wish_subscription_;
   std::optional<bus::Subscription<msgs::trajectory_msgs::MultiDOFJointTrajectory>> trajectory_subscription_;
   std::optional<bus::Subscription<msgs::sensor_msgs::Imu>> imu_;
+  std::optional<bus::Subscription<msgs::sensor_msgs::BatteryState>> battery_;
   std::optional<bus::Subscription<AllocatorState>> allocator_;
   std::optional<bus::Subscription<msgs::geometry_msgs::PoseStamped>> mocap_;
   std::optional<bus::Subscription<Tick>> tick_;

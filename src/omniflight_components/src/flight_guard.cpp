@@ -22,6 +22,8 @@ Result<GuardConfig> read_guard(bus::Parameters& p) {
   l.fence.min = corner("fence_min_m", l.fence.min);
   l.fence.max = corner("fence_max_m", l.fence.max);
   l.fence.margin = p.number("fence_margin_m", l.fence.margin, 0, 100);
+  l.battery_low_V = p.number("battery_low_V", 0.0, 0, 1000);
+  l.battery_empty_V = p.number("battery_empty_V", 0.0, 0, 1000);
   c.descend_speed = p.number("descend_speed_mps", c.descend_speed, 0.01, 5);
   c.ground_z = p.number("ground_z_m", c.ground_z, -1e4, 1e4);
   c.touchdown = p.number("touchdown_m", c.touchdown, 0.001, 10);
@@ -53,6 +55,7 @@ bool FlightGuard::update(double now_s, const control::Estimator& estimator, safe
   v.imu_age_s = now_s - estimator.time();
   v.p_W = estimator.state().p_WB;
   v.wish = wish;
+  v.battery_V = battery_V_;
   const bool on_ground = estimator.state().p_WB.z() <= config_.ground_z + config_.touchdown;
   state_ = safety::step(config_.ladder, state_, now_s, safety::judge(config_.limits, v), on_ground);
   if (before == Action::hold) paused_s_ += now_s - last_s_;

@@ -33,6 +33,8 @@ class FlightGuard {
   bool believes(double stamp_s, const Vec3& p_WB, const Quat& q_WB, double now_s, bool free,
                 const control::Estimator& estimator);
 
+  void battery(double voltage_V) { battery_V_ = voltage_V; }
+
   /// Once a tick in free flight; the first one arms the ladder. True when the action has changed.
   bool update(double now_s, const control::Estimator& estimator, safety::Wish wish);
 
@@ -51,6 +53,7 @@ class FlightGuard {
   safety::PoseMonitor poses_;
   safety::LadderState state_;
   std::optional<Reference> frozen_;  ///< from where hold and descend go on
+  std::optional<double> battery_V_;
   double frozen_s_ = 0, last_s_ = 0, paused_s_ = 0;
 };
 

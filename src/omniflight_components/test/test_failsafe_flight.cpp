@@ -45,6 +45,11 @@ class Stranger final : public bus::Component {
     (void)commands_->publish(*command_, 1);
   }
 
+  void wish(const char* words) {
+    bus::set_text(wish_message_->data, words);
+    (void)wishes_->publish(*wish_message_, 1);
+  }
+
   double furthest_m = 0;  ///< of the true position from where the flight began, while it is free
   double end_s = 0;
   struct Said {
@@ -71,6 +76,9 @@ class Stranger final : public bus::Component {
     auto commands = advertise<actuator_msgs::Actuators>(topics::command, bus::Qos::bulk(64));
     if (!commands) return Failure(commands.error());
     commands_.emplace(std::move(*commands));
+    auto wishes = advertise<std_msgs::String>(topics::wish, bus::Qos::latched_last());
+    if (!wishes) return Failure(wishes.error());
+    wishes_.emplace(std::move(*wishes));
     Status ok =
         hear<omniflight_msgs::TruthState>(truth_, topics::truth, bus::Qos::bulk(64), [this](const auto& m) {
           last = Vec3(m.position[0], m.position[1], m.position[2]);
@@ -95,6 +103,7 @@ class Stranger final : public bus::Component {
     failsafe_.reset();
     truth_.reset();
     poses_.reset();
+    wishes_.reset();
     commands_.reset();
     return {};
   }
@@ -102,6 +111,8 @@ class Stranger final : public bus::Component {
   Act act_;
   bus::Message<geometry_msgs::PoseStamped> pose_;
   bus::Message<actuator_msgs::Actuators> command_;
+  bus::Message<std_msgs::String> wish_message_;
+  std::optional<bus::Publisher<std_msgs::String>> wishes_;
   std::optional<bus::Publisher<geometry_msgs::PoseStamped>> poses_;
   std::optional<bus::Publisher<actuator_msgs::Actuators>> commands_;
   std::optional<bus::Subscription<omniflight_msgs::TruthState>> truth_;
@@ -132,7 +143,8 @@ class FailsafeFlight : public ::testing::Test {
     std::shared_ptr<Stranger> seen;
   };
   /// 8 s of simulated flight with the stranger beside it; the faults, when there are any, as YAML list items.
-  Flown fly(Stranger::Act act, const std::string& faults = "", double duration_s = 8) {
+  Flown fly(Stranger::Act act, const std::string& faults = "", double duration_s = 8,
+            const std::vector<std::string>& parameters = {}) {
     std::vector<std::string> overrides{"planner:mission:=" + (folder_ / "short.yaml").string(),
                                        "allocator:vehicle:=omnimorph",
                                        "simulator:vehicle:=omnimorph",
@@ -145,6 +157,7 @@ class FailsafeFlight : public ::testing::Test {
       std::ofstream(folder_ / "faults.yaml") << "schema: omniflight.faults/1\nfaults:\n" << faults;
       overrides.push_back("simulator:faults_file:=" + (folder_ / "faults.yaml").string());
     }
+    overrides.insert(overrides.end(), parameters.begin(), parameters.end());
     std::vector<std::unique_ptr<bus::Component>> parts;
     for (const char* name : {"planner", "allocator", "controller"})
       parts.push_back(components::make_component(name));
@@ -162,6 +175,13 @@ class FailsafeFlight : public ::testing::Test {
     ::testing::internal::CaptureStderr();
     const int code = bus::run_components(std::move(parts), options);
     return {code, ::testing::internal::GetCapturedStderr(), kept};
+  }
+
+  /// What the ladder did, as "action: cause" in their order.
+  static std::string story(const Flown& flown) {
+    std::string out;
+    for (const auto& said : flown.seen->failsafe) out += (out.empty() ? "" : ", ") + said.words;
+    return out;
   }
 
   /// Keeps what a component saw beyond its end.
@@ -254,6 +274,51 @@ TEST_F(FailsafeFlight, FrozenPosesAreRefusedAndThenDescended) {
   EXPECT_SAYS(flown, "equal poses in a row");
   EXPECT_SAYS(flown, "descend: pose_lost");
   EXPECT_LT((flown.seen->last - flown.seen->first).head<2>().norm(), 0.5);
+}
+
+TEST_F(FailsafeFlight, TheOperatorHoldsAndResumes) {
+  const auto at = [](double t, double when) { return std::abs(t - when) < 0.5 * kPeriod; };
+  const Flown flown = fly(
+      [&](Stranger& s, double t) {
+        if (at(t, 4.5)) s.wish("hold");
+        if (at(t, 5.5)) s.wish("none");
+      },
+      "", 10);
+  EXPECT_EQ(flown.code, 0) << flown.text;
+  EXPECT_EQ(story(flown), "hold: operator_hold, fly");
+  ASSERT_EQ(flown.seen->failsafe.size(), 2u);
+  EXPECT_NEAR(flown.seen->failsafe[0].t, 4.5, 1.5 * kPeriod);
+  EXPECT_NEAR(flown.seen->failsafe[1].t, 5.5, 1.5 * kPeriod);
+  EXPECT_NEAR((flown.seen->last - flown.seen->first).x(), 0.05, 0.01)
+      << "the plan was flown to its end afterwards";
+}
+
+TEST_F(FailsafeFlight, TheOperatorLands) {
+  const Flown flown = fly(
+      [](Stranger& s, double t) {
+        if (std::abs(t - 3.0) < 0.5 * kPeriod) s.wish("land");
+      },
+      "", 12);
+  EXPECT_EQ(flown.code, kIncomplete) << flown.text;
+  EXPECT_EQ(story(flown).substr(0, 50), "descend: operator_land, ramp_down: operator_land");
+  EXPECT_LT(flown.seen->last.z(), 0.2);
+  EXPECT_LT((flown.seen->last - flown.seen->first).head<2>().norm(), 0.05)
+      << "the mission's clearance is 0.08 m";
+}
+
+TEST_F(FailsafeFlight, OutsideTheFenceItDescends) {
+  const Flown flown =
+      fly({}, "", 14, {"controller:fence_min_m:=[-1, -1, -1]", "controller:fence_max_m:=[0.03, 1, 3]"});
+  EXPECT_EQ(flown.code, kIncomplete) << flown.text;
+  EXPECT_EQ(story(flown).substr(0, 22), "descend: geofence_left");
+}
+
+TEST_F(FailsafeFlight, AnEmptyBatteryIsLandedWith) {
+  const Flown flown = fly({}, "", 12, {"controller:battery_empty_V:=900"});
+  EXPECT_EQ(flown.code, kIncomplete) << flown.text;
+  ASSERT_FALSE(flown.seen->failsafe.empty());
+  EXPECT_EQ(flown.seen->failsafe[0].words, "descend: battery_empty");
+  EXPECT_NEAR(flown.seen->failsafe[0].t, 1.5, 1.5 * kPeriod) << "1 s held, then 0.5 s";
 }
 
 }  // namespace
