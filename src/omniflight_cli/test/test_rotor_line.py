@@ -161,7 +161,7 @@ class EndsOnTheLine(system.SystemTest):
         done = self.run_command("estop", expect=NO_RESULT, env=dict(os.environ, XDG_RUNTIME_DIR=str(runtime)))
         self.assertIn("no run", done.stderr)
 
-    def test_keys_of_the_terminal_land_and_stop(self):
+    def test_long_keys_of_the_terminal_stop(self):
         self.log = self.dir / "line.txt"
         master, slave = pty.openpty()
         fly = subprocess.Popen([system.COMMAND, "fly", self.short_mission(), "--plant", "emulator", "--out", "flight", "-p",
