@@ -29,7 +29,7 @@ print("start='initial_position_m: [%s, %s, %s], initial_rpy_deg: [%.9g, %.9g, %.
       % (first["ref_px_m"], first["ref_py_m"], first["ref_pz_m"], *map(math.degrees, rpy)))
 print("duration=%.6f" % (float(last["t_s"]) + 5.0))
 print("flight=%.6f" % (float(last["t_s"]) + 4.0))
-print("epoch_ns=%d" % time.time_ns())
+print("epoch_ns=%d" % time.monotonic_ns())
 vehicle = json.load(open(folder + "/certificate.json"))["vehicle"]
 known = os.path.isdir(sys.argv[2] + "/vehicles/" + vehicle["name"].split("@")[0])
 print("vehicle=" + shlex.quote(vehicle["name"] if known else vehicle["file"]))

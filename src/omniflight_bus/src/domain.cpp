@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -80,14 +81,31 @@ Result<DomainClaim> claim_free_domain(int first, int last) {
       "Wait for another run to end");
 }
 
+namespace {
+bool g_loopback = false;
+}
+
 Status use_loopback(const std::string& xml_file) {
-  if (const char* present = std::getenv("CYCLONEDDS_URI"); present != nullptr && *present != '\0') return {};
+  const char* chosen = std::getenv("OMNIFLIGHT_BUS");
+  const bool another = chosen != nullptr && *chosen != '\0';
   std::error_code error;
-  const std::filesystem::path path = std::filesystem::canonical(xml_file, error);
+  const std::filesystem::path path = std::filesystem::canonical(another ? chosen : xml_file, error);
   if (error)
-    return bad_input("cannot be read: " + error.message(), xml_file, "Name a Cyclone DDS configuration file");
-  setenv("CYCLONEDDS_URI", ("file://" + path.string()).c_str(), 1);
+    return bad_input("cannot be read: " + error.message(),
+                     another ? "OMNIFLIGHT_BUS=" + std::string(chosen) : xml_file,
+                     "Name a Cyclone DDS configuration file");
+  const std::string uri = "file://" + path.string();
+  const char* present = std::getenv("CYCLONEDDS_URI");
+  if (present != nullptr && *present != '\0' && uri != present)
+    std::fprintf(
+        stderr,
+        "[bus] CYCLONEDDS_URI=%s is not used, this run uses %s; OMNIFLIGHT_BUS=FILE chooses another\n",
+        present, uri.c_str());
+  setenv("CYCLONEDDS_URI", uri.c_str(), 1);
+  g_loopback = !another;
   return {};
 }
+
+bool loopback_promised() { return g_loopback; }
 
 }  // namespace omniflight::bus

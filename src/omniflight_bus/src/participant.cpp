@@ -3,6 +3,8 @@
 #include <cctype>
 
 #include "endpoint.hpp"
+#include "loopback_sockets.hpp"
+#include "omniflight_bus/domain.hpp"
 
 namespace omniflight::bus {
 
@@ -20,12 +22,15 @@ Result<Participant> Participant::create(int domain) {
   const detail::QosHandle qos(dds_create_qos());
   const std::string user_data = "enclave=/;";  // lets ROS 2 count this process among its own
   dds_qset_userdata(qos.get(), user_data.data(), user_data.size());
+  const auto before = loopback_promised() ? detail::sockets_on_all_interfaces() : std::set<int>();
   state->entity = dds_create_participant(static_cast<dds_domainid_t>(domain), qos.get(), nullptr);
   if (state->entity < 0) {
     return detail::dds_failure(
         state->entity, "cannot join domain " + std::to_string(domain),
         "See that a network interface is up and that CYCLONEDDS_URI names a valid file");
   }
+  if (loopback_promised())
+    if (auto ok = detail::confine_to_loopback(before); !ok) return Failure(ok.error());
   return Participant(std::move(state));
 }
 

@@ -12,7 +12,10 @@ namespace detail {
 struct Reader : Endpoint {
   SampleCallback on_sample;
   BytesCallback on_bytes;
-  std::atomic<std::uint64_t> received{0}, lost{0};
+  std::atomic<std::uint64_t> received{0}, lost{0}, foreign{0};
+  bool one_publisher = false;
+  dds_instance_handle_t followed = 0;  ///< with one_publisher: whose messages are delivered
+  std::chrono::steady_clock::time_point followed_at;
   dds_entity_t waitset = 0;
   std::vector<std::byte> bytes;  ///< reused for messages that must be copied
   void* sample = nullptr;  ///< reused for every delivery, so that its strings and sequences keep their memory
@@ -34,6 +37,25 @@ struct Reader : Endpoint {
     return bytes;
   }
 
+  /// With one_publisher: whether this message is of the publisher that is followed. Another one takes its
+  /// place only when that is gone or has been silent for a second (it may have been killed; its lease lasts
+  /// longer).
+  bool is_followed(dds_instance_handle_t publisher) {
+    constexpr std::chrono::seconds kSilence{1};
+    const auto now = std::chrono::steady_clock::now();
+    if (publisher != followed && followed != 0 && now - followed_at < kSilence) {
+      dds_builtintopic_endpoint_t* alive = dds_get_matched_publication_data(entity, followed);
+      if (alive != nullptr) {
+        dds_builtintopic_free_endpoint(alive);
+        report(EventKind::foreign_publisher, foreign.fetch_add(1, std::memory_order_relaxed) + 1);
+        return false;
+      }
+    }
+    followed = publisher;
+    followed_at = now;
+    return true;
+  }
+
   static Reader& of(void* arg) { return *static_cast<Reader*>(arg); }
 
   static void on_sample_available(dds_entity_t entity, void* arg) noexcept {
@@ -42,6 +64,7 @@ struct Reader : Endpoint {
     dds_sample_info_t info;
     while (dds_take(entity, &self.sample, &info, 1, 1) == 1) {
       if (!info.valid_data) continue;
+      if (self.one_publisher && !self.is_followed(info.publication_handle)) continue;
       self.received.fetch_add(1, std::memory_order_relaxed);
       self.on_sample(self.sample, info.source_timestamp);
     }
@@ -93,6 +116,7 @@ Result<SubscriptionBase> SubscriptionBase::create(const Participant& participant
     return Failure(std::move(opened.error()));
   }
   reader->on_sample = std::move(on_sample);
+  reader->one_publisher = qos.one_publisher;
   reader->on_bytes = std::move(on_bytes);
   const ListenerHandle listener(dds_create_listener(reader.get()));
   if (reader->on_sample) {
@@ -162,6 +186,7 @@ std::uint32_t SubscriptionBase::peers() const {
 }
 const std::string& SubscriptionBase::topic() const { return reader_->topic; }
 std::uint64_t SubscriptionBase::received() const { return reader_->received.load(std::memory_order_relaxed); }
+std::uint64_t SubscriptionBase::foreign() const { return reader_->foreign.load(std::memory_order_relaxed); }
 std::uint64_t SubscriptionBase::lost() const { return reader_->lost.load(std::memory_order_relaxed); }
 
 }  // namespace detail

@@ -3,27 +3,21 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
-#include <thread>
 
 #include "omniflight_bus/domain.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_recording/formats.hpp"
-#include "process.hpp"
+#include "operator_desk.hpp"
+#include "supervision.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-// s of wall time for the rest to notice that a component is gone; none is needed for the recorder or a
-// component that never began
-constexpr double kGrace = 4.0, kGraceShort = 0.5;
 
 /// Starts what the flight needs, the clock master last.
 Result<std::vector<Child>> start(const FlightOptions& o, const Setup& s, int domain) {
@@ -96,56 +90,36 @@ Result<FlightResult> fly(const FlightOptions& o) {
   if (auto ok = files::write_file_atomic(s.out / "params.yaml", parameters(o, s)); !ok)
     return Failure(ok.error());
 
-  const auto begin = std::chrono::steady_clock::now();
-  const auto wall = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  };
   auto started = start(o, s, domain->domain());
   if (!started) return Failure(started.error());
-  std::vector<Child>& children = *started;
-  const double limit = (o.realtime || !o.lockstep() ? s.duration + 60.0 : 5.0 * s.duration + 60.0);
-  FlightResult result;
-  bool refused = false;  // a component would not start with its parameters
+  Supervision how;
+  how.limit_s = o.realtime || !o.lockstep() ? s.duration + 60.0 : 5.0 * s.duration + 60.0;
+  how.lockstep = o.lockstep();
+  Supervised flight;
   {
-    Progress progress("flight", limit, "s of wall time", o.quiet || !isatty(STDERR_FILENO));
-    Child& master = children.back();
-    double give_up = limit;  // wall time; sooner once a component is lost
-    while (!master.poll()) {
-      progress.update(wall());
-      for (Child& child : children)
-        if (&child != &master && child.poll() && result.reason.empty()) {
-          result.reason = child.name() + " ended in flight (exit code " + std::to_string(*child.poll()) +
-                          "): " + child.last_words();
-          refused = result.reason.find("] not configured") != std::string::npos;
-          give_up = wall() + (refused || &child == &children.front() ? kGraceShort : kGrace);
-        }
-      if (interrupted()) result.reason = "interrupted";
-      if (wall() > limit && result.reason.empty())
-        result.reason = "took longer than " + std::to_string(limit) + " s";
-      // a component is gone: the clock master notices by its own deadline and ends the flight in order
-      if (interrupted() || wall() > give_up) break;
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    Progress progress("flight", how.limit_s, "s of wall time", o.quiet || !isatty(STDERR_FILENO));
+    Keyboard keyboard;
+    std::unique_ptr<OperatorDesk> desk;
+    if (keyboard.there() && !o.lockstep()) {
+      if (auto ok = bus::use_loopback(s.loopback); !ok) return Failure(ok.error());
+      auto joined = OperatorDesk::join(domain->domain());
+      if (!joined) return Failure(joined.error());
+      desk = std::move(*joined);
+      std::fprintf(stderr, "keys: space or e emergency stop, s wind down, l land, h hold, r resume\n");
     }
-    if (const auto code = master.poll(); code && *code != 0 && result.reason.empty())
-      result.reason =
-          master.name() + " ended early (exit code " + std::to_string(*code) + "): " + master.last_words();
-    refused = refused || result.reason.find("] not configured") != std::string::npos;
+    how.progress = [&](double wall_s) {
+      progress.update(wall_s);
+      const auto key = desk ? keyboard.key() : std::nullopt;
+      if (const std::string wish = key ? wish_of_key(*key) : ""; !wish.empty()) (void)desk->say(wish);
+    };
+    flight = supervise(*started, how);
   }
-  const double flight_wall = wall();
-  // One that is gone keeps the others waiting for its acknowledgements, so they end side by side.
-  if (!result.reason.empty())
-    for (std::size_t k = children.size(); k-- > 1;) children[k].ask_to_end();
-  while (!children.empty()) {  // in reverse: the recorder last
-    Child& child = children.back();
-    const bool was_running = !child.poll();
-    const int code = child.terminate(5.0);
-    if (code != 0 && was_running && result.reason.empty())
-      result.reason = child.name() + " did not end in order (exit code " + std::to_string(code) +
-                      "): " + child.last_words();
-    children.pop_back();
-  }
-
-  if (refused) return bad_input(result.reason, "flight", "Its log is in " + (s.out / "log").string());
+  end_in_order(*started, how, flight);
+  FlightResult result;
+  result.reason = flight.reason;
+  for (const std::string& loss : flight.notes)
+    if (flight.master_done) result.remarks.push_back("flown to the end without it: " + loss);
+  if (flight.refused) return bad_input(result.reason, "flight", "Its log is in " + (s.out / "log").string());
 
   result.recording = (s.out / "flight.mcap").string();
   auto vehicle = vehicle::load_vehicle(o.vehicle.empty() ? s.mission_vehicle : o.vehicle, o.set);
@@ -163,9 +137,10 @@ Result<FlightResult> fly(const FlightOptions& o) {
        {"inputs_sha256", s.fingerprint},
        {"recording", "flight.mcap"},
        {"simulated_s", recording->duration_s},
-       {"wall_s", flight_wall},
+       {"wall_s", flight.wall_s},
        {"synthetic", o.plant != "hardware"}};
   j["complete"] = result.reason.empty();  // every component did its part to the end; the vehicle may be lost
+  j["losses"] = flight.notes;             // components that ended before the flight did
   j["recording_notes"] = nlohmann::json::array();
   for (const auto& note : recording->notes) j["recording_notes"].push_back(note.text);
   if (o.monitor) read_monitor(s.out / "monitor.json", result);

@@ -45,7 +45,8 @@ struct FlightResult {
   bool flown = false;     ///< to the end
   std::string reason;     ///< why not
   FlightMetrics metrics;
-  std::string monitor;  ///< its verdict in a line; empty when there was none
+  std::vector<std::string> remarks;  ///< what else the operator is to know, a line each
+  std::string monitor;               ///< its verdict in a line; empty when there was none
 };
 
 /// Writes plan/, params.yaml, log/, flight.mcap and flight.json into options.out.

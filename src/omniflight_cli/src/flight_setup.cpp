@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "omniflight_bus/publisher.hpp"
+#include <chrono>
+
 #include "omniflight_diagnosis/neighbour_file.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_files/yaml.hpp"
@@ -63,6 +64,10 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
     p["monitor"]["imu_position_m"] = in_brackets(s.sensing.imu_position);
   }
   p["controller"]["settle_s"] = fmt::format("{}", kSettle);
+  if (s.fence) {
+    p["controller"]["fence_min_m"] = in_brackets(s.fence->first);
+    p["controller"]["fence_max_m"] = in_brackets(s.fence->second);
+  }
   const auto plant = [&](const std::string& component) {
     common(component);
     auto& q = p[component];
@@ -91,17 +96,18 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
     if (o.plant == "emulator") {
       plant("emulator");
       p["emulator"]["link_directory"] = quoted(links);
-      p["emulator"]["epoch_ns"] = std::to_string(s.epoch_ns);
+      p["emulator"]["epoch_monotonic_ns"] = std::to_string(s.epoch_ns);
       // no rotor turns: a machine that stands still as a whole may do so for longer than hardware may wait
       p["gateway"]["stale_after_s"] = "1.0";
       p["gateway"]["board_silence_s"] = "1.5";
       p["controller"]["mocap_timeout_s"] = "1.5";
+      p["controller"]["imu_timeout_s"] = "1.0";
     }
     common("gateway");
     auto& g = p["gateway"];
     g["devices"] = quoted(o.plant == "emulator" ? links + "/board0;" + links + "/board1;" + links + "/board2"
                                                 : o.devices);
-    g["epoch_ns"] = std::to_string(s.epoch_ns);
+    g["epoch_monotonic_ns"] = std::to_string(s.epoch_ns);
     g["hold_s"] = "2.0";
     g["flight_s"] = fmt::format("{:.17g}", kSettle + s.plan.trajectory.duration() + kAfter);
     g["alpha_deg"] = fmt::format("{:.17g}", alpha);
@@ -252,6 +258,17 @@ Status find_neighbours(const FlightOptions& o, std::vector<std::string>& files) 
   return {};
 }
 
+/// The box that the test bed's description says is known; a vehicle that leaves it is brought down.
+Status find_fence(const planning::Mission& mission, std::optional<std::pair<Vec3, Vec3>>& fence) {
+  if (mission.description.empty()) return {};
+  auto bed = files::YamlReader::load(mission.description);
+  if (!bed) return Failure(bed.error());
+  auto bounds = bed->optional_child("bounds");
+  if (!bounds) return {};
+  fence.emplace(bounds->vec3("min", files::any_number("m")), bounds->vec3("max", files::any_number("m")));
+  return bed->status();
+}
+
 /// Checks and finds everything but the plan. Writes nothing.
 Result<Setup> find_inputs(const FlightOptions& o, planning::Mission& mission) {
   Setup s;
@@ -260,6 +277,7 @@ Result<Setup> find_inputs(const FlightOptions& o, planning::Mission& mission) {
   if (!loaded) return Failure(loaded.error());
   mission = std::move(*loaded);
   s.mission_vehicle = mission.vehicle;
+  if (auto ok = find_fence(mission, s.fence); !ok) return Failure(ok.error());
   auto sensors = find_config("sensors", o.sensors);
   if (!sensors) return Failure(sensors.error());
   s.sensors = *sensors;
@@ -318,7 +336,9 @@ Result<Setup> prepare(const FlightOptions& o) {
     return bad_input("moves the tilt of the rotors, which the boards of the " + o.plant + " plant cannot",
                      mission.file + ": alpha_deg", "Give --plant simulator or mujoco, or one tilt");
   s.duration = kHold + kSettle + s.plan.trajectory.duration() + kAfter;
-  s.epoch_ns = bus::wall_clock_ns();
+  s.epoch_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                   std::chrono::steady_clock::now().time_since_epoch())
+                   .count();
   if (auto ok = make_folder((s.out / "log").string()); !ok) return Failure(ok.error());
   if (auto ok = make_folder((s.out / "plan").string()); !ok) return Failure(ok.error());
   if (auto ok = planning::write_plan(s.plan, s.out / "plan"); !ok) return Failure(ok.error());

@@ -18,8 +18,9 @@ struct Setup {
   simulation::SensorConfig sensing;            ///< of the plant's sensors, where it is ours
   std::map<std::string, std::string> weights;  ///< parameters of the allocator
   std::string fingerprint;                     ///< see fingerprint()
+  std::optional<std::pair<Vec3, Vec3>> fence;  ///< m, corners of the test bed's known box; empty: none known
   double duration = 0;                         ///< s, whole flight
-  std::int64_t epoch_ns = 0;
+  std::int64_t epoch_ns = 0;                   ///< CLOCK_MONOTONIC at flight time zero
 };
 
 /// The component that plays the plant where none is emulated or real.

@@ -24,6 +24,8 @@ constexpr Verb verbs[] = {
     {"plan", "A certified 6D trajectory for a mission", "omniflight plan trajectory_2 --out plan", add_plan},
     {"fly", "Fly a mission over the bus and record it",
      "omniflight fly trajectory_2 --effects configs/effects/tether.yaml --out run", add_fly},
+    {"estop", "Stop the rotors of every run on this machine now, and wait for the gate's answer",
+     "omniflight estop", add_estop},
     {"compare", "Two recordings side by side (tracking, power, control)",
      "omniflight compare simulated/flight.mcap real/flight.mcap --vehicle omnimorph --out cmp", add_compare},
     {"diagnose", "Where model and recording differ, and which physics was left out",

@@ -63,7 +63,8 @@ Action add_fly(CLI::App& verb, Common& common) {
     const FlightMetrics& m = result->metrics;
     const Tracking& t = m.has_truth ? m.truth : m.measured;
     const std::string verdict = o->mission + (result->flown ? ": flown" : ": NOT flown: " + result->reason);
-    if (!result->flown && common.quiet) std::cerr << verdict << std::endl;  // quiet is no excuse for no reason
+    if (!result->flown && common.quiet)
+      std::cerr << verdict << std::endl;  // quiet is no excuse for no reason
     say(common, verdict);
     say(common,
         fmt::format("  RMSE {} x {:.4f} y {:.4f} z {:.4f} m, roll {:.3f} pitch {:.3f} yaw {:.3f} deg",
@@ -73,6 +74,7 @@ Action add_fly(CLI::App& verb, Common& common) {
                             "of flight in {:.1f} s",
                             m.mean_power, m.thesis_power, result->json.value("simulated_s", 0.0),
                             result->json.value("wall_s", 0.0)));
+    for (const std::string& remark : result->remarks) say(common, "  " + remark);
     if (!result->monitor.empty()) say(common, "  " + result->monitor);
     say(common, "  recording: " + result->recording);
     return result->flown ? 0 : static_cast<int>(ErrorCode::incomplete);

@@ -1,4 +1,5 @@
-# Every method `test_*` of every test/test_*.py becomes a CTest of its own, with a time limit and a skip that shows.
+# Every method `test_*` of every test/test_*.py becomes a CTest of its own, with a time limit and a skip that shows;
+# `test_long_*` gets the label long.
 # omniflight_system_tests(TIMEOUT s ENVIRONMENT name=value...)
 function(omniflight_system_tests)
   cmake_parse_arguments(OST "" "TIMEOUT" "ENVIRONMENT" ${ARGN})
@@ -18,6 +19,9 @@ function(omniflight_system_tests)
                  WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/test)
         set_tests_properties(${test} PROPERTIES TIMEOUT ${OST_TIMEOUT} ENVIRONMENT "${OST_ENVIRONMENT}"
                              SKIP_REGULAR_EXPRESSION "OK \\(skipped=")
+        if(test MATCHES "\\.test_long_")
+          set_tests_properties(${test} PROPERTIES LABELS long TIMEOUT 3600)
+        endif()
       endif()
     endforeach()
   endforeach()

@@ -138,10 +138,21 @@ class Campaigns(system.SystemTest):
     def test_shipped_tethered_campaign(self):
         text = (system.CONFIGS / "campaigns/tethered.yaml").read_text()
         self.assertIn("[trajectory_1]", text)
-        reduced = text.replace("[trajectory_1]", f"[{self.short_mission()}]")
+        self.assertIn("effects: [tether]", text)
+        reduced = text.replace("[trajectory_1]", f"[{self.short_mission()}]").replace(", 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, "
+                                                                                      "14, 15, 16, 17, 18, 19, 20]", "]")
         self.run_command("campaign", self.write("reduced.yaml", reduced), "--jobs", "1", "--out", "campaign", "--quiet")
         flights = self.json("campaign/campaign.json")["flights"]
         self.assertEqual([(f["verdict"], f["flight"]["plant"]) for f in flights], [("flown", "emulator")] * 2)
+        for flight in flights:
+            parameters = (self.dir / "campaign" / flight["name"] / "params.yaml").read_text()
+            self.assertRegex(parameters, r"model: .*tether\.yaml", "the plant flies no tether")
+
+    def test_long_twenty_tethered_flights_through_the_boards(self):
+        self.run_command("campaign", system.CONFIGS / "campaigns/tethered.yaml", "--jobs", "1", "--out", "campaign", "--quiet",
+                         timeout=3000)
+        verdicts = [f["verdict"] for f in self.json("campaign/campaign.json")["flights"]]
+        self.assertEqual(verdicts, ["flown"] * 20)
 
     def test_bad_campaigns(self):
         for old, new, words in (("seeds: [1, 2]", "sedes: [1, 2]", ("four.yaml", "seeds", "sedes")),

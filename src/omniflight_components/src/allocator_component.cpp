@@ -3,6 +3,7 @@
 
 #include "conversions.hpp"
 #include "factories.hpp"
+#include "foreign_publisher.hpp"
 #include "omniflight_allocation/allocator.hpp"
 #include "omniflight_bus/parameters.hpp"
 #include "omniflight_bus/subscription.hpp"
@@ -72,8 +73,8 @@ class AllocatorComponent final : public bus::Component {
     bus::resize(command_message_->position, 1);
     bus::resize(state_message_->thrust, rotors);
     auto demand = bus::Subscription<ControllerState>::create(
-        participant(), topics::controller, bus::Qos::bulk(64),
-        [this](const ControllerState& m, std::int64_t) { answer(m); });
+        participant(), topics::controller, bus::Qos::bulk(64).from_one_publisher(),
+        [this](const ControllerState& m, std::int64_t) { answer(m); }, &say_foreign);
     if (!demand) return Failure(demand.error());
     demand_.emplace(std::move(*demand));
     return {};

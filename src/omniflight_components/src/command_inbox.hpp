@@ -7,6 +7,7 @@
 #include <mutex>
 #include <optional>
 
+#include "foreign_publisher.hpp"
 #include "omniflight_bus/subscription.hpp"
 #include "omniflight_components/topics.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
@@ -25,7 +26,8 @@ class CommandInbox {
   Status subscribe(const bus::Participant& participant) {
     using msgs::actuator_msgs::Actuators;
     auto made = bus::Subscription<Actuators>::create(
-        participant, topics::command, bus::Qos::control(), [this](const Actuators& message, std::int64_t) {
+        participant, topics::command, bus::Qos::control().from_one_publisher(),
+        [this](const Actuators& message, std::int64_t) {
           const auto speeds = bus::view(message.velocity);
           if (speeds.size() > vehicle::kMaxRotors) return;
           {
@@ -36,7 +38,8 @@ class CommandInbox {
             newest_.alpha = message.position._length > 0 ? message.position._buffer[0] : 0.0;
           }
           arrived_.notify_one();
-        });
+        },
+        &say_foreign);
     if (!made) return Failure(made.error());
     subscription_.emplace(std::move(*made));
     return {};

@@ -6,6 +6,9 @@
 
 #include "conversions.hpp"
 #include "factories.hpp"
+#include "failsafe_message.hpp"
+#include "flight_guard.hpp"
+#include "foreign_publisher.hpp"
 #include "omniflight_bus/parameters.hpp"
 #include "omniflight_bus/subscription.hpp"
 #include "omniflight_components/topics.hpp"
@@ -17,6 +20,7 @@
 namespace omniflight::components {
 namespace {
 
+using msgs::diagnostic_msgs::DiagnosticArray;
 using msgs::omniflight_msgs::AllocatorState;
 using msgs::omniflight_msgs::ControllerState;
 using msgs::omniflight_msgs::Tick;
@@ -56,14 +60,19 @@ class ControllerComponent final : public bus::Component {
     e.attitude_bandwidth = p.number("estimator_attitude_bandwidth_radps", e.attitude_bandwidth, 0.1, 500);
     e.gyro_bias_gain = p.number("estimator_gyro_bias_gain", e.gyro_bias_gain, 0, 1000);
     settle_ = p.number("settle_s", 1.0, 0, 600);
-    mocap_timeout_ = p.number("mocap_timeout_s", 0.5, 0.01, 10);
+    auto guard = read_guard(p);
     if (auto ok = p.finish(); !ok) return ok;
+    if (!guard) return Failure(guard.error());
+    guard_.emplace(*guard);
     controller_.emplace(c);
     estimator_.emplace(e);
 
     auto out = advertise<ControllerState>(topics::controller, bus::Qos::bulk(512));
     if (!out) return Failure(out.error());
     publisher_.emplace(std::move(*out));
+    auto said = advertise<DiagnosticArray>(topics::failsafe, bus::Qos::latched_last());
+    if (!said) return Failure(said.error());
+    failsafe_.emplace(std::move(*said));
     return subscribe();
   }
 
@@ -80,24 +89,38 @@ class ControllerComponent final : public bus::Component {
             finish(Failure(received.error()));
         });
     if (ok)
-      ok = listen<sensor_msgs::Imu>(imu_, topics::imu, bus::Qos::bulk(64), [this](const auto& m) {
-        estimator_->add_imu(to_s(m.header.stamp), get(m.linear_acceleration), get(m.angular_velocity));
-        ++imu_count_;
-      });
+      ok = listen<sensor_msgs::Imu>(
+          imu_, topics::imu, bus::Qos::bulk(64).from_one_publisher(), [this](const auto& m) {
+            estimator_->add_imu(to_s(m.header.stamp), get(m.linear_acceleration), get(m.angular_velocity));
+            ++imu_count_;
+            time_known_ = true;
+          });
     if (ok)
       ok = listen<geometry_msgs::PoseStamped>(
-          mocap_, topics::mocap, bus::Qos::bulk(64), [this](const auto& m) {
-            estimator_->add_mocap(to_s(m.header.stamp), get(m.pose.position),
-                                  get_quaternion(m.pose.orientation));
+          mocap_, topics::mocap, bus::Qos::bulk(64).from_one_publisher(), [this](const auto& m) {
+            const double stamp = to_s(m.header.stamp);
+            const Vec3 position = get(m.pose.position);
+            const Quat attitude = get_quaternion(m.pose.orientation);
+            if (guard_->believes(stamp, position, attitude, flight_time(stamp), free_, *estimator_))
+              estimator_->add_mocap(stamp, position, attitude);
             ++mocap_count_;
           });
+    if (ok)
+      ok = listen<std_msgs::String>(wish_subscription_, topics::wish, bus::Qos::latched_last(4),
+                                    [this](const auto& m) { wish_ = wish_from(bus::text(m.data)); });
+    if (ok)
+      ok = listen<sensor_msgs::BatteryState>(battery_, topics::battery, bus::Qos::bulk(64),
+                                             [this](const auto& m) { guard_->battery(m.voltage); });
     if (ok)
       ok = listen<AllocatorState>(allocator_, topics::allocator, bus::Qos::bulk(64), [this](const auto& m) {
         achieved_tick_ = m.tick;
         achieved_ = get(m.achieved_acceleration);
       });
     if (ok)
-      ok = listen<Tick>(tick_, topics::tick, bus::Qos::bulk(64), [this](const Tick& m) {
+      ok = listen<Tick>(tick_, topics::tick, bus::Qos::bulk(64).from_one_publisher(), [this](const Tick& m) {
+        newest_tick_s_ = to_s(m.header.stamp);
+        free_ = m.phase == static_cast<std::uint8_t>(FlightPhase::free);
+        time_known_ = true;
         repeated_ = pending_ && pending_->index == m.index;
         overtaken_ = pending_ && pending_->index < m.index;
         pending_.emplace(m);
@@ -110,14 +133,16 @@ class ControllerComponent final : public bus::Component {
   template <class T, class Take>
   Status listen(std::optional<bus::Subscription<T>>& slot, const char* topic, const bus::Qos& qos,
                 Take take) {
-    auto made =
-        bus::Subscription<T>::create(participant(), topic, qos, [this, take](const T& m, std::int64_t) {
+    auto made = bus::Subscription<T>::create(
+        participant(), topic, qos,
+        [this, take](const T& m, std::int64_t) {
           {
             const std::lock_guard lock(mutex_);
             take(m);
           }
           serve();
-        });
+        },
+        &say_foreign);
     if (!made) return Failure(made.error());
     slot.emplace(std::move(*made));
     return {};
@@ -128,7 +153,10 @@ class ControllerComponent final : public bus::Component {
     allocator_.reset();
     mocap_.reset();
     imu_.reset();
+    battery_.reset();
     trajectory_subscription_.reset();
+    wish_subscription_.reset();
+    failsafe_.reset();
     publisher_.reset();
     return {};
   }
@@ -170,19 +198,19 @@ class ControllerComponent final : public bus::Component {
       write(tick, trajectory_.sample(-1.0), -1.0, Vec6::Zero());
       return true;
     }
-    if (t - estimator_->last_mocap() > mocap_timeout_) {
-      finish(fail(ErrorCode::incomplete,
-                  "no motion capture for " + std::to_string(t - estimator_->last_mocap()) + " s",
-                  "controller", "See whether the markers are visible"));
-      return false;
-    }
     const bool held = tick.phase == static_cast<std::uint8_t>(FlightPhase::held);
     if (held) {
       controller_->reset();
       free_since_ = t;
+    } else if (guard_->update(t, *estimator_, wish_)) {
+      say_ = true;
     }
-    const double along = held ? -settle_ : t - free_since_ - settle_;
-    const Reference r = trajectory_.sample(along);
+    const double along = held ? -settle_ : t - free_since_ - settle_ - guard_->paused_s();
+    const Reference r =
+        held ? trajectory_.sample(along) : guard_->reference(trajectory_, along, t, estimator_->state());
+    if (guard_->action() == safety::Action::off && !held)
+      finish(fail(ErrorCode::incomplete, "the failsafe ended the flight (" + guard_->words() + ")",
+                  "controller", "See /omniflight/failsafe in the recording"));
     const Vec6 unachieved = anti_windup_ && known ? Vec6(demand_ - achieved_) : Vec6::Zero();
     demand_ = controller_->update(r, estimator_->state(), held ? 0.0 : tick.period, unachieved);
     demanded_tick_ = tick.index;
@@ -211,7 +239,38 @@ class ControllerComponent final : public bus::Component {
     put(m.desired_acceleration, demand);
     bus::assign(m.ref_alpha, std::span(&r.alpha, tilt_told_ ? 1 : 0));
   }
+  /// Flight time as this component knows it: that of the newest tick or inertial sample. Before either it is
+  /// the stamp itself, unless no flight lasts that long.
+  double flight_time(double stamp) const {
+    if (time_known_) return std::max(newest_tick_s_, estimator_->time());
+    constexpr double kLongestFlight = 36000;  // s
+    return stamp >= 0 && stamp <= kLongestFlight ? stamp : 0.0;
+  }
+
+  /// What changed, before the answer that it changed: the ladder's action, and poses that were refused.
+  void tell() {
+    std::string words, refused;
+    {
+      const std::lock_guard lock(mutex_);
+      const std::uint64_t count = guard_->poses().refused();
+      const bool news = count > refusals_told_ && newest_tick_s_ >= next_refusal_s_;
+      if (!std::exchange(say_, false) && !news) return;
+      words = guard_->words();
+      if (count > refusals_told_)
+        refused = std::to_string(count - refusals_told_) +
+                  " poses refused, the last: " + guard_->poses().last_words();
+      refusals_told_ = count;
+      next_refusal_s_ = newest_tick_s_ + 1.0;  // at most one line a second
+      fill_failsafe(*failsafe_message_, message_->header.stamp, guard_->action(), words, refused, count);
+    }
+    std::fprintf(stderr, "[controller] failsafe %s%s%s\n", words.c_str(), refused.empty() ? "" : "; ",
+                 refused.c_str());
+    const std::int64_t ns = bus::nanoseconds(message_->header.stamp);
+    if (auto ok = failsafe_->publish(*failsafe_message_, ns); !ok) finish(ok);
+  }
+
   void send() {
+    tell();
     if (auto ok = publisher_->publish(*message_, bus::nanoseconds(message_->header.stamp)); !ok) finish(ok);
   }
 
@@ -220,7 +279,12 @@ class ControllerComponent final : public bus::Component {
   std::optional<control::Controller> controller_;
   std::optional<control::Estimator> estimator_;
   Trajectory trajectory_;
-  double settle_ = 1.0, free_since_ = 0.0, mocap_timeout_ = 0.5;
+  double settle_ = 1.0, free_since_ = 0.0;
+  std::optional<FlightGuard> guard_;
+  safety::Wish wish_ = safety::Wish::none;
+  double newest_tick_s_ = 0.0, next_refusal_s_ = 0.0;
+  bool free_ = false, time_known_ = false, say_ = false;
+  std::uint64_t refusals_told_ = 0;
   bool anti_windup_ = true, tilt_told_ = false;
   std::optional<Tick> pending_;
   bool repeated_ = false;                                 ///< the plant asked the pending tick twice
@@ -230,8 +294,12 @@ class ControllerComponent final : public bus::Component {
   std::uint64_t imu_count_ = 0, mocap_count_ = 0;
   bus::Message<ControllerState> message_;
   std::optional<bus::Publisher<ControllerState>> publisher_;
+  bus::Message<DiagnosticArray> failsafe_message_;
+  std::optional<bus::Publisher<DiagnosticArray>> failsafe_;
+  std::optional<bus::Subscription<msgs::std_msgs::String>> wish_subscription_;
   std::optional<bus::Subscription<msgs::trajectory_msgs::MultiDOFJointTrajectory>> trajectory_subscription_;
   std::optional<bus::Subscription<msgs::sensor_msgs::Imu>> imu_;
+  std::optional<bus::Subscription<msgs::sensor_msgs::BatteryState>> battery_;
   std::optional<bus::Subscription<AllocatorState>> allocator_;
   std::optional<bus::Subscription<msgs::geometry_msgs::PoseStamped>> mocap_;
   std::optional<bus::Subscription<Tick>> tick_;

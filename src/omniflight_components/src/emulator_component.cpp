@@ -2,6 +2,7 @@
 // the bus. A person at the rope is played too: the vehicle is held until the flight begins and caught when it
 // ends.
 #include <atomic>
+#include <cstdio>
 #include <filesystem>
 
 #include "conversions.hpp"
@@ -17,6 +18,34 @@ namespace omniflight::components {
 namespace {
 
 using msgs::omniflight_msgs::Tick;
+
+/// s that boards whose motors turn outlive the order to end: their power does not hang on this computer. The
+/// host's ramp (0.5 s), or the boards' own watchdog and ramp (1 s), stop the motors before.
+constexpr double kPowered = 3.0;
+
+/// What arrives at the boards, a line a piece: CLOCK_MONOTONIC [ns], board, bytes as hexadecimal digits.
+class LineLog {
+ public:
+  Status open(const std::string& path) {
+    file_.reset(std::fopen(path.c_str(), "w"));
+    if (!file_) return bad_input("cannot be written", path, "Name a file in a folder that exists");
+    return {};
+  }
+  void note(std::size_t board, std::span<const std::uint8_t> bytes) {
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    std::fprintf(file_.get(), "%lld %zu ", static_cast<long long>(std::chrono::nanoseconds(now).count()),
+                 board);
+    for (const std::uint8_t b : bytes) std::fprintf(file_.get(), "%02x", b);
+    std::fputc('\n', file_.get());
+  }
+  void close() { file_.reset(); }
+
+ private:
+  struct Closer {
+    void operator()(std::FILE* f) const { std::fclose(f); }
+  };
+  std::unique_ptr<std::FILE, Closer> file_;
+};
 
 /// The simulator as the physics behind the boards.
 class PlantBehindBoards final : public gateway::EmulatedPlant {
@@ -53,7 +82,8 @@ class Emulator final : public ThreadedComponent {
   Status on_configure(const YAML::Node& node) override {
     bus::Parameters p(node, "emulator");
     const std::string links = p.text("link_directory", {}), line = p.text("line", "socket");
-    epoch_ns_ = p.integer("epoch_ns", 0, 0);
+    const std::string line_log = p.text("line_log", "");
+    epoch_ns_ = p.integer("epoch_monotonic_ns", 0, 0);
     auto read = read_plant_parameters(p);
     if (!read) return Failure(read.error());
     if (line != "socket" && line != "pty")
@@ -67,6 +97,12 @@ class Emulator final : public ThreadedComponent {
     auto config = gateway::EmulatorConfig::omnimorph();
     config.link_directory = links;
     config.line = line == "pty" ? gateway::LineKind::pseudo_terminal : gateway::LineKind::socket;
+    if (!line_log.empty()) {
+      if (auto ok = line_log_.open(line_log); !ok) return ok;
+      config.on_received = [this](std::size_t board, std::span<const std::uint8_t> bytes) {
+        line_log_.note(board, bytes);
+      };
+    }
     auto boards = gateway::BoardEmulator::create(std::move(config), *behind_);
     if (!boards) return Failure(boards.error());
     boards_.emplace(std::move(*boards));
@@ -86,6 +122,7 @@ class Emulator final : public ThreadedComponent {
     tick_.reset();
     publisher_.destroy();
     boards_.reset();
+    line_log_.close();
     return {};
   }
 
@@ -94,9 +131,14 @@ class Emulator final : public ThreadedComponent {
     const double step = parameters_.plant.step;
     double offset = pace.now();
     simulation::SensorFrame frame;
-    for (std::uint64_t k = 0; running(); ++k) {
+    std::optional<double> ordered_to_end;
+    for (std::uint64_t k = 0;; ++k) {
       // the plant counts from zero; its samples carry flight time
       const double t = offset + plant_->time();
+      if (!running()) {
+        if (!ordered_to_end) ordered_to_end = t;
+        if (!boards_->any_motor_on() || t > *ordered_to_end + kPowered) return {};
+      }
       const bool free = phase_.load() == static_cast<std::uint8_t>(FlightPhase::free);
       sensors_->sample(*plant_, frame);
       behind_->set_sensors(frame);
@@ -113,7 +155,6 @@ class Emulator final : public ThreadedComponent {
       if (const double late = pace.now() - (t + step); late > 0.05) offset += late;
       pace.sleep_until(t + step);
     }
-    return {};
   }
 
   PlantParameters parameters_;
@@ -121,6 +162,7 @@ class Emulator final : public ThreadedComponent {
   std::optional<simulation::Plant> plant_;
   std::optional<simulation::SensorSuite> sensors_;
   std::optional<PlantBehindBoards> behind_;
+  LineLog line_log_;
   std::optional<gateway::BoardEmulator> boards_;
   PlantPublisher publisher_;
   std::optional<bus::Subscription<Tick>> tick_;

@@ -5,16 +5,21 @@
 #include "command_inbox.hpp"
 #include "conversions.hpp"
 #include "factories.hpp"
+#include "failsafe_message.hpp"
 #include "omniflight_bus/parameters.hpp"
 #include "omniflight_gateway/gateway.hpp"
 #include "omniflight_gateway/safety_gate.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
+#include "period_keeper.hpp"
 #include "plant_publisher.hpp"
+#include "start_permission.hpp"
 #include "threaded_component.hpp"
 #include "wall_pace.hpp"
 
 namespace omniflight::components {
 namespace {
+
+using msgs::diagnostic_msgs::DiagnosticArray;
 
 class GatewayComponent final : public ThreadedComponent {
  public:
@@ -27,7 +32,7 @@ class GatewayComponent final : public ThreadedComponent {
     const std::string vehicle_name = p.text("vehicle", {});
     const std::string overrides = p.text("vehicle_set", "");
     const std::string devices = p.text("devices", {});
-    epoch_ns_ = p.integer("epoch_ns", 0, 0);
+    epoch_ns_ = p.integer("epoch_monotonic_ns", 0, 0);
     period_ = p.number("control_period_s", 0.002, 0.001, 0.1);
     hold_ = p.number("hold_s", 2.0, 0.1, 60);
     flight_ = p.number("flight_s", 10.0, 0.1, 36000);
@@ -35,9 +40,13 @@ class GatewayComponent final : public ThreadedComponent {
     connect_timeout_ = p.number("connect_timeout_s", 20.0, 1, 120);
     gateway::GateConfig gate;
     gate.stale_after_s = p.number("stale_after_s", 0.1, 0.005, 2.0);
+    gate.fresh_for_s =
+        p.number("fresh_for_s", std::min(gate.stale_after_s, std::max(period_, 0.01) + 0.005), 0.005, 2.0);
     const double silence = p.number("board_silence_s", gateway::LinkConfig{}.silence_s, 0.02, 10);
+    gate.own_sleep_s = std::max(gate.own_sleep_s, 4 * period_);
     gate.ramp_s = p.number("ramp_s", 0.5, 0.01, 10);
     gate.max_acceleration_radps2 = p.number("max_rotor_acceleration_radps2", 1e5, 1, 1e8);
+    permission_.read(p);
     if (auto ok = p.finish(); !ok) return ok;
     auto vehicle = vehicle::load_vehicle(vehicle_name, split(overrides));
     if (!vehicle) return Failure(vehicle.error());
@@ -58,10 +67,36 @@ class GatewayComponent final : public ThreadedComponent {
     gateway_.emplace(std::move(*made));
     if (auto ok = create_publishers(publisher_, static_cast<int>(rotors_), PlantPublisher::Part::boards); !ok)
       return ok;
+    auto failsafe =
+        bus::Subscription<DiagnosticArray>::create(participant(), topics::failsafe, bus::Qos::latched_last(4),
+                                                   [this](const DiagnosticArray& m, std::int64_t) {
+                                                     const auto action = failsafe_action(m);
+                                                     if (!action || *action < safety::Action::ramp_down)
+                                                       return;
+                                                     const auto statuses = bus::view(m.status);
+                                                     const std::lock_guard lock(failsafe_mutex_);
+                                                     failsafe_words_ = bus::text(statuses[0].message);
+                                                     failsafe_action_.store(*action);
+                                                   });
+    if (!failsafe) return Failure(failsafe.error());
+    failsafe_.emplace(std::move(*failsafe));
+    auto wish = bus::Subscription<msgs::std_msgs::String>::create(
+        participant(), topics::wish, bus::Qos::latched_last(4),
+        [this](const msgs::std_msgs::String& m, std::int64_t) { wish_.store(wish_from(bus::text(m.data))); });
+    if (!wish) return Failure(wish.error());
+    wish_subscription_.emplace(std::move(*wish));
+    if (auto ok = permission_.subscribe(participant()); !ok) return ok;
+    auto gate_state = advertise<DiagnosticArray>(topics::gate, bus::Qos::latched_last());
+    if (!gate_state) return Failure(gate_state.error());
+    gate_publisher_.emplace(std::move(*gate_state));
     return inbox_.subscribe(participant());
   }
   Status on_cleanup() override {
     stop();
+    failsafe_.reset();
+    wish_subscription_.reset();
+    permission_.unsubscribe();
+    gate_publisher_.reset();
     inbox_.unsubscribe();
     publisher_.destroy();
     return {};
@@ -83,6 +118,13 @@ class GatewayComponent final : public ThreadedComponent {
     return {};
   }
 
+  Status check_start() const {
+    if (publisher_.tick_publisher().peers() == 0)
+      return fail(ErrorCode::incomplete, "no controller follows the ticks", "gateway",
+                  "Start it in the same domain");
+    return permission_.judge(inbox_.subscription().peers(), battery_);
+  }
+
   void publish_telemetry() {
     gateway_->fetch(telemetry_);
     for (const auto& s : telemetry_.imu) (void)publisher_.imu({s.time_s, s.specific_force_B, s.w_WB_B});
@@ -94,20 +136,27 @@ class GatewayComponent final : public ThreadedComponent {
       if (s.rotor + 1 == rotors_)
         (void)publisher_.rotors(s.time_s, {speed_.data(), rotors_}, {current_.data(), rotors_}, alpha_);
     }
-    for (const auto& s : telemetry_.battery) (void)publisher_.battery({s.arrival_s, s.voltage_V, 0.0});
+    for (const auto& s : telemetry_.battery) {
+      battery_ = s.voltage_V;
+      (void)publisher_.battery({s.arrival_s, s.voltage_V, 0.0});
+    }
     telemetry_.clear();
   }
 
   Status run() override {
+    ask_for_real_time("gateway");
     const WallPace pace(epoch_ns_);
     const auto status = fly(pace);
     (void)gateway_->stop_motors();
     (void)gateway_->poll(pace.now(), 0.0);
-    std::uint64_t refused = gate_->refused();
-    if (!status) return status;
-    if (refused > 0)
-      std::fprintf(stderr, "gateway: %lu commands refused\n", static_cast<unsigned long>(refused));
-    return {};
+    if (keeper_)
+      std::fprintf(
+          stderr,
+          "[gateway] %llu of %llu control periods missed, the latest %.1f ms late; %llu commands refused\n",
+          static_cast<unsigned long long>(keeper_->missed()),
+          static_cast<unsigned long long>(keeper_->periods()), 1e3 * keeper_->longest_late_s(),
+          static_cast<unsigned long long>(gate_->refused()));
+    return status;
   }
 
   Status fly(const WallPace& pace) {
@@ -119,39 +168,41 @@ class GatewayComponent final : public ThreadedComponent {
     }
     if (!connected) return connected;
     if (auto ok = reach(pace, gateway::GatewayPhase::connected, connect_timeout_); !ok) return ok;
-    // nobody starts motors before someone commands them
-    while (inbox_.subscription().peers() == 0 || publisher_.tick_publisher().peers() == 0) {
+    // no motor starts before everything is there that a flight needs
+    for (Status ready = check_start(); !ready; ready = check_start()) {
       if (!running()) return fail(ErrorCode::incomplete, "stopped before the flight began", "gateway");
-      if (pace.now() > deadline)
-        return fail(ErrorCode::incomplete, "no controller and allocator within the connect timeout",
-                    "gateway", "Start them in the same domain");
+      if (pace.now() > deadline) return ready;
       if (auto ok = gateway_->poll(pace.now(), 0.0); !ok) return ok;
+      publish_telemetry();
       pace.sleep_until(pace.now() + 0.01);
     }
     if (auto ok = gateway_->start_motors(pace.now()); !ok) return ok;
     if (auto ok = reach(pace, gateway::GatewayPhase::running, 10.0); !ok) return ok;
     publish_telemetry();
 
-    // wait, rotors idle, until the controller answers; then arm
-    double next = pace.now();
+    const Status flown = follow_commands(pace, deadline + connect_timeout_);
+    (void)publisher_.tick(pace.now(), period_, FlightPhase::ended);
+    wind_down(pace);  // whatever ended the flight
+    return flown;
+  }
+
+  /// From idle rotors to the end of the flight, at each control period: telemetry, tick, command. The caller
+  /// winds the rotors down.
+  Status follow_commands(const WallPace& pace, double first_command_by) {
+    keeper_.emplace(pace, period_);
     std::optional<double> armed_at, free_at;
     std::int64_t last_stamp = -1;
-    for (;; next += period_) {
-      pace.sleep_until(next);
-      const double now = pace.now();
-      if (now > next + 5 * period_) next = now;  // periods that the machine slept through are left out
+    for (;;) {
+      const double now = keeper_->wait();
       if (!running()) return fail(ErrorCode::incomplete, "stopped in flight", "gateway");
       if (auto ok = gateway_->poll(now, 0.0); !ok) {
         gate_->trip(gateway::Trip::link_lost, now);
-        end_flight(now);
         return ok;
       }
       publish_telemetry();
-      const bool ended = free_at && now > *free_at + flight_;
-      const FlightPhase phase =
-          ended ? FlightPhase::ended : (free_at ? FlightPhase::free : FlightPhase::held);
+      if (free_at && now > *free_at + flight_) return {};
+      const FlightPhase phase = free_at ? FlightPhase::free : FlightPhase::held;
       if (auto ok = publisher_.tick(now, period_, phase); !ok) return ok;
-      if (ended) return wind_down(pace);
       const RotorCommand command = inbox_.newest();
       if (command.stamp_ns > last_stamp && command.count > 0) {
         last_stamp = command.stamp_ns;
@@ -161,39 +212,74 @@ class GatewayComponent final : public ThreadedComponent {
         }
         (void)gate_->offer({command.speed.data(), command.count}, to_s(command.stamp_ns), now);
       }
-      if (!armed_at && now > deadline + connect_timeout_)
+      if (!armed_at && now > first_command_by)
         return fail(ErrorCode::incomplete, "the allocator commands nothing", "gateway",
                     "See whether it is alive");
       if (armed_at && !free_at && now - *armed_at > hold_) free_at = now;
       const auto out = gate_->update(now);
       if (gateway_->emergency()) gate_->trip(gateway::Trip::board_emergency, now);
-      if (armed_at && out.state != gateway::GateState::armed) {
-        end_flight(now);
-        auto wound = wind_down(pace);
-        return fail(
-            ErrorCode::incomplete,
-            "the safety gate stopped the rotors: " + std::string(gateway::to_string(gate_->trip_reason())),
-            "gateway", "See whether controller and allocator are still alive");
-      }
+      obey_failsafe(now);
+      tell_gate(now);
+      if (armed_at && !gate_->passes()) return stopped_by_gate();
       if (armed_at && !out.stop_motors)
         if (auto ok = gateway_->send_velocities(out.speeds_radps); !ok) return ok;
     }
   }
 
-  void end_flight(double now) { (void)publisher_.tick(now, period_, FlightPhase::ended); }
+  /// Publishes the state of the gate when it has changed: an emergency stop is acknowledged by it.
+  void tell_gate(double now) {
+    if (told_ == gate_->state()) return;
+    told_ = gate_->state();
+    std::string words(gateway::to_string(gate_->state()));
+    if (gate_->trip_reason() != gateway::Trip::none)
+      words += ": " + std::string(gateway::to_string(gate_->trip_reason()));
+    auto& m = *gate_message_;
+    m.header.stamp = bus::stamp(to_ns(now));
+    bus::resize(m.status, 1);
+    auto& status = bus::view(m.status)[0];
+    status.level = gate_->state() == gateway::GateState::armed ? 0 : 1;
+    bus::set_text(status.name, "omniflight: gate");
+    bus::set_text(status.message, words);
+    bus::set_text(status.hardware_id, "");
+    (void)gate_publisher_->publish(m,
+                                   to_ns(now));  // who listens does so to know; the rotors do not wait for it
+  }
 
-  /// Ramps the rotors down through the gate, bounded in time.
-  Status wind_down(const WallPace& pace) {
+  /// The worst that the controller's ladder and the operator ask for.
+  void obey_failsafe(double now) {
+    const auto action = failsafe_action_.load();
+    const auto wish = wish_.load();
+    if (wish == safety::Wish::cut || action == safety::Action::off)
+      gate_->cut(wish == safety::Wish::cut ? gateway::Trip::emergency_stop : gateway::Trip::failsafe);
+    else if (wish == safety::Wish::stop || action == safety::Action::ramp_down)
+      gate_->trip(wish == safety::Wish::stop ? gateway::Trip::requested : gateway::Trip::failsafe, now);
+  }
+
+  Status stopped_by_gate() {
+    std::string why(gateway::to_string(gate_->trip_reason()));
+    if (gate_->trip_reason() == gateway::Trip::failsafe) {
+      const std::lock_guard lock(failsafe_mutex_);
+      why += " (" + failsafe_words_ + ")";
+    }
+    return fail(ErrorCode::incomplete, "the safety gate stopped the rotors: " + why, "gateway",
+                gate_->trip_reason() == gateway::Trip::stale_command
+                    ? "See whether controller and allocator are still alive"
+                    : "See /omniflight/failsafe in the recording");
+  }
+
+  /// Winds the rotors down through the gate, bounded in time. Also when a board is lost: the others get it.
+  void wind_down(const WallPace& pace) {
     gate_->trip(gateway::Trip::requested, pace.now());
     const double deadline = pace.now() + gate_->config().ramp_s + 1.0;
     while (pace.now() < deadline) {
       const auto out = gate_->update(pace.now());
+      tell_gate(pace.now());
       if (out.stop_motors) break;
       (void)gateway_->send_velocities(out.speeds_radps);
       (void)gateway_->poll(pace.now(), 0.0);
+      gateway_->fetch(telemetry_);  // nobody listens any more, but the buffers stay bounded
       pace.sleep_until(pace.now() + period_);
     }
-    return {};
   }
 
   std::size_t rotors_ = 0;
@@ -205,6 +291,18 @@ class GatewayComponent final : public ThreadedComponent {
   std::array<double, vehicle::kMaxRotors> speed_{}, current_{};
   PlantPublisher publisher_;
   CommandInbox inbox_;
+  StartPermission permission_;
+  std::optional<PeriodKeeper> keeper_;
+  std::optional<gateway::GateState> told_;
+  bus::Message<DiagnosticArray> gate_message_;
+  std::optional<bus::Publisher<DiagnosticArray>> gate_publisher_;
+  std::optional<double> battery_;  ///< V, newest
+  std::atomic<safety::Action> failsafe_action_{safety::Action::fly};
+  std::atomic<safety::Wish> wish_{safety::Wish::none};
+  std::mutex failsafe_mutex_;
+  std::string failsafe_words_;  ///< guarded by failsafe_mutex_
+  std::optional<bus::Subscription<DiagnosticArray>> failsafe_;
+  std::optional<bus::Subscription<msgs::std_msgs::String>> wish_subscription_;
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "command_inbox.hpp"
 #include "conversions.hpp"
 #include "factories.hpp"
+#include "failsafe_message.hpp"
 #include "omniflight_simulation/faults.hpp"
 #include "plant_parameters.hpp"
 #include "plant_publisher.hpp"
@@ -14,6 +15,7 @@ namespace omniflight::components {
 namespace {
 
 using namespace std::chrono_literals;
+using msgs::diagnostic_msgs::DiagnosticArray;
 using msgs::omniflight_msgs::RecorderState;
 
 class Simulator final : public ThreadedComponent {
@@ -49,12 +51,21 @@ class Simulator final : public ThreadedComponent {
       if (!made) return Failure(made.error());
       recorder_.emplace(std::move(*made));
     }
+    auto failsafe =
+        bus::Subscription<DiagnosticArray>::create(participant(), topics::failsafe, bus::Qos::latched_last(4),
+                                                   [this](const DiagnosticArray& m, std::int64_t) {
+                                                     if (failsafe_action(m) >= safety::Action::ramp_down)
+                                                       failsafe_ended_.store(true);
+                                                   });
+    if (!failsafe) return Failure(failsafe.error());
+    failsafe_.emplace(std::move(*failsafe));
     return inbox_.subscribe(participant());
   }
 
   Status on_cleanup() override {
     stop();
     recorder_.reset();
+    failsafe_.reset();
     inbox_.unsubscribe();
     publisher_.destroy();
     return {};
@@ -122,6 +133,16 @@ class Simulator final : public ThreadedComponent {
     return {};
   }
 
+  /// The controller's failsafe winds the rotors down: without a gate in between the flight ends here.
+  Status failsafe_end() {
+    (void)publisher_.tick(plant_->time(), parameters_.control_period, FlightPhase::ended);
+    (void)follow_recorder(0);
+    return fail(
+        ErrorCode::incomplete,
+        "the failsafe ended the flight at " + std::to_string(plant_->time()) + " s; the rotors are stopped",
+        "simulator", "See /omniflight/failsafe in the recording, or the controller's log");
+  }
+
   /// Waits while the recorder is more than `window` ticks behind.
   Status follow_recorder(std::uint64_t window) {
     if (recorder_window_ == 0 || !lockstep_) return {};
@@ -171,6 +192,7 @@ class Simulator final : public ThreadedComponent {
           return ok;
         if (last) return follow_recorder(0);  // nobody ends before everything is recorded
         if (auto ok = obey(to_ns(t)); !ok) return ok;
+        if (failsafe_ended_.load()) return failsafe_end();
         if (auto ok = follow_recorder(recorder_window_); !ok) return ok;
       }
       if (faults_) faults_->before_step(*plant_);
@@ -189,6 +211,8 @@ class Simulator final : public ThreadedComponent {
   PlantPublisher publisher_;
   CommandInbox inbox_;
   std::optional<bus::Subscription<RecorderState>> recorder_;
+  std::optional<bus::Subscription<DiagnosticArray>> failsafe_;
+  std::atomic<bool> failsafe_ended_{false};
   std::atomic<std::uint64_t> recorded_ticks_{0};
   std::uint64_t recorder_window_ = 0;
   std::chrono::steady_clock::time_point start_;  ///< when simulated time 0 was due

@@ -1,18 +1,18 @@
-// Flight time in real time: seconds of the system clock since an epoch that all parts of a run share.
+// Flight time in real time: seconds of CLOCK_MONOTONIC since an epoch that all parts of a run on one machine
+// share. A step of the system clock (NTP, an operator) moves nothing.
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <thread>
-
-#include "omniflight_bus/publisher.hpp"
 
 namespace omniflight::components {
 
 class WallPace {
  public:
-  /// epoch_ns: nanoseconds since 1970; 0 means now.
-  explicit WallPace(std::int64_t epoch_ns = 0) : epoch_ns_(epoch_ns > 0 ? epoch_ns : bus::wall_clock_ns()) {}
-  double now() const { return 1e-9 * static_cast<double>(bus::wall_clock_ns() - epoch_ns_); }  ///< s
+  /// epoch_ns: CLOCK_MONOTONIC at flight time zero [ns]; 0 means now.
+  explicit WallPace(std::int64_t epoch_ns = 0) : epoch_ns_(epoch_ns > 0 ? epoch_ns : monotonic_ns()) {}
+  double now() const { return 1e-9 * static_cast<double>(monotonic_ns() - epoch_ns_); }  ///< s
   /// Sleeps until the flight time t [s]; returns at once when it has passed.
   void sleep_until(double t) const {
     const double wait = t - now();
@@ -20,6 +20,10 @@ class WallPace {
   }
 
  private:
+  static std::int64_t monotonic_ns() {
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+  }
   std::int64_t epoch_ns_;
 };
 

@@ -29,11 +29,14 @@ EmulatorConfig EmulatorConfig::omnimorph() {
   chimera.rotors = 0;
   chimera.has_imu = true;
   chimera.imu_scale = chimera_imu_scale();
-  return {{first, second, chimera}, {}, LineKind::pseudo_terminal};
+  return {{first, second, chimera}, {}, LineKind::pseudo_terminal, {}};
 }
 
 BoardEmulator::BoardEmulator(EmulatorConfig config, EmulatedPlant& plant)
-    : link_directory_(std::move(config.link_directory)), line_(config.line), plant_(&plant) {
+    : link_directory_(std::move(config.link_directory)),
+      line_(config.line),
+      on_received_(std::move(config.on_received)),
+      plant_(&plant) {
   for (auto& board : config.boards)
     boards_.push_back({EmulatedBoard(std::move(board)), {}, {}, {}, ByteStream(16384)});
 }
@@ -75,6 +78,11 @@ std::string BoardEmulator::link(std::size_t i) const {
 
 std::string BoardEmulator::device(std::size_t i) const {
   return link_directory_.empty() ? boards_[i].pty.path : link(i);
+}
+
+bool BoardEmulator::any_motor_on() const {
+  return std::any_of(boards_.begin(), boards_.end(),
+                     [](const Connected& b) { return b.board.any_motor_on(); });
 }
 
 void BoardEmulator::unplug(std::size_t i) {
@@ -135,12 +143,14 @@ Status BoardEmulator::Connected::kept(Status moved) {
 
 Status BoardEmulator::receive(double now_s) {
   if (!std::isfinite(now_s)) return bad_input("time is not finite", "BoardEmulator", "Check the clock");
-  for (auto& b : boards_) {
+  for (std::size_t i = 0; i < boards_.size(); ++i) {
+    auto& b = boards_[i];
     b.meet_host();
     if (b.line() < 0) continue;
     bytes_.clear();
     answers_.clear();
     if (auto ok = b.kept(b.stream.read(b.line(), bytes_)); !ok) return ok;
+    if (on_received_ && !bytes_.empty()) on_received_(i, bytes_);
     b.board.receive(bytes_, now_s, answers_);
     if (!b.stream.queue(answers_)) dropped_ += frames_in(answers_);
   }

@@ -117,6 +117,12 @@ double EmulatedBoard::target(std::size_t k) const {
   return motors_[k].target_radps * std::clamp(ramp(), 0.0, 1.0);
 }
 
+bool EmulatedBoard::any_motor_on() const {
+  return std::any_of(motors_.begin(), motors_.end(), [](const Motor& m) {
+    return m.state == MotorState::spinning || m.state == MotorState::starting;
+  });
+}
+
 void EmulatedBoard::fail_motor(std::size_t k) { motors_[k].state = MotorState::emergency; }
 
 bool EmulatedBoard::due(Stream& stream, double now_s) {

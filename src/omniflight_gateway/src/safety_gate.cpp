@@ -16,6 +16,12 @@ Status require_positive(double value, const char* field, const char* unit) {
 
 }  // namespace
 
+std::string_view to_string(GateState state) {
+  static constexpr std::array<std::string_view, 5> names = {"disarmed", "armed", "fading", "ramping",
+                                                            "stopped"};
+  return names[static_cast<std::size_t>(state)];
+}
+
 std::string_view to_string(Refusal refusal) {
   static constexpr std::array<std::string_view, kRefusalCount> names = {
       "not_armed", "wrong_count", "not_finite",   "too_fast",
@@ -24,8 +30,9 @@ std::string_view to_string(Refusal refusal) {
 }
 
 std::string_view to_string(Trip trip) {
-  static constexpr std::array<std::string_view, 6> names = {"none",      "requested",       "stale_command",
-                                                            "link_lost", "board_emergency", "clock"};
+  static constexpr std::array<std::string_view, kTripCount> names = {
+      "none",  "requested", "stale_command", "link_lost", "board_emergency",
+      "clock", "failsafe",  "emergency_stop"};
   return names[static_cast<std::size_t>(trip)];
 }
 
@@ -42,33 +49,42 @@ Result<SafetyGate> SafetyGate::create(const GateConfig& config) {
     const char *field, *unit;
   } fields[] = {{config.max_speed_radps, "max_speed_radps", "rad/s"},
                 {config.max_acceleration_radps2, "max_acceleration_radps2", "rad/s^2"},
+                {config.fresh_for_s, "fresh_for_s", "s"},
                 {config.stale_after_s, "stale_after_s", "s"},
+                {config.own_sleep_s, "own_sleep_s", "s"},
                 {config.ramp_s, "ramp_s", "s"},
                 {config.future_tolerance_s, "future_tolerance_s", "s"}};
   for (const auto& f : fields) {
     if (auto ok = require_positive(f.value, f.field, f.unit); !ok) return Failure(ok.error());
+  }
+  if (config.fresh_for_s > config.stale_after_s) {
+    return bad_input("is " + std::to_string(config.fresh_for_s) +
+                         " s, longer than stale_after_s = " + std::to_string(config.stale_after_s) + " s",
+                     "fresh_for_s", "Set it to one control period and the way over the bus");
   }
   return SafetyGate(config);
 }
 
 Status SafetyGate::arm(double now_s) {
   if (!std::isfinite(now_s)) return bad_input("the clock is not finite", "arm", "Check the clock");
-  if (state_ == GateState::armed) return bad_input("is armed already", "arm", "Disarm first");
+  if (passes()) return bad_input("is armed already", "arm", "Disarm first");
   if (state_ == GateState::ramping) {
     return bad_input("the rotors are still winding down", "arm", "Wait until the gate says stopped");
   }
   state_ = GateState::armed;
   reason_ = Trip::none;
   newest_stamp_s_ = last_now_s_ = now_s;
+  silence_s_ = 0.0;
+  scale_ = 1.0;
   std::fill(accepted_speeds_.begin(), accepted_speeds_.end(), 0.0);
   return {};
 }
 
 void SafetyGate::trip(Trip reason, double now_s) {
-  if (state_ != GateState::armed) return;
+  if (!passes()) return;
   state_ = GateState::ramping;
   reason_ = reason;
-  ramp_from_s_ = std::isfinite(now_s) ? now_s : last_now_s_;
+  if (std::isfinite(now_s)) last_now_s_ = std::max(last_now_s_, now_s);
 }
 
 void SafetyGate::cut(Trip reason) {
@@ -77,7 +93,7 @@ void SafetyGate::cut(Trip reason) {
 }
 
 std::optional<Refusal> SafetyGate::judge(std::span<const double> speeds, double stamp_s, double now_s) const {
-  if (state_ != GateState::armed) return Refusal::not_armed;
+  if (!passes()) return Refusal::not_armed;
   if (speeds.size() != config_.rotors) return Refusal::wrong_count;
   if (!std::isfinite(stamp_s) || !std::isfinite(now_s)) return Refusal::not_finite;
   for (const double s : speeds) {
@@ -107,8 +123,21 @@ std::optional<Refusal> SafetyGate::offer(std::span<const double> speeds_radps, d
   }
   std::copy(speeds_radps.begin(), speeds_radps.end(), accepted_speeds_.begin());
   newest_stamp_s_ = stamp_s;
+  silence_s_ = std::max(0.0, now_s - stamp_s);
+  state_ = GateState::armed;
+  scale_ = 1.0;
   ++accepted_;
   return std::nullopt;
+}
+
+/// Armed or fading: how far the speeds have fallen since the newest command stopped being fresh.
+void SafetyGate::fade(double elapsed_s) {
+  silence_s_ += std::min(elapsed_s, config_.own_sleep_s);
+  scale_ = std::min(scale_, 1.0 - (silence_s_ - config_.fresh_for_s) / config_.ramp_s);
+  state_ = scale_ < 1.0 ? GateState::fading : GateState::armed;
+  // Compared as judge() does, so that a command is either accepted or outlived, never neither.
+  if (scale_ <= 0.0 || last_now_s_ - newest_stamp_s_ > config_.stale_after_s)
+    trip(Trip::stale_command, last_now_s_);
 }
 
 GateOutput SafetyGate::update(double now_s) {
@@ -117,19 +146,16 @@ GateOutput SafetyGate::update(double now_s) {
     // Without a clock there is no ramp to time either.
     cut(Trip::clock);
   } else if (clock_ok) {
-    last_now_s_ = std::max(last_now_s_, now_s);
-  }
-  // Compared as judge() does, so that a command is either accepted or outlived, never neither.
-  if (state_ == GateState::armed && last_now_s_ - newest_stamp_s_ > config_.stale_after_s) {
-    trip(Trip::stale_command, newest_stamp_s_ + config_.stale_after_s);
-  }
-  double scale = state_ == GateState::armed ? 1.0 : 0.0;
-  if (state_ == GateState::ramping) {
-    scale = 1.0 - std::max(0.0, last_now_s_ - ramp_from_s_) / config_.ramp_s;
-    if (scale <= 0.0) state_ = GateState::stopped;
+    const double elapsed_s = std::max(0.0, now_s - last_now_s_);
+    last_now_s_ += elapsed_s;
+    if (passes())
+      fade(elapsed_s);
+    else if (state_ == GateState::ramping)
+      scale_ -= elapsed_s / config_.ramp_s;
+    if (state_ == GateState::ramping && scale_ <= 0.0) state_ = GateState::stopped;
   }
   const bool stop = state_ == GateState::disarmed || state_ == GateState::stopped;
-  for (std::size_t i = 0; i < output_.size(); ++i) output_[i] = stop ? 0.0 : scale * accepted_speeds_[i];
+  for (std::size_t i = 0; i < output_.size(); ++i) output_[i] = stop ? 0.0 : scale_ * accepted_speeds_[i];
   return {state_, output_, stop};
 }
 

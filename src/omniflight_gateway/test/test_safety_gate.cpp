@@ -40,6 +40,9 @@ TEST(SafetyGate, RefusesConfigurationsThatWouldNotProtect) {
   EXPECT_NE(error([](auto& c) { c.max_acceleration_radps2 = kInf; }).find("rad/s^2"), std::string::npos);
   EXPECT_NE(error([](auto& c) { c.stale_after_s = -1; }).find("stale_after_s"), std::string::npos);
   EXPECT_NE(error([](auto& c) { c.ramp_s = 0; }).find("ramp_s"), std::string::npos);
+  EXPECT_NE(error([](auto& c) { c.fresh_for_s = 0; }).find("fresh_for_s"), std::string::npos);
+  EXPECT_NE(error([](auto& c) { c.fresh_for_s = 0.2; }).find("stale_after_s"), std::string::npos);
+  EXPECT_NE(error([](auto& c) { c.own_sleep_s = kNaN; }).find("own_sleep_s"), std::string::npos);
   EXPECT_NE(error([](auto& c) { c.future_tolerance_s = 0; }).find("future_tolerance_s"), std::string::npos);
   EXPECT_NE(error([](auto& c) { c.rotors = 0; }).find("rotors"), std::string::npos);
   EXPECT_EQ(error([](auto&) {}), "");
@@ -98,19 +101,80 @@ TEST(SafetyGate, NothingPassesBeforeArming) {
   EXPECT_FALSE(gate.arm(1.0));
 }
 
+/// Updates every millisecond up to and including `until_s`; the output of the last.
+GateOutput run(SafetyGate& gate, double from_s, double until_s) {
+  GateOutput out;
+  const auto steps = static_cast<int>(std::lround((until_s - from_s) * 1e3));
+  for (int k = 1; k <= steps; ++k) out = gate.update(from_s + 1e-3 * k);
+  return out;
+}
+
+TEST(SafetyGate, NoCommandIsRepeatedBeyondOnePeriodAndFiveMilliseconds) {
+  SafetyGate gate = armed();
+  ASSERT_FALSE(gate.offer(Speeds{800, -400}, 10.02, 10.02));
+  double last = 800;
+  for (int ms = 1; ms <= 600; ++ms) {
+    const auto out = gate.update(10.02 + 1e-3 * ms);
+    if (ms <= 15) {
+      EXPECT_NEAR(out.speeds_radps[0], 800, 1e-9) << ms;
+      continue;
+    }
+    ASSERT_LE(out.speeds_radps[0], std::max(0.0, last - 1.6 + 1e-9)) << ms << " ms: 800 rad/s in 0.5 s";
+    ASSERT_NEAR(out.speeds_radps[1], -0.5 * out.speeds_radps[0], 1e-9);
+    last = out.speeds_radps[0];
+  }
+  EXPECT_EQ(gate.state(), GateState::stopped);
+}
+
+TEST(SafetyGate, ANewCommandEndsFadingUntilItIsStale) {
+  SafetyGate gate = armed();
+  ASSERT_FALSE(gate.offer(Speeds{800, -400}, 10.02, 10.02));
+  const auto faded = run(gate, 10.02, 10.085);
+  EXPECT_EQ(faded.state, GateState::fading);
+  EXPECT_NEAR(faded.speeds_radps[0], 720, 1e-6);  // 0.05 s of 0.5 s
+  ASSERT_FALSE(gate.offer(Speeds{810, -410}, 10.085, 10.085));
+  EXPECT_EQ(gate.update(10.086).state, GateState::armed);
+  EXPECT_EQ(gate.update(10.087).speeds_radps[0], 810);
+  run(gate, 10.087, 10.187);
+  EXPECT_EQ(gate.state(), GateState::ramping);
+  EXPECT_EQ(gate.offer(Speeds{810, -410}, 10.187, 10.187), Refusal::not_armed);
+}
+
+TEST(SafetyGate, ItsOwnSleepIsNoSilenceOfTheCommander) {
+  GateConfig config = two_rotors();
+  config.stale_after_s = 1.0;
+  SafetyGate gate = make(config);
+  ASSERT_TRUE(gate.arm(10.0));
+  ASSERT_FALSE(gate.offer(Speeds{800, -400}, 10.01, 10.01));
+  const auto out = gate.update(10.51);  // the whole machine stood still
+  EXPECT_EQ(out.state, GateState::fading);
+  EXPECT_NEAR(out.speeds_radps[0], 800 * (1 - 0.005 / 0.5), 1e-9);
+  EXPECT_FALSE(gate.offer(Speeds{800, -400}, 10.511, 10.511));
+  EXPECT_EQ(gate.update(10.512).speeds_radps[0], 800);
+}
+
+TEST(SafetyGate, ATripContinuesWhereFadingHasArrived) {
+  SafetyGate gate = armed();
+  ASSERT_FALSE(gate.offer(Speeds{800, -400}, 10.02, 10.02));
+  run(gate, 10.02, 10.085);
+  gate.trip(Trip::requested, 10.085);
+  EXPECT_NEAR(gate.update(10.086).speeds_radps[0], 720 - 1.6, 1e-6);
+  EXPECT_EQ(gate.state(), GateState::ramping);
+}
+
 TEST(SafetyGate, SilenceWindsDownWithinTheRampAndStaysStopped) {
   SafetyGate gate = armed();
   ASSERT_FALSE(gate.offer(Speeds{800, -400}, 10.02, 10.02));
-  EXPECT_EQ(gate.update(10.12).state, GateState::armed);
+  EXPECT_EQ(run(gate, 10.02, 10.12).state, GateState::fading);
   EXPECT_EQ(gate.update(10.121).state, GateState::ramping);
   EXPECT_EQ(gate.trip_reason(), Trip::stale_command);
-  // Ramp counts from when the command went stale, not from when somebody looked.
-  const auto half = gate.update(10.12 + 0.25);
+  // The ramp counts from when the command stopped being fresh.
+  const auto half = gate.update(10.035 + 0.25);
   EXPECT_NEAR(half.speeds_radps[0], 400, 1e-6);
   EXPECT_NEAR(half.speeds_radps[1], -200, 1e-6);
-  EXPECT_EQ(gate.offer(Speeds{400, -200}, 10.38, 10.38), Refusal::not_armed);
+  EXPECT_EQ(gate.offer(Speeds{400, -200}, 10.3, 10.3), Refusal::not_armed);
   EXPECT_FALSE(gate.arm(10.4));  // still turning
-  const auto end = gate.update(10.12 + 0.5 + 1e-9);
+  const auto end = gate.update(10.035 + 0.5 + 1e-9);
   EXPECT_EQ(end.state, GateState::stopped);
   EXPECT_TRUE(end.stop_motors);
   EXPECT_EQ(end.speeds_radps[0], 0.0);
@@ -155,7 +219,7 @@ TEST(SafetyGate, ABrokenClockCutsAtOnce) {
 TEST(SafetyGate, NamesOfAllReasonsDiffer) {
   std::vector<std::string_view> names;
   for (std::size_t i = 0; i < kRefusalCount; ++i) names.push_back(to_string(static_cast<Refusal>(i)));
-  for (int i = 0; i < 6; ++i) names.push_back(to_string(static_cast<Trip>(i)));
+  for (std::size_t i = 0; i < kTripCount; ++i) names.push_back(to_string(static_cast<Trip>(i)));
   std::sort(names.begin(), names.end());
   EXPECT_EQ(std::unique(names.begin(), names.end()), names.end());
 }
@@ -194,7 +258,9 @@ TEST(SafetyGate, AnyInputKeepsTheOutputSafe) {
     }
     if (out.state != before) {
       const bool to_armed = out.state == GateState::armed;
-      ASSERT_TRUE(!to_armed || (armed_now && before != GateState::ramping)) << i;
+      ASSERT_TRUE(!to_armed || before == GateState::fading || (armed_now && before != GateState::ramping))
+          << i;
+      ASSERT_TRUE(out.state != GateState::fading || before == GateState::armed || armed_now) << i;
       ASSERT_NE(out.state, GateState::disarmed);
       if (out.state == GateState::ramping) ++ramps;
     }

@@ -28,8 +28,12 @@ Result<DomainClaim> claim_domain(int domain);
 /// The first free domain of [first, last].
 Result<DomainClaim> claim_free_domain(int first = 1, int last = 100);
 
-/// Makes the bus use the loopback interface alone: sets CYCLONEDDS_URI to this file unless it is set already.
-/// Call it before the first Participant and before threads start.
+/// Makes the bus use this configuration file, which keeps it on the loopback interface: sets CYCLONEDDS_URI,
+/// whatever it was (and says so on stderr), and has the sockets of later participants bound to that
+/// interface. Only OMNIFLIGHT_BUS=FILE in the environment chooses another configuration, and then nothing is
+/// promised. Call it before the first Participant and before threads start.
 Status use_loopback(const std::string& xml_file);
+/// Whether use_loopback has promised that nothing leaves or enters this machine.
+bool loopback_promised();
 
 }  // namespace omniflight::bus

@@ -14,6 +14,7 @@ enum class EventKind {
                        ///< so far
   incompatible_qos,    ///< a peer of this topic can never match; detail names the policy
   sample_lost,         ///< count = messages lost so far
+  foreign_publisher,   ///< a message of another publisher was refused (Qos::one_publisher); count = so far
 };
 
 struct Event {

@@ -34,6 +34,8 @@ class SubscriptionBase {
   /// Losses that the middleware itself reports. It is silent about messages a publisher's history has dropped
   /// before this side was ready for them: DeliveryLedger counts all.
   std::uint64_t lost() const;
+  /// Messages refused because another publisher is followed (Qos::one_publisher).
+  std::uint64_t foreign() const;
 
  protected:
   static Result<SubscriptionBase> create(const Participant& participant, const msgs::MessageType& type,

@@ -15,6 +15,10 @@ inline constexpr const char* command = "/omniflight/command";        ///< actuat
 inline constexpr const char* recorder = "/omniflight/recorder";      ///< omniflight_msgs/RecorderState
 inline constexpr const char* trajectory = "/command_trajectory";  ///< trajectory_msgs/MultiDOFJointTrajectory
 
+inline constexpr const char* failsafe = "/omniflight/failsafe";  ///< diagnostic_msgs/DiagnosticArray, latched
+inline constexpr const char* gate = "/omniflight/gate";  ///< diagnostic_msgs/DiagnosticArray, latched
+inline constexpr const char* wish = "/omniflight/wish";          ///< std_msgs/String of the operator, latched
+
 inline constexpr const char* diagnostics =
     "/diagnostics";                                       ///< diagnostic_msgs/DiagnosticArray, as ROS has it
 inline constexpr const char* state = "/component_state";  ///< omniflight_msgs/ComponentState, latched
@@ -38,6 +42,9 @@ inline constexpr Entry recorded[] = {
     {truth, "omniflight_msgs/msg/TruthState", false},
     {trajectory, "trajectory_msgs/msg/MultiDOFJointTrajectory", true},
     {diagnostics, "diagnostic_msgs/msg/DiagnosticArray", false},
+    {failsafe, "diagnostic_msgs/msg/DiagnosticArray", true},
+    {gate, "diagnostic_msgs/msg/DiagnosticArray", true},
+    {wish, "std_msgs/msg/String", true},
     {state, "omniflight_msgs/msg/ComponentState", true},
 };
 

@@ -2,6 +2,8 @@
 // each speaking telekyb3 over its own line, flying a plant the caller gives.
 #pragma once
 
+#include <functional>
+
 #include "omniflight_gateway/emulated_board.hpp"
 #include "omniflight_gateway/serial_port.hpp"
 
@@ -27,6 +29,8 @@ struct EmulatorConfig {
   /// sockets themselves (required).
   std::string link_directory;
   LineKind line = LineKind::pseudo_terminal;
+  /// Called with every piece of bytes that a board has received from the host, before it is decoded.
+  std::function<void(std::size_t board, std::span<const std::uint8_t> bytes)> on_received;
 
   /// Two Teensys (rotors 0-3 and 4-7) and a chimera with IMU and battery.
   static EmulatorConfig omnimorph();
@@ -67,6 +71,8 @@ class BoardEmulator {
 
   std::size_t board_count() const { return boards_.size(); }
   EmulatedBoard& board(std::size_t i) { return boards_[i].board; }
+  /// Whether any motor of any board turns or starts.
+  bool any_motor_on() const;
   const std::vector<double>& command() const { return command_; }
   std::uint64_t dropped_frames() const { return dropped_; }
 
@@ -86,6 +92,7 @@ class BoardEmulator {
 
   std::string link_directory_;
   LineKind line_;
+  std::function<void(std::size_t, std::span<const std::uint8_t>)> on_received_;
   EmulatedPlant* plant_;
   std::vector<Connected> boards_;
   std::vector<double> command_;

@@ -51,6 +51,8 @@ class EmulatedBoard {
 
   const EmulatedBoardConfig& config() const { return config_; }
   bool spinning(std::size_t k) const { return motors_[k].state == MotorState::spinning; }
+  /// A motor turns or starts.
+  bool any_motor_on() const;
   std::uint64_t velocity_commands() const { return velocity_commands_; }
   std::uint64_t refused_messages() const { return refused_messages_; }
   const DecoderStatistics& decoder_statistics() const { return decoder_.statistics(); }

@@ -1,0 +1,74 @@
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "omniflight_bus/domain.hpp"
+#include "omniflight_files/files.hpp"
+#include "operator_desk.hpp"
+#include "verbs.hpp"
+
+namespace omniflight::cli {
+namespace {
+
+constexpr double kMeet = 2.0;         // s until the participants of a run are found
+constexpr double kAcknowledge = 1.0;  // s for the gate to answer
+constexpr int kLastRunDomain = 100;   // of claim_free_domain
+
+/// Domains that a run holds.
+std::vector<int> domains_in_use() {
+  std::vector<int> out;
+  for (int domain = 1; domain <= kLastRunDomain; ++domain)
+    if (!bus::claim_domain(domain)) out.push_back(domain);
+  return out;
+}
+
+/// One run: says it, waits for the answer. True when the gate has acknowledged.
+Result<bool> stop(int domain, const std::string& wish, const Common& common, nlohmann::json& json) {
+  auto desk = OperatorDesk::join(domain);
+  if (!desk) return Failure(desk.error());
+  if (auto ok = (*desk)->say(wish); !ok)
+    return Failure(ok.error());  // latched: whoever is found later hears it
+  const bool heard = (*desk)->wait_for_listener(kMeet);
+  const auto begin = std::chrono::steady_clock::now();
+  const bool stopped = heard && (*desk)->wait_for_stop(kAcknowledge);
+  const double after_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  json.push_back(
+      {{"domain", domain}, {"heard", heard}, {"acknowledged", stopped}, {"gate", (*desk)->gate()}});
+  say(common, !heard    ? fmt::format("domain {}: nobody listens to an operator", domain)
+              : stopped ? fmt::format("domain {}: rotors {} ({:.0f} ms after the run was found)", domain,
+                                      (*desk)->gate(), 1e3 * after_s)
+                        : fmt::format("domain {}: NOT acknowledged within {} s (gate: {}). Cut the power",
+                                      domain, kAcknowledge, (*desk)->gate()));
+  return stopped;
+}
+
+}  // namespace
+
+Action add_estop(CLI::App& verb, Common& common) {
+  auto domain = std::make_shared<int>(-1);
+  auto ramp = std::make_shared<bool>(false);
+  verb.add_option("--domain", *domain, "Domain of the run; default: every run of this machine")
+      ->check(CLI::Range(0, 231));
+  verb.add_flag("--ramp", *ramp, "Wind the rotors down over the gate's ramp instead of cutting them");
+  return [=, &common]() -> Result<int> {
+    auto configs = files::config_dir();
+    if (!configs) return Failure(configs.error());
+    if (auto ok = bus::use_loopback((*configs / "cyclonedds_loopback.xml").string()); !ok)
+      return Failure(ok.error());
+    const std::vector<int> domains = *domain >= 0 ? std::vector<int>{*domain} : domains_in_use();
+    if (domains.empty())
+      return fail(ErrorCode::incomplete, "no run of this machine holds a domain", "estop",
+                  "Name it with --domain when it was started by hand");
+    nlohmann::json json = nlohmann::json::array();
+    bool acknowledged = true;
+    for (const int d : domains) {
+      auto stopped = stop(d, *ramp ? "stop" : "cut", common, json);
+      if (!stopped) return Failure(stopped.error());
+      acknowledged = acknowledged && *stopped;
+    }
+    print_json(common, json);
+    return acknowledged ? 0 : static_cast<int>(ErrorCode::incomplete);
+  };
+}
+
+}  // namespace omniflight::cli

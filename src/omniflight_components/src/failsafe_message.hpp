@@ -1,0 +1,55 @@
+// The failsafe ladder on the bus: diagnostic_msgs/DiagnosticArray with one status, so that ROS 2 tools show
+// it, and the operator's wish as std_msgs/String.
+#pragma once
+
+#include "omniflight_bus/message.hpp"
+#include "omniflight_msgs/types.hpp"
+#include "omniflight_safety/vitals.hpp"
+
+namespace omniflight::components {
+
+/// status[0]: level OK (fly), WARN (hold, or poses refused) or ERROR; message "descend: pose_lost"; values
+/// action (the number of safety::Action), words, refused (what was refused last), refused_poses (count).
+inline void fill_failsafe(msgs::diagnostic_msgs::DiagnosticArray& m, const bus::Time& stamp,
+                          safety::Action action, const std::string& words, const std::string& refused,
+                          std::uint64_t count) {
+  m.header.stamp = stamp;
+  bus::resize(m.status, 1);
+  auto& status = bus::view(m.status)[0];
+  const auto rank = static_cast<std::uint8_t>(action);
+  status.level =
+      action == safety::Action::fly ? (refused.empty() ? 0 : 1) : (action == safety::Action::hold ? 1 : 2);
+  bus::set_text(status.name, "omniflight: failsafe");
+  bus::set_text(status.message, words);
+  bus::set_text(status.hardware_id, "");
+  bus::resize(status.values, 3);
+  auto values = bus::view(status.values);
+  bus::set_text(values[0].key, "action");
+  bus::set_text(values[0].value, std::to_string(rank));
+  bus::set_text(values[1].key, "refused");
+  bus::set_text(values[1].value, refused);
+  bus::set_text(values[2].key, "refused_poses");
+  bus::set_text(values[2].value, std::to_string(count));
+}
+
+/// The action in such a message; nothing when it is none of ours.
+inline std::optional<safety::Action> failsafe_action(const msgs::diagnostic_msgs::DiagnosticArray& m) {
+  const auto statuses = bus::view(m.status);
+  if (statuses.empty()) return {};
+  const auto values = bus::view(statuses[0].values);
+  if (values.empty() || bus::text(values[0].key) != "action") return {};
+  const std::string_view text = bus::text(values[0].value);
+  if (text.size() != 1 || text[0] < '0' || text[0] >= static_cast<char>('0' + safety::kActions)) return {};
+  return static_cast<safety::Action>(text[0] - '0');
+}
+
+/// hold | land | stop | cut; anything else is no wish.
+inline safety::Wish wish_from(std::string_view text) {
+  if (text == "hold") return safety::Wish::hold;
+  if (text == "land") return safety::Wish::land;
+  if (text == "stop") return safety::Wish::stop;
+  if (text == "cut") return safety::Wish::cut;
+  return safety::Wish::none;
+}
+
+}  // namespace omniflight::components

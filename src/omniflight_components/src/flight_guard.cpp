@@ -1,0 +1,98 @@
+#include "flight_guard.hpp"
+
+namespace omniflight::components {
+
+using safety::Action;
+using safety::Fault;
+
+Result<GuardConfig> read_guard(bus::Parameters& p) {
+  GuardConfig c;
+  safety::Limits& l = c.limits;
+  // the ladder counts from when the pose is stale; the parameter from the last pose
+  const double pose = p.number("mocap_timeout_s", 0.5, 0.01, 10);
+  const double imu = p.number("imu_timeout_s", 0.1, 0.01, 10);
+  l.pose_stale_s = std::min(l.pose_stale_s, pose);
+  l.imu_stale_s = std::min(l.imu_stale_s, imu);
+  c.ladder.rungs[index(Fault::pose_lost)].delay_s = pose - l.pose_stale_s;
+  c.ladder.rungs[index(Fault::imu_lost)].delay_s = imu - l.imu_stale_s;
+  const auto corner = [&](const char* key, const Vec3& otherwise) {
+    const auto v = p.numbers(key, std::vector<double>{otherwise.x(), otherwise.y(), otherwise.z()}, 3);
+    return v.size() == 3 ? Vec3(v[0], v[1], v[2]) : otherwise;
+  };
+  l.fence.min = corner("fence_min_m", l.fence.min);
+  l.fence.max = corner("fence_max_m", l.fence.max);
+  l.fence.margin = p.number("fence_margin_m", l.fence.margin, 0, 100);
+  l.battery_low_V = p.number("battery_low_V", 0.0, 0, 1000);
+  l.battery_empty_V = p.number("battery_empty_V", 0.0, 0, 1000);
+  c.descend_speed = p.number("descend_speed_mps", c.descend_speed, 0.01, 5);
+  c.ground_z = p.number("ground_z_m", c.ground_z, -1e4, 1e4);
+  c.touchdown = p.number("touchdown_m", c.touchdown, 0.001, 10);
+  c.poses.jump_m = p.number("pose_jump_m", c.poses.jump_m, 0.01, 100);
+  c.poses.jump_rad = p.number("pose_jump_rad", c.poses.jump_rad, 0.01, 4);
+  c.poses.future_s = p.number("pose_future_s", c.poses.future_s, 0, 10);
+  if (auto ok = safety::check(c.ladder); !ok) return Failure(ok.error());
+  if (!((l.fence.max - l.fence.min).minCoeff() > 0))
+    return bad_input("must be below fence_max_m on every axis [m]", "controller.fence_min_m",
+                     "Take the bounds of the test bed");
+  return c;
+}
+
+bool FlightGuard::believes(double stamp_s, const Vec3& p_WB, const Quat& q_WB, double now_s, bool free,
+                           const control::Estimator& estimator) {
+  std::optional<safety::ExpectedPose> expected;
+  if (estimator.ready()) expected = {estimator.state().p_WB, estimator.state().q_WB};
+  return !poses_.judge(stamp_s, p_WB, q_WB, now_s, free, expected);
+}
+
+bool FlightGuard::update(double now_s, const control::Estimator& estimator, safety::Wish wish) {
+  const Action before = action();
+  if (!state_.armed) {
+    auto armed = safety::arm(config_.ladder, state_, now_s, {});
+    if (armed) state_ = *armed;
+  }
+  safety::Vitals v;
+  v.pose_age_s = now_s - estimator.last_mocap();
+  v.imu_age_s = now_s - estimator.time();
+  v.p_W = estimator.state().p_WB;
+  v.wish = wish;
+  v.battery_V = battery_V_;
+  const bool on_ground = estimator.state().p_WB.z() <= config_.ground_z + config_.touchdown;
+  state_ = safety::step(config_.ladder, state_, now_s, safety::judge(config_.limits, v), on_ground);
+  if (before == Action::hold) paused_s_ += now_s - last_s_;
+  last_s_ = now_s;
+  return action() != before;
+}
+
+Reference FlightGuard::reference(const Trajectory& plan, double along, double now_s,
+                                 const RigidState& estimate) {
+  if (action() == Action::fly) {
+    frozen_.reset();
+    return plan.sample(along);
+  }
+  if (!frozen_) {
+    frozen_ = plan.sample(along);
+    frozen_s_ = now_s;
+    frozen_->v_WB_W = frozen_->w_WB_B = frozen_->a_WB_W = frozen_->dw_WB_B = Vec3::Zero();
+  }
+  if (action() == Action::hold) {
+    frozen_s_ = now_s;
+    return *frozen_;
+  }
+  if (frozen_->v_WB_W.isZero()) {  // a descent begins where the vehicle is
+    frozen_->p_WB.z() = estimate.p_WB.z();
+    frozen_->v_WB_W.z() = -config_.descend_speed;
+  }
+  Reference r = *frozen_;
+  const double z = r.p_WB.z() - config_.descend_speed * (now_s - frozen_s_);
+  r.p_WB.z() = std::max(z, config_.ground_z);
+  if (z < config_.ground_z) r.v_WB_W = Vec3::Zero();
+  return r;
+}
+
+std::string FlightGuard::words() const {
+  std::string out(safety::to_string(action()));
+  if (state_.armed && state_.cause) out += ": " + std::string(safety::to_string(*state_.cause));
+  return out;
+}
+
+}  // namespace omniflight::components

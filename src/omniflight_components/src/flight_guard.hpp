@@ -1,0 +1,60 @@
+// The failsafe ladder in the controller: which poses are believed, what is wrong, and what is flown instead
+// of the plan. Time is an argument; no bus inside.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "omniflight_bus/parameters.hpp"
+#include "omniflight_control/estimator.hpp"
+#include "omniflight_core/trajectory.hpp"
+#include "omniflight_safety/pose_monitor.hpp"
+#include "omniflight_safety/vitals.hpp"
+
+namespace omniflight::components {
+
+struct GuardConfig {
+  safety::LadderConfig ladder = safety::LadderConfig::standard();
+  safety::Limits limits;
+  safety::PoseMonitorConfig poses;
+  double descend_speed = 0.3;  ///< m/s
+  double ground_z = 0.0;       ///< m, world; the reference of a descent ends there
+  double touchdown = 0.1;      ///< m above it that count as landed
+};
+/// mocap_timeout_s, imu_timeout_s, fence_min_m, fence_max_m, fence_margin_m, descend_speed_mps, ground_z_m,
+/// ...
+Result<GuardConfig> read_guard(bus::Parameters& parameters);
+
+class FlightGuard {
+ public:
+  explicit FlightGuard(const GuardConfig& config) : config_(config), poses_(config.poses) {}
+
+  /// Whether the estimator may have this pose. now_s: flight time.
+  bool believes(double stamp_s, const Vec3& p_WB, const Quat& q_WB, double now_s, bool free,
+                const control::Estimator& estimator);
+
+  void battery(double voltage_V) { battery_V_ = voltage_V; }
+
+  /// Once a tick in free flight; the first one arms the ladder. True when the action has changed.
+  bool update(double now_s, const control::Estimator& estimator, safety::Wish wish);
+
+  /// What is flown at this tick: the plan's reference at `along` [s], or what the action makes of it.
+  Reference reference(const Trajectory& plan, double along, double now_s, const RigidState& estimate);
+  /// s that the plan has stood still because of hold.
+  double paused_s() const { return paused_s_; }
+
+  safety::Action action() const { return state_.armed ? state_.action : safety::Action::fly; }
+  /// "descend: pose_lost", "fly".
+  std::string words() const;
+  const safety::PoseMonitor& poses() const { return poses_; }
+
+ private:
+  GuardConfig config_;
+  safety::PoseMonitor poses_;
+  safety::LadderState state_;
+  std::optional<Reference> frozen_;  ///< from where hold and descend go on
+  std::optional<double> battery_V_;
+  double frozen_s_ = 0, last_s_ = 0, paused_s_ = 0;
+};
+
+}  // namespace omniflight::components

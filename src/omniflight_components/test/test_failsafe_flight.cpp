@@ -1,0 +1,324 @@
+// Flights with somebody who spoils them: strangers on the bus, stamps of other clocks, poses that stop or
+// freeze. All components in one process, in lockstep, so that a time is exact to one control period.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include "omniflight_bus/domain.hpp"
+#include "omniflight_bus/publisher.hpp"
+#include "omniflight_bus/run_components.hpp"
+#include "omniflight_bus/subscription.hpp"
+#include "omniflight_components/components.hpp"
+#include "omniflight_components/topics.hpp"
+#include "omniflight_core/frames.hpp"
+
+namespace {
+
+using namespace omniflight;
+using namespace msgs;
+namespace fs = std::filesystem;
+namespace topics = components::topics;
+
+constexpr double kPeriod = 0.002;  // s, control period
+
+/// Watches a flight, and at every tick may publish poses and commands of its own.
+class Stranger final : public bus::Component {
+ public:
+  using Act = std::function<void(Stranger&, double t)>;
+  explicit Stranger(Act act) : Component("stranger"), act_(std::move(act)) {}
+
+  void pose(double stamp_s, double x) {
+    pose_->header.stamp = bus::stamp(std::llround(stamp_s * 1e9));
+    pose_->pose.position.x = x;
+    pose_->pose.position.z = 1.3;
+    pose_->pose.orientation.w = 1.0;
+    (void)poses_->publish(*pose_, 1);
+  }
+  void command(double stamp_s, double speed) {
+    command_->header.stamp = bus::stamp(std::llround(stamp_s * 1e9));
+    const std::array<double, 8> speeds{speed, speed, speed, speed, speed, speed, speed, speed};
+    bus::assign(command_->velocity, speeds);
+    (void)commands_->publish(*command_, 1);
+  }
+
+  void wish(const char* words) {
+    bus::set_text(wish_message_->data, words);
+    (void)wishes_->publish(*wish_message_, 1);
+  }
+
+  double furthest_m = 0;  ///< of the true position from where the flight began, while it is free
+  double end_s = 0;
+  struct Said {
+    double t;
+    std::string words;
+  };
+  std::vector<Said> failsafe;
+  Vec3 last = Vec3::Zero(), first = Vec3::Constant(NAN);
+
+ private:
+  template <class T>
+  Status hear(std::optional<bus::Subscription<T>>& slot, const char* topic, const bus::Qos& qos,
+              std::function<void(const T&)> take) {
+    auto made = bus::Subscription<T>::create(participant(), topic, qos,
+                                             [take](const T& m, std::int64_t) { take(m); });
+    if (!made) return Failure(made.error());
+    slot.emplace(std::move(*made));
+    return {};
+  }
+  Status on_configure(const YAML::Node&) override {
+    auto poses = advertise<geometry_msgs::PoseStamped>(topics::mocap, bus::Qos::bulk(64));
+    if (!poses) return Failure(poses.error());
+    poses_.emplace(std::move(*poses));
+    auto commands = advertise<actuator_msgs::Actuators>(topics::command, bus::Qos::bulk(64));
+    if (!commands) return Failure(commands.error());
+    commands_.emplace(std::move(*commands));
+    auto wishes = advertise<std_msgs::String>(topics::wish, bus::Qos::latched_last());
+    if (!wishes) return Failure(wishes.error());
+    wishes_.emplace(std::move(*wishes));
+    Status ok =
+        hear<omniflight_msgs::TruthState>(truth_, topics::truth, bus::Qos::bulk(64), [this](const auto& m) {
+          last = Vec3(m.position[0], m.position[1], m.position[2]);
+          if (!first.allFinite()) first = last;
+          furthest_m = std::max(furthest_m, (last - first).norm());
+        });
+    if (ok)
+      ok = hear<diagnostic_msgs::DiagnosticArray>(
+          failsafe_, topics::failsafe, bus::Qos::latched_last(), [this](const auto& m) {
+            failsafe.push_back({1e-9 * static_cast<double>(bus::nanoseconds(m.header.stamp)),
+                                std::string(bus::text(bus::view(m.status)[0].message))});
+          });
+    if (ok)
+      ok = hear<omniflight_msgs::Tick>(tick_, topics::tick, bus::Qos::bulk(64), [this](const auto& m) {
+        end_s = 1e-9 * static_cast<double>(bus::nanoseconds(m.header.stamp));
+        if (act_) act_(*this, end_s);
+      });
+    return ok;
+  }
+  Status on_cleanup() override {
+    tick_.reset();
+    failsafe_.reset();
+    truth_.reset();
+    poses_.reset();
+    wishes_.reset();
+    commands_.reset();
+    return {};
+  }
+
+  Act act_;
+  bus::Message<geometry_msgs::PoseStamped> pose_;
+  bus::Message<actuator_msgs::Actuators> command_;
+  bus::Message<std_msgs::String> wish_message_;
+  std::optional<bus::Publisher<std_msgs::String>> wishes_;
+  std::optional<bus::Publisher<geometry_msgs::PoseStamped>> poses_;
+  std::optional<bus::Publisher<actuator_msgs::Actuators>> commands_;
+  std::optional<bus::Subscription<omniflight_msgs::TruthState>> truth_;
+  std::optional<bus::Subscription<diagnostic_msgs::DiagnosticArray>> failsafe_;
+  std::optional<bus::Subscription<omniflight_msgs::Tick>> tick_;
+};
+
+class FailsafeFlight : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+    fs::create_directories(folder_);
+    std::ofstream(folder_ / "short.yaml")
+        << "schema: omniflight.mission/1\nname: short\nvehicle: omnimorph\ntest_bed: pyramid\nalpha_deg: 30\n"
+           "clearance_m: 0.08\nseed: 1\nbudget_ms: 1000\n"
+           "limits: {speed_mps: 0.3, acceleration_mps2: 0.4, rate_dps: 30, angular_acceleration_dps2: 90, "
+           "rotor_headroom: 0.1}\n"
+           "start: {position: [0, 0, 1.3], attitude: {rpy_deg: [0, 0, 0]}, hold_s: 0.5}\n"
+           "waypoints:\n  - {name: aside, by: [0.05, 0, 0], hold_s: 0.5}\n";
+    claim_.emplace(bus::claim_free_domain());
+    ASSERT_TRUE(*claim_) << claim_->error().text();
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  struct Flown {
+    int code;
+    std::string text;  ///< stderr
+    std::shared_ptr<Stranger> seen;
+  };
+  /// 8 s of simulated flight with the stranger beside it; the faults, when there are any, as YAML list items.
+  Flown fly(Stranger::Act act, const std::string& faults = "", double duration_s = 8,
+            const std::vector<std::string>& parameters = {}) {
+    std::vector<std::string> overrides{"planner:mission:=" + (folder_ / "short.yaml").string(),
+                                       "allocator:vehicle:=omnimorph",
+                                       "simulator:vehicle:=omnimorph",
+                                       "simulator:initial_position_m:=[0, 0, 1.3]",
+                                       "simulator:initial_alpha_deg:=30",
+                                       "simulator:sensors:=" OMNIFLIGHT_SOURCE_ROOT
+                                       "/configs/sensors/laboratory.yaml",
+                                       "simulator:duration_s:=" + std::to_string(duration_s)};
+    if (!faults.empty()) {
+      std::ofstream(folder_ / "faults.yaml") << "schema: omniflight.faults/1\nfaults:\n" << faults;
+      overrides.push_back("simulator:faults_file:=" + (folder_ / "faults.yaml").string());
+    }
+    overrides.insert(overrides.end(), parameters.begin(), parameters.end());
+    std::vector<std::unique_ptr<bus::Component>> parts;
+    for (const char* name : {"planner", "allocator", "controller"})
+      parts.push_back(components::make_component(name));
+    auto stranger = std::make_unique<Stranger>(std::move(act));
+    Stranger* seen = stranger.get();
+    auto kept = std::make_shared<Stranger>(Stranger::Act{});
+    parts.push_back(std::move(stranger));
+    parts.push_back(std::make_unique<Keeper>(*seen, kept));
+    parts.push_back(components::make_component("simulator"));
+    bus::RunOptions options;
+    options.domain = (*claim_)->domain();
+    options.loopback_file = OMNIFLIGHT_SOURCE_ROOT "/configs/cyclonedds_loopback.xml";
+    options.overrides = overrides;
+    options.timeout = std::chrono::seconds(60);
+    ::testing::internal::CaptureStderr();
+    const int code = bus::run_components(std::move(parts), options);
+    return {code, ::testing::internal::GetCapturedStderr(), kept};
+  }
+
+  /// What the ladder did, as "action: cause" in their order.
+  static std::string story(const Flown& flown) {
+    std::string out;
+    for (const auto& said : flown.seen->failsafe) out += (out.empty() ? "" : ", ") + said.words;
+    return out;
+  }
+
+  /// Keeps what a component saw beyond its end.
+  class Keeper final : public bus::Component {
+   public:
+    Keeper(Stranger& from, std::shared_ptr<Stranger> to)
+        : Component("keeper"), from_(from), to_(std::move(to)) {}
+
+   private:
+    Status on_configure(const YAML::Node&) override { return {}; }
+    Status on_deactivate() override {
+      to_->furthest_m = from_.furthest_m;
+      to_->end_s = from_.end_s;
+      to_->failsafe = from_.failsafe;
+      to_->last = from_.last;
+      to_->first = from_.first;
+      return {};
+    }
+    Stranger& from_;
+    std::shared_ptr<Stranger> to_;
+  };
+
+  fs::path folder_ = fs::temp_directory_path() / ("omniflight_failsafe_" + std::to_string(::getpid()));
+  std::optional<Result<bus::DomainClaim>> claim_;
+};
+
+constexpr int kIncomplete = static_cast<int>(ErrorCode::incomplete);
+/// m that a quiet flight of this mission moves away from where it begins.
+constexpr double kQuietFlight = 0.15;
+
+#define EXPECT_SAYS(flown, words) EXPECT_NE(flown.text.find(words), std::string::npos) << flown.text
+
+TEST_F(FailsafeFlight, PosesOfAnotherClockBlindNobody) {
+  // the first pose of all is the stranger's, so that the one who is followed speaks another time
+  const Flown flown = fly([](Stranger& s, double t) {
+    if (t > 2.0 && t < 2.1) s.pose(1.7e9 + t, 0.0);
+    if (t > 2.1 && t < 2.2) s.pose(t + 5.0, 0.0);
+  });
+  EXPECT_EQ(flown.code, 0) << flown.text;
+  EXPECT_LT(flown.seen->furthest_m, kQuietFlight);
+  EXPECT_SAYS(flown, "a second publisher of /omniflight/mocap is refused");
+}
+
+TEST_F(FailsafeFlight, ASecondPublisherOfPosesIsNotFollowed) {
+  const Flown flown = fly([](Stranger& s, double t) {
+    if (t > 2.0) s.pose(t, 2.0);
+  });
+  EXPECT_EQ(flown.code, 0) << flown.text;
+  EXPECT_LT(flown.seen->furthest_m, kQuietFlight);
+  EXPECT_SAYS(flown, "a second publisher of /omniflight/mocap is refused");
+}
+
+TEST_F(FailsafeFlight, ASecondPublisherOfCommandsIsNotFollowed) {
+  const Flown flown = fly([](Stranger& s, double t) {
+    if (t > 2.0) s.command(t + 1e-6, 0.0);
+  });
+  EXPECT_EQ(flown.code, 0) << flown.text;
+  EXPECT_LT(flown.seen->furthest_m, kQuietFlight);
+  EXPECT_SAYS(flown, "a second publisher of /omniflight/command is refused");
+}
+
+TEST_F(FailsafeFlight, AGapOfPosesIsFlownThrough) {
+  const Flown flown = fly({}, "  - {at_s: 3, kind: sensor_loss, sensor: mocap, for_s: 0.3}\n");
+  EXPECT_EQ(flown.code, 0) << flown.text;
+  EXPECT_LT(flown.seen->furthest_m, kQuietFlight);
+  EXPECT_TRUE(flown.seen->failsafe.empty());
+}
+
+TEST_F(FailsafeFlight, LostPosesAreFlownThroughForHalfASecondThenDescended) {
+  const Flown flown = fly({}, "  - {at_s: 3, kind: sensor_loss, sensor: mocap, for_s: 60}\n", 12);
+  EXPECT_EQ(flown.code, kIncomplete) << flown.text;
+  ASSERT_GE(flown.seen->failsafe.size(), 2u) << flown.text;
+  const auto& descend = flown.seen->failsafe[0];
+  EXPECT_EQ(descend.words, "descend: pose_lost");
+  constexpr double kFrame = 0.012;  // s between two poses, and their delay
+  EXPECT_NEAR(descend.t, 3.5, kFrame + kPeriod);
+  const auto& ramp = flown.seen->failsafe[1];
+  EXPECT_EQ(ramp.words, "ramp_down: pose_lost");
+  const Vec3 moved = flown.seen->last - flown.seen->first;
+  std::printf("descended from 1.3 m to %.2f m in %.2f s, %.2f m aside on the IMU alone\n",
+              flown.seen->last.z(), ramp.t - descend.t, moved.head<2>().norm());
+  EXPECT_LT(moved.head<2>().norm(), 0.5);
+  EXPECT_NEAR(flown.seen->last.z(), 0.1, 0.3);
+  EXPECT_SAYS(flown, "the failsafe ended the flight");
+}
+
+TEST_F(FailsafeFlight, FrozenPosesAreRefusedAndThenDescended) {
+  const Flown flown = fly({}, "  - {at_s: 3, kind: sensor_freeze, sensor: mocap, for_s: 60}\n", 12);
+  EXPECT_EQ(flown.code, kIncomplete) << flown.text;
+  EXPECT_SAYS(flown, "equal poses in a row");
+  EXPECT_SAYS(flown, "descend: pose_lost");
+  EXPECT_LT((flown.seen->last - flown.seen->first).head<2>().norm(), 0.5);
+}
+
+TEST_F(FailsafeFlight, TheOperatorHoldsAndResumes) {
+  const auto at = [](double t, double when) { return std::abs(t - when) < 0.5 * kPeriod; };
+  const Flown flown = fly(
+      [&](Stranger& s, double t) {
+        if (at(t, 4.5)) s.wish("hold");
+        if (at(t, 5.5)) s.wish("none");
+      },
+      "", 10);
+  EXPECT_EQ(flown.code, 0) << flown.text;
+  EXPECT_EQ(story(flown), "hold: operator_hold, fly");
+  ASSERT_EQ(flown.seen->failsafe.size(), 2u);
+  EXPECT_NEAR(flown.seen->failsafe[0].t, 4.5, 1.5 * kPeriod);
+  EXPECT_NEAR(flown.seen->failsafe[1].t, 5.5, 1.5 * kPeriod);
+  EXPECT_NEAR((flown.seen->last - flown.seen->first).x(), 0.05, 0.01)
+      << "the plan was flown to its end afterwards";
+}
+
+TEST_F(FailsafeFlight, TheOperatorLands) {
+  const Flown flown = fly(
+      [](Stranger& s, double t) {
+        if (std::abs(t - 3.0) < 0.5 * kPeriod) s.wish("land");
+      },
+      "", 12);
+  EXPECT_EQ(flown.code, kIncomplete) << flown.text;
+  EXPECT_EQ(story(flown).substr(0, 50), "descend: operator_land, ramp_down: operator_land");
+  EXPECT_LT(flown.seen->last.z(), 0.2);
+  EXPECT_LT((flown.seen->last - flown.seen->first).head<2>().norm(), 0.05)
+      << "the mission's clearance is 0.08 m";
+}
+
+TEST_F(FailsafeFlight, OutsideTheFenceItDescends) {
+  const Flown flown =
+      fly({}, "", 14, {"controller:fence_min_m:=[-1, -1, -1]", "controller:fence_max_m:=[0.03, 1, 3]"});
+  EXPECT_EQ(flown.code, kIncomplete) << flown.text;
+  EXPECT_EQ(story(flown).substr(0, 22), "descend: geofence_left");
+}
+
+TEST_F(FailsafeFlight, AnEmptyBatteryIsLandedWith) {
+  const Flown flown = fly({}, "", 12, {"controller:battery_empty_V:=900"});
+  EXPECT_EQ(flown.code, kIncomplete) << flown.text;
+  ASSERT_FALSE(flown.seen->failsafe.empty());
+  EXPECT_EQ(flown.seen->failsafe[0].words, "descend: battery_empty");
+  EXPECT_NEAR(flown.seen->failsafe[0].t, 1.5, 1.5 * kPeriod) << "1 s held, then 0.5 s";
+}
+
+}  // namespace

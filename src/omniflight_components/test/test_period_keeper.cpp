@@ -1,0 +1,33 @@
+// The control loop's own clock: what it misses is counted and left out, and no step of the system clock moves
+// it.
+#include <gtest/gtest.h>
+
+#include "../src/period_keeper.hpp"
+
+namespace omniflight::components {
+namespace {
+
+TEST(PeriodKeeper, CountsWholeMissedPeriodsAndLeavesThemOut) {
+  const WallPace pace;
+  PeriodKeeper keeper(pace, 0.02);
+  for (int k = 0; k < 3; ++k) keeper.wait();
+  const std::uint64_t before = keeper.missed();
+  std::this_thread::sleep_for(std::chrono::milliseconds(110));  // five periods and a half
+  keeper.wait();
+  EXPECT_GE(keeper.missed() - before, 4u);
+  EXPECT_GE(keeper.longest_late_s(), 0.08);
+  const double t0 = pace.now();
+  keeper.wait();
+  EXPECT_GT(pace.now() - t0, 0.0005) << "no burst of the periods that were missed";
+  EXPECT_EQ(keeper.periods() - keeper.missed(), 5u);
+}
+
+TEST(WallPace, CountsFromAnEpochOfTheMonotonicClock) {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  const WallPace pace(std::chrono::nanoseconds(now).count() - 5'000'000'000);
+  EXPECT_GE(pace.now(), 5.0);
+  EXPECT_LT(pace.now(), 6.0);
+}
+
+}  // namespace
+}  // namespace omniflight::components

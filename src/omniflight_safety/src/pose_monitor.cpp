@@ -1,0 +1,84 @@
+#include "omniflight_safety/pose_monitor.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+
+namespace omniflight::safety {
+namespace {
+
+std::string words(const char* format, double a, double b = 0) {
+  char text[160];
+  std::snprintf(text, sizeof text, format, a, b);
+  return text;
+}
+
+}  // namespace
+
+std::string_view to_string(PoseRefusal refusal) {
+  static constexpr std::array<std::string_view, kPoseRefusals> names = {
+      "not_finite", "other_epoch", "from_future", "too_old", "out_of_order", "frozen", "jump"};
+  return names[static_cast<std::size_t>(refusal)];
+}
+
+std::optional<PoseRefusal> PoseMonitor::find(double stamp_s, const Vec3& p, const Quat& q, double now_s,
+                                             bool free, const std::optional<ExpectedPose>& expected) {
+  constexpr double kLeastNorm = 0.5;  // of a quaternion that is meant to be one
+  if (!std::isfinite(stamp_s) || !std::isfinite(now_s) || !p.allFinite() || !q.coeffs().allFinite() ||
+      q.norm() < kLeastNorm) {
+    last_words_ = "a value is not finite, or the attitude is no quaternion";
+    return PoseRefusal::not_finite;
+  }
+  const double ahead_s = stamp_s - now_s;
+  if (std::abs(ahead_s) > config_.epoch_s) {
+    last_words_ = words("stamp %.6g s from flight time: another clock", ahead_s);
+    return PoseRefusal::other_epoch;
+  }
+  if (ahead_s > config_.future_s) {
+    last_words_ = words("stamp %.4g s ahead of flight time", ahead_s);
+    return PoseRefusal::from_future;
+  }
+  if (-ahead_s > config_.old_s) {
+    last_words_ = words("stamp %.4g s behind flight time", -ahead_s);
+    return PoseRefusal::too_old;
+  }
+  if (believed_s_ && stamp_s <= *believed_s_) {
+    last_words_ = words("stamp %.4g s not after the last believed one", *believed_s_ - stamp_s);
+    return PoseRefusal::out_of_order;
+  }
+  const bool equal = p == last_p_ && q.coeffs() == last_q_;
+  repeats_ = equal ? repeats_ + 1 : 0;
+  last_p_ = p;
+  last_q_ = q.coeffs();
+  if (free && repeats_ + 1 >= config_.frozen_samples) {
+    last_words_ = words("%.0f equal poses in a row", repeats_ + 1.0);
+    return PoseRefusal::frozen;
+  }
+  if (expected && believed_s_) {
+    const double grown_m = config_.jump_growth_mps * (stamp_s - *believed_s_);
+    const double away_m = (p - expected->p_WB).norm();
+    const double away_rad = expected->q_WB.angularDistance(q.normalized());
+    if (away_m > config_.jump_m + grown_m || away_rad > config_.jump_rad) {
+      last_words_ = words("%.3g m and %.3g rad from where the vehicle is expected", away_m, away_rad);
+      return PoseRefusal::jump;
+    }
+  }
+  return {};
+}
+
+std::optional<PoseRefusal> PoseMonitor::judge(double stamp_s, const Vec3& p_WB, const Quat& q_WB,
+                                              double now_s, bool free,
+                                              const std::optional<ExpectedPose>& expected) {
+  const auto refusal = find(stamp_s, p_WB, q_WB, now_s, free, expected);
+  if (refusal)
+    ++refused_[static_cast<std::size_t>(*refusal)];
+  else
+    believed_s_ = stamp_s;
+  return refusal;
+}
+
+std::uint64_t PoseMonitor::refused() const {
+  return std::accumulate(refused_.begin(), refused_.end(), std::uint64_t{0});
+}
+
+}  // namespace omniflight::safety
