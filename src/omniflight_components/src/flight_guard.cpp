@@ -11,8 +11,9 @@ Result<GuardConfig> read_guard(bus::Parameters& p) {
   // the ladder counts from when the pose is stale; the parameter from the last pose
   const double pose = p.number("mocap_timeout_s", 0.5, 0.01, 10);
   const double imu = p.number("imu_timeout_s", 0.1, 0.01, 10);
-  l.pose_stale_s = std::min(l.pose_stale_s, pose);
-  l.imu_stale_s = std::min(l.imu_stale_s, imu);
+  constexpr double kPoseShare = 0.6, kImuShare = 0.5;  // of it until it counts as lost, as in safety::Limits
+  l.pose_stale_s = kPoseShare * pose;
+  l.imu_stale_s = kImuShare * imu;
   c.ladder.rungs[index(Fault::pose_lost)].delay_s = pose - l.pose_stale_s;
   c.ladder.rungs[index(Fault::imu_lost)].delay_s = imu - l.imu_stale_s;
   const auto corner = [&](const char* key, const Vec3& otherwise) {

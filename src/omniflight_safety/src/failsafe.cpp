@@ -65,7 +65,7 @@ LadderConfig LadderConfig::standard() {
   set(Fault::periods_missed, Action::hold, 1.0);
   set(Fault::operator_hold, Action::hold, 0.0);
   set(Fault::battery_low, Action::hold, 2.0);
-  set(Fault::pose_lost, Action::descend, 0.45);  // and 0.05 s until it counts as lost (Limits)
+  set(Fault::pose_lost, Action::descend, 0.2);  // and 0.3 s until it counts as lost (Limits)
   set(Fault::geofence_left, Action::descend, 0.1);
   set(Fault::operator_land, Action::descend, 0.0);
   set(Fault::battery_empty, Action::descend, 0.5);

@@ -30,9 +30,9 @@ TEST(Vitals, EachLimitIsAFaultOfItsOwn) {
     change(v);
     return judge(limits(), v);
   };
-  EXPECT_EQ(with([](auto& v) { v.pose_age_s = 0.051; }), only(Fault::pose_lost));
+  EXPECT_EQ(with([](auto& v) { v.pose_age_s = 0.301; }), only(Fault::pose_lost));
   EXPECT_EQ(with([](auto& v) { v.pose_age_s = std::nan(""); }), only(Fault::pose_lost));
-  EXPECT_EQ(with([](auto& v) { v.imu_age_s = 0.021; }), only(Fault::imu_lost));
+  EXPECT_EQ(with([](auto& v) { v.imu_age_s = 0.051; }), only(Fault::imu_lost));
   EXPECT_EQ(with([](auto& v) { v.command_age_s = 0.016; }), only(Fault::commands_lost));
   EXPECT_EQ(with([](auto& v) { v.innovation_m = 0.51; }), only(Fault::estimate_diverged));
   EXPECT_EQ(with([](auto& v) { v.missed_share = 0.06; }), only(Fault::periods_missed));

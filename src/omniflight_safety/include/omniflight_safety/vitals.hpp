@@ -19,8 +19,9 @@ struct Fence {
 double outside(const Fence& fence, const Vec3& p_W);
 
 struct Limits {
-  double pose_stale_s = 0.05;    ///< s, age of the newest believable pose
-  double imu_stale_s = 0.02;     ///< s
+  double pose_stale_s =
+      0.3;  ///< s, age of the newest believable pose; beyond any drop-out of a working system
+  double imu_stale_s = 0.05;     ///< s; beyond the period of the slowest IMU
   double command_stale_s = 0.0;  ///< s, age of the newest rotor command; 0 = not judged
   double innovation_m = 0.5;     ///< m, between pose and estimate
   double battery_low_V = 0.0;    ///< V, 0 = not judged
