@@ -10,7 +10,9 @@ using Eigen::MatrixXd;
 
 constexpr double kSmooth_hz =
     20;  ///< of what an injected wrench is made of: noise of the log must not come in twice
-constexpr double kInTheAir = 0.6;  ///< of the weight: rotors that carry less do not fly
+constexpr double kInTheAir = 0.6;      ///< of the weight: rotors that carry less do not fly
+constexpr double kIdle = 0.3;          ///< of the weight: it stands
+constexpr double kOffTheFloor = 0.08;  ///< m
 
 /// Forwards and backwards first-order: no delay.
 void smooth(MatrixXd& x, double period) {
@@ -82,11 +84,17 @@ Result<RealFlight> RealFlight::create(recording::Recording recording, const vehi
     f.turning_.row(i) =
         (f.rate_.row(i + 1) - f.rate_.row(i - 1)) /
         std::max(1e-6, f.t_[static_cast<std::size_t>(i) + 1] - f.t_[static_cast<std::size_t>(i) - 1]);
-  f.floor_ = f.position_.col(2).minCoeff();
+  // the floor is where it stands with idle rotors; a recording that begins and ends in the air has none
+  double low = 0, standing = 0;
+  for (std::size_t i = 0; i < f.t_.size(); ++i)
+    if (f.thrust(i).sum() < kIdle * vehicle.mass * kGravity)
+      low += f.position_(static_cast<Eigen::Index>(i), 2), ++standing;
+  f.floor_ = standing > 0 ? low / standing : 0;
   double air = 0;
   for (std::size_t i = 0; i < f.t_.size(); ++i) {
+    const double height = f.position_(static_cast<Eigen::Index>(i), 2) - f.floor_;
     f.flying_.push_back(f.thrust(i).sum() > kInTheAir * vehicle.mass * kGravity &&
-                        f.position_(static_cast<Eigen::Index>(i), 2) > f.floor_ + 0.08);
+                        (standing == 0 || height > kOffTheFloor));
     air += f.flying_.back() ? f.period_ : 0;
   }
   if (air < 8) return bad_input("flies for " + std::to_string(air) + " s, 8 s are needed", r.file);
@@ -138,7 +146,7 @@ Injected inject(const RealFlight& f, const Injectable& what, double a, const Sha
       lagged[k] = wanted[k] + keep * (lagged[k] - wanted[k]);
       const double least = std::min(now[k], rotor.lower_thrust()), most = std::max(now[k], rotor.max_thrust);
       const double bounded = std::clamp(now[k] + lagged[k], least, most) - now[k];
-      clipped = clipped || bounded != lagged[k];
+      clipped = clipped || std::abs(bounded - lagged[k]) > 1e-6 * rotor.max_thrust;
       change(i, k) = bounded;
     }
     if (!f.flying(s)) continue;

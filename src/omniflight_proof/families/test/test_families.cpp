@@ -84,7 +84,9 @@ TEST(Draw, HidesEveryIdBeforeAnyAgainAndRepeatsForItsSalt) {
     unknown += p.kind == Kind::unknown;
     nominal += p.hidden.empty();
     for (const std::size_t h : p.hidden)
-      if (hidden_effects()[h].slow) EXPECT_LE(p.where.length, 75);
+      if (hidden_effects()[h].slow) {
+        EXPECT_LE(p.where.length, 75);
+      }
   }
   for (const std::string& id : catalogue()) EXPECT_TRUE(ids.count(id)) << id;
   EXPECT_EQ(vehicles.size(), std::size(kFamilyVehicles));
