@@ -15,10 +15,11 @@ namespace omniflight::cli {
 namespace {
 
 struct Options {
-  std::string seal, reveal, vehicle, level, salt;
+  std::string seal, reveal, vehicle, level, salt, real;
   int cases = 240, nulls = 300, jobs = 0, ablations = -1, proposals = 0;
   double limit_s = 600;
-  bool tuning = false, allow_unsealed = false, no_baselines = false, no_second = false;
+  long seed = -1;
+  bool families = false, tuning = false, allow_unsealed = false, no_baselines = false, no_second = false;
 };
 
 /// Runs a program with this terminal; Ctrl-C and SIGTERM reach it, and it keeps what is complete.
@@ -63,6 +64,11 @@ Action add_prove(CLI::App& verb, Common& common) {
   verb.add_option("--proposals", o->proposals,
                   "Proposed flights that are analysed, the first by the numbers of their cases; default: all")
       ->check(CLI::Range(1, 100000));
+  verb.add_flag(
+      "--families", o->families,
+      "Worlds that differ in vehicle, controller, start, manoeuvre, signals, noise and calibration");
+  verb.add_option("--real", o->real, "Inject effects into the real flights of this folder; needs --vehicle");
+  verb.add_option("--seed", o->seed, "Of --families --tuning")->check(CLI::Range(0L, 1000000000L));
   verb.add_flag("--no-second", o->no_second, "Do not fly what is proposed for ambiguous cases");
   verb.add_flag("--tuning", o->tuning, "Other parameter boxes and magnitudes, for developing");
   verb.add_flag("--no-baselines", o->no_baselines, "Leave the textbook methods out");
@@ -86,6 +92,9 @@ Action add_prove(CLI::App& verb, Common& common) {
     add("--reveal", o->reveal);
     add("--vehicle", o->vehicle);
     add("--salt", o->salt);
+    add("--real", o->real);
+    if (o->seed >= 0) add("--seed", std::to_string(o->seed));
+    if (o->families) a.emplace_back("--families");
     if (o->ablations >= 0) add("--ablations", std::to_string(o->ablations));
     if (o->proposals > 0) add("--proposals", std::to_string(o->proposals));
     if (o->jobs > 0) add("--jobs", std::to_string(o->jobs));

@@ -1,11 +1,9 @@
 // Mechanisms that no effect library has: what must be called unknown.
 #include <algorithm>
 
-#include "case_mechanism.hpp"
+#include "case_mechanism_words.hpp"
 
 namespace omniflight::proof {
-
-void unknown_laws(std::vector<Mechanism>& out);
 
 namespace {
 

@@ -17,10 +17,14 @@ target_include_directories(omniflight_proof_protocol PUBLIC ${PROVE})
 target_link_libraries(omniflight_proof_protocol PUBLIC omniflight_core::omniflight_core omniflight_files::omniflight_files
   nlohmann_json::nlohmann_json fmt::fmt PRIVATE ZLIB::ZLIB omniflight_warnings)
 
+add_library(omniflight_proof_paths STATIC ${PROVE}/case_path.cpp ${PROVE}/case_shape.cpp)
+target_include_directories(omniflight_proof_paths PUBLIC ${PROVE})
+target_link_libraries(omniflight_proof_paths PUBLIC omniflight_core::omniflight_core PRIVATE omniflight_warnings)
+
 add_library(omniflight_proof_cases STATIC
-  ${PROVE}/case_path.cpp ${PROVE}/case_next.cpp ${PROVE}/case_log.cpp ${PROVE}/case_flight.cpp ${PROVE}/case_mechanism.cpp
+  ${PROVE}/case_next.cpp ${PROVE}/case_log.cpp ${PROVE}/case_flight.cpp ${PROVE}/case_mechanism.cpp ${PROVE}/case_mechanism_outside.cpp
   ${PROVE}/case_unknown.cpp ${PROVE}/case_draw.cpp ${PROVE}/case_make.cpp)
-target_link_libraries(omniflight_proof_cases PUBLIC omniflight_proof omniflight_proof_protocol
+target_link_libraries(omniflight_proof_cases PUBLIC omniflight_proof omniflight_proof_protocol omniflight_proof_paths
   omniflight_control::omniflight_control omniflight_allocation::omniflight_allocation
   omniflight_recording::omniflight_recording PRIVATE Threads::Threads omniflight_warnings)
 omniflight_executable(omniflight_proof_generate ${PROVE}/prove_generate.cpp

@@ -59,11 +59,12 @@ Confined run_of(const AnalyseOptions& o, const std::string& name, const fs::path
   const fs::path in = o.places.cases() / name;
   c.arguments = {o.command, "diagnose", (in / "flight.csv.gz").string()};
   if (o.second) c.arguments.push_back((o.places.next() / name / "flight.csv.gz").string());
+  const std::string vehicle = o.vehicle.empty() ? (in / "vehicle.yaml").string() : o.vehicle;
   c.arguments.insert(c.arguments.end(),
-                     {"--vehicle", o.vehicle, "--out", part.string(), "--quiet", "--jobs", "1"});
-  if (o.ablation.empty())
+                     {"--vehicle", vehicle, "--out", part.string(), "--quiet", "--jobs", "1"});
+  if (o.ablation.empty() && !o.vehicle.empty())
     c.arguments.emplace_back("--refly-recorded");
-  else
+  else if (!o.ablation.empty())
     c.arguments.insert(c.arguments.end(), {"--ablation", o.ablation});
   return c;
 }

@@ -13,7 +13,7 @@ struct AnalyseOptions {
   Places places;
   std::string command;    ///< full path of omniflight
   std::string baselines;  ///< full path of omniflight_proof_baselines; empty: none are run
-  std::string vehicle;    ///< YAML below OUT/vehicle
+  std::string vehicle;    ///< YAML below OUT/vehicle; empty: every case has its own
   std::string self;       ///< full path of the program that has --probe
   Confinement confinement = Confinement::none;
   int jobs = 1;

@@ -14,6 +14,7 @@
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
 #include "prove_analyse.hpp"
+#include "seal.hpp"
 
 namespace omniflight::proof {
 namespace {
@@ -32,6 +33,9 @@ struct Options {
   std::string out = "runs/proof", seal, reveal, vehicle = "omnimorph", level, salt, command;
   int cases = 240, nulls = 300, jobs = 0, ablations = -1, proposals = 0;
   double limit_s = 600;
+  bool families = false;  ///< worlds of the families instead of the levels
+  std::string real;       ///< recordings of real flights to inject into instead
+  long seed = -1;
   bool tuning = false, allow_unsealed = false, baselines = true, second = true, quiet = false,
        as_json = false;
   // --probe
@@ -85,6 +89,29 @@ Status ended(Result<int> code, const std::string& what) {
   return fail(kind, fmt::format("{} ended with {}", what, *code), "", "See the line above");
 }
 
+/// Families and injections have a vehicle for every case, and scores of their own.
+bool by_family(const Options& o) { return o.families || !o.real.empty(); }
+
+Result<std::vector<std::string>> family_arguments(const Options& o, const Places& places) {
+  auto generator = program(o.real.empty() ? "omniflight_proof_families" : "omniflight_proof_inject");
+  if (!generator) return Failure(generator.error());
+  std::vector<std::string> a{*generator,
+                             "--out",
+                             o.out,
+                             "--seal",
+                             places.seal.string(),
+                             "--cases",
+                             std::to_string(o.cases),
+                             "--nulls",
+                             std::to_string(o.nulls)};
+  if (!o.real.empty()) a.insert(a.end(), {"--real", o.real, "--vehicle", o.vehicle});
+  if (!o.salt.empty()) a.insert(a.end(), {"--salt", o.salt});
+  if (o.jobs > 0 && o.real.empty()) a.insert(a.end(), {"--jobs", std::to_string(o.jobs)});
+  if (o.tuning) a.insert(a.end(), {"--tuning", "--seed", std::to_string(o.seed)});
+  if (o.quiet) a.emplace_back("--quiet");
+  return a;
+}
+
 Result<std::vector<std::string>> generator_arguments(const Options& o, const Places& places) {
   auto generator = program("omniflight_proof_generate");
   if (!generator) return Failure(generator.error());
@@ -108,7 +135,7 @@ Result<std::vector<std::string>> generator_arguments(const Options& o, const Pla
 }
 
 Status hide(const Options& o, const Places& places) {
-  auto arguments = generator_arguments(o, places);
+  auto arguments = by_family(o) ? family_arguments(o, places) : generator_arguments(o, places);
   if (!arguments) return Failure(arguments.error());
   return ended(run(*arguments, true), "hiding the effects");
 }
@@ -147,7 +174,30 @@ Status ask_oracle(const Options& o, const Places& places) {
                "the oracle");
 }
 
+/// The rules under which a sealed run by families proves something; printed with every one.
+constexpr const char* kRules =
+    "rules: nothing is tuned on a sealed run; what is marked unseen was never drawn for tuning; all cases "
+    "are published, "
+    "also those that failed; whoever opens a seal draws the next.";
+
+Status open_and_score_families(const Options& o, const Places& places) {
+  auto scorer = program("omniflight_proof_families_score");
+  if (!scorer) return Failure(scorer.error());
+  std::vector<std::string> a{*scorer,  "--answers",          places.answers().string(),
+                             "--seal", places.seal.string(), "--out",
+                             o.out,    "--commitment",       places.commitment().string()};
+  if (o.quiet) a.emplace_back("--quiet");
+  if (auto ok = ended(run(a, o.as_json), "scoring"); !ok) return ok;
+  say(o, kRules);
+  if (!o.as_json) return {};
+  auto text = files::read_file(places.out / "family_scores.json", 256 * files::kMegabyte);
+  if (!text) return Failure(text.error());
+  std::cout << *text << std::flush;
+  return {};
+}
+
 Status open_and_score(const Options& o, const Places& places) {
+  if (by_family(o)) return open_and_score_families(o, places);
   if (auto ok = ask_oracle(o, places); !ok) return ok;
   auto scorer = program("omniflight_proof_score");
   if (!scorer) return Failure(scorer.error());
@@ -179,7 +229,7 @@ Status ablate(const Options& o, const Places& places, AnalyseOptions a) {
   return {};
 }
 
-Result<int> prove(const Options& o) {
+Result<int> prove(Options o) {
   prctl(PR_SET_DUMPABLE, 0);  // nobody of the same user looks into this process
   std::error_code ec;
   Places places{fs::absolute(o.out, ec).lexically_normal(), {}};
@@ -189,12 +239,17 @@ Result<int> prove(const Options& o) {
                                              : places.out.string() + ".seal",
                              ec)
                     .lexically_normal();
+  if (only_open) {  // cases of families and injections bring their own vehicle
+    for (const auto& entry : fs::directory_iterator(places.cases(), ec))
+      o.families = o.families || fs::exists(entry.path() / "vehicle.yaml");
+  }
   const auto inside = places.seal.lexically_relative(places.out);
   if (!inside.empty() && *inside.begin() != "..")
     return bad_input("lies inside --out, which the analysis sees", places.seal.string(),
                      "Choose a --seal elsewhere");
   AnalyseOptions a;
   if (!only_open) {
+    if (by_family(o)) say(o, kRules);
     if (auto ok = hide(o, places); !ok) return Failure(ok.error());
     auto commitment = files::read_file(places.commitment(), files::kMegabyte);
     if (!commitment) return Failure(commitment.error());
@@ -211,7 +266,8 @@ Result<int> prove(const Options& o) {
     if (!command) return Failure(command.error());
     a.command = *command;
     a.self = fs::read_symlink("/proc/self/exe", ec).string();
-    a.vehicle = (places.out / "vehicle" / (fs::path(o.vehicle).stem().string() + ".yaml")).string();
+    if (!by_family(o))
+      a.vehicle = (places.out / "vehicle" / (fs::path(o.vehicle).stem().string() + ".yaml")).string();
     a.jobs = o.jobs > 0 ? o.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
     a.limit_s = o.limit_s;
     a.quiet = o.quiet;
@@ -221,7 +277,7 @@ Result<int> prove(const Options& o) {
     if (auto ok = check_confinement(a); !ok) return Failure(ok.error());
     say(o, "analysis runs:  " + to_string(a.confinement));
     if (auto ok = analyse(a); !ok) return Failure(ok.error());
-    if (o.baselines) {
+    if (o.baselines && !by_family(o)) {
       auto baselines = program("omniflight_proof_baselines");
       if (!baselines) return Failure(baselines.error());
       a.baselines = *baselines;
@@ -232,9 +288,9 @@ Result<int> prove(const Options& o) {
   auto frozen = freeze(places.answers(), places.frozen());
   if (!frozen) return Failure(frozen.error());
   say(o, "answers frozen: SHA-256 " + *frozen);
-  if (!only_open && o.second)
+  if (!only_open && o.second && !by_family(o))
     if (auto ok = second_round(o, places, a); !ok) return Failure(ok.error());
-  if (!only_open)
+  if (!only_open && !by_family(o))
     if (auto ok = ablate(o, places, a); !ok) return Failure(ok.error());
   if (!o.seal.empty() && o.reveal.empty()) {
     say(o, "the seal stays closed; open it with: omniflight prove --out " + o.out + " --reveal " + o.seal);
@@ -280,6 +336,10 @@ int main(int argc, char** argv) {
                  "Proposed flights that are analysed, the first by the numbers of their cases; default: all")
       ->check(CLI::Range(1, 100000));
   app.add_flag("--tuning", o.tuning, "Draw from the tuning box, not the sealed one");
+  app.add_flag("--families", o.families,
+               "Worlds that differ in vehicle, controller, start, manoeuvre, signals, noise and calibration");
+  app.add_option("--real", o.real, "Inject effects into the real flights of this folder (with --vehicle)");
+  app.add_option("--seed", o.seed, "Of --families --tuning")->check(CLI::Range(0L, 1000000000L));
   app.add_flag("--allow-unsealed", o.allow_unsealed,
                "Go on where the analysis cannot be confined; the result says so");
   app.add_flag("--baselines,!--no-baselines", o.baselines, "Textbook methods on the same cases");

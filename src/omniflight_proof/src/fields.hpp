@@ -12,6 +12,7 @@ void visit(V& v, BodyChange& b) {
   v.number("payload_radius_m", b.payload_radius, 1e-3, 1, "m");
   v.vec3("com_shift_m", b.com_shift_B, -0.5, 0.5, "m");
   v.vec3("inertia_scale", b.inertia_scale, 0.2, 5, "1");
+  v.angles("inertia_turn_deg", b.inertia_turn_B, -45, 45);
   v.number("sloshing_mass_kg", b.sloshing_mass, 0, 10, "kg");
   v.number("sloshing_frequency_hz", b.sloshing_frequency, 0.3, 40, "Hz");
   v.number("sloshing_damping_ratio", b.sloshing_damping_ratio, 0, 2, "1");
@@ -41,12 +42,23 @@ void visit(V& v, RotorChange& r) {
   v.vec3("shift_m", r.shift_B, -0.2, 0.2, "m");
   v.number("fails_from_s", r.fails_from, -1, 1e6, "s");
   v.number("fails_until_s", r.fails_until, -1, 1e6, "s");
+  v.number("linear_share", r.linear_share, -0.9, 0.95, "1");
+  v.number("drag_exponent", r.drag_exponent, -2, 2, "1");
+  v.vec3("lean_radpN", r.lean_B, -1, 1, "rad/N");
+  v.number("slew_radps2", r.slew, 0, 1e7, "rad/s2");
+  v.number("hold_s", r.hold, 0, 0.5, "s");
+  v.number("restart_s", r.restart, 0, 2, "s");
+  v.number("thrust_lag_s", r.thrust_lag, 0, 0.5, "s");
 }
 template <class V>
 void visit(V& v, TiltChange& t) {
   v.angle("offset_deg", t.offset, -30, 30);
   v.number("time_constant_s", t.time_constant, 0, 5, "s");
   v.angle("backlash_deg", t.backlash, 0, 20);
+  v.number("rate_scale", t.rate_scale, 0.02, 10, "1");
+  v.number("loss", t.loss, -0.5, 0.9, "1");
+  v.angle("loss_center_deg", t.loss_center, -180, 180);
+  v.angle("loss_width_deg", t.loss_width, 0, 180);
 }
 template <class V>
 void visit(V& v, BatterySag& b) {
@@ -95,6 +107,14 @@ void visit(V& v, Airframe& a) {
   v.number("rotation_damping_Nms2", a.rotation_damping, 0, 10, "N m s2");
 }
 template <class V>
+void visit(V& v, RotorAir& r) {
+  v.number("drag_kgprad", r.drag, 0, 0.1, "kg/rad");
+  v.number("flapping_kgmprad", r.flapping, 0, 0.1, "kg m/rad");
+  v.number("descent_loss", r.descent_loss, 0, 0.9, "1");
+  v.number("descent_center", r.descent_center, 0.05, 5, "1");
+  v.number("descent_width", r.descent_width, 0.01, 5, "1");
+}
+template <class V>
 void visit(V& v, Gust& g) {
   v.number("start_s", g.start, 0, 1e6, "s");
   v.number("duration_s", g.duration, 0.01, 1e4, "s");
@@ -111,6 +131,9 @@ void visit(V& v, Wind& w) {
 }
 template <class V>
 void visit(V& v, Turbulence& t) {
+  using Kind = Turbulence::Kind;
+  v.choice("kind", t.kind,
+           {{"ou", Kind::ou}, {"dryden", Kind::dryden}, {"heavy", Kind::heavy}, {"bursts", Kind::bursts}});
   v.number("force_rms_N", t.force_rms, 0, 100, "N");
   v.number("torque_rms_Nm", t.torque_rms, 0, 10, "N m");
   v.number("correlation_time_s", t.correlation_time, 0.001, 100, "s");
@@ -144,6 +167,7 @@ void visit(V& v, SlungBall& b) {
   v.number("radius_m", b.radius, 1e-3, 1, "m");
   v.vec3("attachment_m", b.attachment_B, -2, 2, "m");
   v.number("damping_Nms_per_rad", b.damping, 0, 10, "N m s/rad");
+  v.integer("links", b.links, 1, 24);
 }
 template <class V>
 void visit(V& v, Spring& s) {
@@ -153,12 +177,15 @@ void visit(V& v, Spring& s) {
   v.number("damping_Nspm", s.damping, 0, 1e3, "N s/m");
   v.number("rest_length_m", s.rest_length, 0, 100, "m");
   v.flag("rope", s.rope);
+  v.number("hardening_pm", s.hardening, 0, 1e4, "1/m");
 }
 template <class V>
 void visit(V& v, Pull& p) {
   v.vec3("force_N", p.force_W, -100, 100, "N");
   v.vec3("attachment_m", p.attachment_B, -2, 2, "m");
   v.number("from_s", p.from, 0, 1e6, "s");
+  v.number("until_s", p.until, 0, 1e9, "s");
+  v.number("fades_s", p.fades, 0, 1e6, "s");
 }
 template <class V>
 void visit(V& v, Law& l) {
@@ -171,7 +198,14 @@ void visit(V& v, Law& l) {
             {"compass", Kind::compass},
             {"flywheel", Kind::flywheel},
             {"pulsation", Kind::pulsation},
-            {"heave_lock", Kind::heave_lock}});
+            {"heave_lock", Kind::heave_lock},
+            {"cushion", Kind::cushion},
+            {"friction", Kind::friction},
+            {"rail", Kind::rail},
+            {"torsion", Kind::torsion},
+            {"torsion_cubic", Kind::torsion_cubic},
+            {"crosswise", Kind::crosswise},
+            {"gyration", Kind::gyration}});
   v.number("gain", l.gain, -1000, 1000, "unit of the kind");
   v.vec3("axis", l.axis, -1, 1, "1");
   v.vec3("center_m", l.center_W, -100, 100, "m");
@@ -202,6 +236,11 @@ void visit(V& v, SensorChange& s) {
   v.vec3("imu_position_m", s.imu_p_B, -1, 1, "m");
   v.number("imu_low_pass_hz", s.imu_low_pass, 0, 1000, "Hz");
   v.number("vibration_mps2", s.vibration, 0, 100, "m/s2");
+  v.integer("vibration_rotor", s.vibration_rotor, 0, 16);
+  v.angles("mocap_turn_deg", s.mocap_turn_B, -30, 30);
+  v.number("pose_repeat", s.pose_repeat, 0, 0.95, "1");
+  v.number("outlier_share", s.outlier_share, 0, 0.5, "1");
+  v.number("outlier_size", s.outlier_size, 0, 100, "1");
   v.angles("mocap_rotation_deg", s.mocap_rotation_W, -30, 30);
   v.vec3("mocap_offset_m", s.mocap_offset_B, -0.5, 0.5, "m");
   v.number("mocap_extra_latency_s", s.mocap_extra_latency, 0, 0.5, "s");
@@ -230,6 +269,7 @@ void visit(V& v, World& w) {
   v.optional("planes", w.planes);
   v.list("neighbours", w.neighbours, 8);
   v.optional("airframe", w.airframe);
+  v.optional("rotor_air", w.rotor_air);
   v.optional("wind", w.wind);
   v.optional("turbulence", w.turbulence);
   v.optional("cable", w.cable);

@@ -31,15 +31,41 @@ Forces::Forces(const vehicle::Vehicle& vehicle, const World& world, const Engine
     for (int i = 1; i <= world.cable->links; ++i) cable_.push_back(engine.body("cable_" + std::to_string(i)));
 }
 
+void Forces::turbulence(double h) {
+  const Turbulence& k = *world_.turbulence;
+  const double time = k.correlation_time, keep = std::exp(-h / time), drive = std::sqrt(1 - keep * keep);
+  const auto normal = [&] {
+    Vec6 out;
+    for (int c = 0; c < 6; ++c) out[c] = rng_.normal();
+    return out;
+  };
+  turbulent_first_ = keep * turbulent_first_ + drive * normal();
+  turbulent_ = turbulent_first_;
+  if (k.kind == Turbulence::Kind::dryden) {
+    // (1 + sqrt(3) T s) / (1 + T s)^2 on white noise: with x the first lag's output and y that of a second
+    // one on x, sqrt(3) x + (1 - sqrt(3)) y. Its variance follows from E[x x] = 1, E[x y] = E[y y] = 1/2.
+    turbulent_second_ = keep * turbulent_second_ + (1 - keep) * turbulent_first_;
+    const double root = std::sqrt(3.0),
+                 variance = 3 + 2 * root * (1 - root) * 0.5 + (1 - root) * (1 - root) * 0.5;
+    turbulent_ = (root * turbulent_first_ + (1 - root) * turbulent_second_) / std::sqrt(variance);
+  } else if (k.kind == Turbulence::Kind::heavy) {
+    // strength exp(s z - s^2), z of unit variance and ten times as slow: E[strength^2] = 1, kurtosis 3 exp(4
+    // s^2)
+    constexpr double s = 0.5;
+    const double slow = std::exp(-h / (10 * time));
+    turbulent_second_ = slow * turbulent_second_ + std::sqrt(1 - slow * slow) * normal();
+    turbulent_ = turbulent_first_.cwiseProduct((s * turbulent_second_.array() - s * s).exp().matrix());
+  } else if (k.kind == Turbulence::Kind::bursts) {
+    // a sixth of the time three times as strong; sojourns are exponential, calm 10 T and bursts 2 T long
+    if (rng_.uniform() < h / (time * (burst_ ? 2 : 10))) burst_ = !burst_;
+    turbulent_ *= (burst_ ? 3.0 : 1.0) / std::sqrt(5.0 / 6 + 9.0 / 6);
+  }
+  turbulent_wrench_ << k.force_rms * turbulent_.head<3>(), k.torque_rms * turbulent_.tail<3>();
+}
+
 void Forces::advance(double t, double h) {
   wind_.step(t, h);
-  if (world_.turbulence) {
-    const Turbulence& k = *world_.turbulence;
-    const double keep = std::exp(-h / k.correlation_time), drive = std::sqrt(1 - keep * keep);
-    const auto normal = [&] { return Vec3(rng_.normal(), rng_.normal(), rng_.normal()); };
-    turbulent_force_ = keep * turbulent_force_ + drive * k.force_rms * normal();
-    turbulent_torque_ = keep * turbulent_torque_ + drive * k.torque_rms * normal();
-  }
+  if (world_.turbulence) turbulence(h);
   for (std::size_t i = 0; i < others_.size(); ++i) {
     const Neighbour& n = world_.neighbours[i];
     others_[i].p = n.p_W + t * n.v_W;
@@ -87,8 +113,8 @@ void Forces::rotors(Engine& engine, const Motors& motors, const Motion& m, doubl
   std::array<double, vehicle::kMaxRotors> thrust{};
   for (std::size_t i = 0; i < n; ++i) {
     const Drive& d = motors.drive(i);
-    const double speed = motors.speed()[i], still = d.thrust(speed);
-    RotorLoad load{still, d.drag_ratio * still, Vec3::Zero(), Vec3::Zero()};
+    const double speed = motors.speed()[i], still = motors.thrust(i);
+    RotorLoad load{still, d.drag_ratio_at(speed) * still, Vec3::Zero(), Vec3::Zero()};
     if (!blades_.empty()) {
       const double radius = vehicle_.rotors[i].radius > 0 ? vehicle_.rotors[i].radius : 0.05;
       Vec3 relative = Vec3::Zero();  // hub against the air
@@ -99,6 +125,7 @@ void Forces::rotors(Engine& engine, const Motors& motors, const Motion& m, doubl
       load = blades_[i].load(speed, still, load.torque, hubs[i].axis_W, relative,
                              image_share(hubs[i].p_W, radius), h);
     }
+    if (world_.rotor_air) rotor_air(hubs[i], speed, i, load);
     thrust[i] = load.thrust;
     const Vec3& n_W = hubs[i].axis_W;
     const Vec3 force_W = load.thrust * n_W + load.in_plane;
@@ -122,6 +149,19 @@ void Forces::rotors(Engine& engine, const Motors& motors, const Motion& m, doubl
     jets_[i].induced =
         world_.jets->strength * std::sqrt(std::abs(thrust[i]) / (2 * world_.air_density * area));
   }
+}
+
+void Forces::rotor_air(const Hub& hub, double speed, std::size_t i, RotorLoad& load) const {
+  const RotorAir& k = *world_.rotor_air;
+  const Vec3 v = hub.velocity_W - wind_.at(hub.p_W);
+  const double along = v.dot(hub.axis_W);
+  load.in_plane -= k.drag * std::abs(speed) * (v - along * hub.axis_W);
+  load.hub_moment += k.flapping * std::abs(speed) * v.cross(hub.axis_W);
+  if (k.descent_loss <= 0) return;
+  const double radius = vehicle_.rotors[i].radius > 0 ? vehicle_.rotors[i].radius : 0.05;
+  const double inflow = std::sqrt(std::abs(load.thrust) / (2 * world_.air_density * kPi * radius * radius));
+  const double off = (-along / std::max(0.1, inflow) - k.descent_center) / k.descent_width;
+  load.thrust *= 1 - k.descent_loss * std::exp(-off * off);
 }
 
 void Forces::airframe(const Motion& m, BodyWrench& out) const {
@@ -168,8 +208,10 @@ void Forces::apply(Engine& engine, const Motors& motors, double t, double h) {
   m.v_W = Eigen::Map<const Vec3>(d->qvel);
   m.w_B = Eigen::Map<const Vec3>(d->qvel + 3);
   m.rotor_circulation_B.setZero();
-  for (std::size_t i = 0; i < motors.count(); ++i)
+  for (std::size_t i = 0; i < motors.count(); ++i) {
     m.rotor_circulation_B += motors.speed()[i] * motors.axis_B(i);
+    m.rotor_speed_sum += std::abs(motors.speed()[i]);
+  }
   BodyWrench sum;
   rotors(engine, motors, m, h, sum);
   airframe(m, sum);
@@ -177,8 +219,8 @@ void Forces::apply(Engine& engine, const Motors& motors, double t, double h) {
   for (const Law& law : world_.laws) add_law(law, m, sum);
   for (const Spring& spring : world_.springs) add_spring(spring, m, sum);
   for (const Pull& pull : world_.pulls) add_pull(pull, m, sum);
-  sum.force_B += m.R_WB.transpose() * turbulent_force_;
-  sum.torque_B += turbulent_torque_;
+  sum.force_B += m.R_WB.transpose() * turbulent_wrench_.head<3>();
+  sum.torque_B += turbulent_wrench_.tail<3>();
   // a free joint: force in world axes, torque in body axes, both about the body origin
   Eigen::Map<Vec3>(d->qfrc_applied) += m.R_WB * sum.force_B;
   Eigen::Map<Vec3>(d->qfrc_applied + 3) += sum.torque_B;

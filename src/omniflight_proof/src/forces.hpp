@@ -29,14 +29,18 @@ class Forces {
   double image_share(const Vec3& p_W, double radius) const;
   void rotors(Engine& engine, const Motors& motors, const Motion& motion, double h, BodyWrench& out);
   void airframe(const Motion& motion, BodyWrench& out) const;
+  void rotor_air(const Hub& hub, double speed, std::size_t i, RotorLoad& load) const;
   void cable_drag(Engine& engine) const;
+  void turbulence(double h);
   Vec3 jets_at(const Vec3& p_W) const;
 
   const vehicle::Vehicle vehicle_;
   const World world_;
   WindField wind_;
   Random rng_;
-  Vec3 turbulent_force_ = Vec3::Zero(), turbulent_torque_ = Vec3::Zero();
+  Vec6 turbulent_ = Vec6::Zero(), turbulent_first_ = Vec6::Zero(), turbulent_second_ = Vec6::Zero();
+  Vec6 turbulent_wrench_ = Vec6::Zero();  ///< N world, N m body
+  bool burst_ = false;
   bool blades_on_ = false;  ///< rotor motion matters, not only jets and planes
   std::vector<BladeModel> blades_;
   std::vector<Jet> jets_;  ///< of the rotors, from the last step

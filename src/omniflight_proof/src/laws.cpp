@@ -37,6 +37,30 @@ void add_law(const Law& law, const Motion& m, BodyWrench& out) {
     case Law::Kind::heave_lock:
       world_force(-law.gain * m.v_W.z() * (m.p_W - law.center_W).head<2>().norm() * axis);
       break;
+    case Law::Kind::cushion:
+      world_force(law.gain * std::exp(-std::max(-3.0, (m.p_W - law.center_W).dot(axis) / law.scale)) * axis);
+      break;
+    case Law::Kind::friction:
+      if (const double speed = m.v_W.norm(); speed > 1e-9)
+        world_force(-law.gain * std::tanh(speed / law.scale) / speed * m.v_W);
+      break;
+    case Law::Kind::rail:
+      world_force(-law.gain * std::tanh(m.v_W.dot(axis) / law.scale) * axis);
+      break;
+    case Law::Kind::torsion:
+    case Law::Kind::torsion_cubic: {
+      double turned = std::atan2(m.R_WB(1, 0), m.R_WB(0, 0)) - law.center_W.x();
+      turned = std::remainder(turned, 2 * kPi);
+      if (law.kind == Law::Kind::torsion_cubic) turned += turned * turned * turned / (law.scale * law.scale);
+      out.torque_B -= law.gain * turned * (m.R_WB.transpose() * Vec3::UnitZ());
+      break;
+    }
+    case Law::Kind::crosswise:
+      world_force(law.gain * Vec3::UnitZ().cross(m.v_W));
+      break;
+    case Law::Kind::gyration:
+      out.torque_B += law.gain * m.rotor_speed_sum * axis.cross(m.w_B);
+      break;
   }
 }
 
@@ -47,13 +71,17 @@ void add_spring(const Spring& s, const Motion& m, BodyWrench& out) {
   const double length = span.norm();
   if (length < 1e-9 || (s.rope && length <= s.rest_length)) return;
   const Vec3 along = span / length;
-  double tension = s.stiffness * (length - s.rest_length) - s.damping * velocity_W.dot(along);
+  const double stretch = length - s.rest_length;
+  double tension =
+      s.stiffness * stretch * (1 + s.hardening * std::abs(stretch)) - s.damping * velocity_W.dot(along);
   if (s.rope) tension = std::max(0.0, tension);
   out.add_at(m.R_WB.transpose() * (tension * along), s.attachment_B);
 }
 
 void add_pull(const Pull& p, const Motion& m, BodyWrench& out) {
-  if (m.t >= p.from) out.add_at(m.R_WB.transpose() * p.force_W, p.attachment_B);
+  if (m.t < p.from || m.t >= p.until) return;
+  const double share = p.fades > 0 ? std::min(1.0, (p.until - m.t) / p.fades) : 1.0;
+  out.add_at(m.R_WB.transpose() * (share * p.force_W), p.attachment_B);
 }
 
 }  // namespace omniflight::proof

@@ -11,7 +11,8 @@ struct Motion {
   double t = 0;
   Vec3 p_W, v_W, w_B;
   Mat3 R_WB;
-  Vec3 rotor_circulation_B;  ///< sum of rotor speeds along their axes [rad/s]
+  Vec3 rotor_circulation_B;    ///< sum of rotor speeds along their axes [rad/s]
+  double rotor_speed_sum = 0;  ///< of their sizes [rad/s]
 };
 struct BodyWrench {
   Vec3 force_B = Vec3::Zero();   ///< N

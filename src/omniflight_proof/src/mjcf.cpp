@@ -31,11 +31,13 @@ struct Core {
 Result<Core> core(const vehicle::Vehicle& v, const World& w) {
   const Vec3 com = v.center_of_mass + w.body.com_shift_B;
   const Mat3 scale = w.body.inertia_scale.cwiseSqrt().asDiagonal();
-  Core out{v.mass, v.mass * com, scale * v.inertia * scale + steiner(v.mass, com)};
-  const auto take = [&](double mass, const Vec3& p, double own) {
+  const Mat3 turn = exp_rotation(w.body.inertia_turn_B).toRotationMatrix();
+  const Mat3 own = turn * (scale * v.inertia * scale) * turn.transpose();
+  Core out{v.mass, v.mass * com, own + steiner(v.mass, com)};
+  const auto take = [&](double mass, const Vec3& p, double moment) {
     out.mass -= mass;
     out.com -= mass * p;
-    out.inertia -= steiner(mass, p) + own * Mat3::Identity();
+    out.inertia -= steiner(mass, p) + moment * Mat3::Identity();
   };
   if (w.flexible_arms)
     for (const auto& rotor : v.rotors)
@@ -70,6 +72,20 @@ void chain(std::ostream& xml, const std::string& name, int links, double length,
           << "'/>";
   }
   for (int i = 0; i < links; ++i) xml << "</body>";
+}
+
+/// A rope of a hundredth of the ball's mass, and the ball at its end.
+void rope_with_ball(std::ostream& xml, const SlungBall& b) {
+  const double l = b.length / b.links, mass = 0.01 * b.mass / b.links, across = mass * l * l / 12;
+  for (int i = 1; i <= b.links; ++i)
+    xml << "<body name='ball" << (i == 1 ? "" : "_" + std::to_string(i)) << "' pos='"
+        << numbers(i == 1 ? b.attachment_B : Vec3(0, 0, -l)) << "'><joint type='ball' damping='"
+        << b.damping / b.links << "'/><inertial pos='" << numbers(Vec3(0, 0, -l / 2)) << "' mass='" << mass
+        << "' diaginertia='" << numbers(Vec3(across, across, std::max(1e-9, 0.02 * across))) << "'/>";
+  xml << "<body name='ball_end' pos='" << numbers(Vec3(0, 0, -l)) << "'><inertial pos='0 0 0' mass='"
+      << b.mass << "' diaginertia='" << numbers(Vec3::Constant(0.4 * b.mass * b.radius * b.radius))
+      << "'/><geom class='touching' size='" << b.radius << "'/></body>";
+  for (int i = 0; i < b.links; ++i) xml << "</body>";
 }
 
 }  // namespace
@@ -130,10 +146,14 @@ Result<std::string> write_mjcf(const vehicle::Vehicle& v, const World& w, const 
           w.overhead_rope->attachment_B, w.overhead_rope->damping, 0, 0);
   if (w.slung_ball) {
     const SlungBall& b = *w.slung_ball;
-    xml << "<body name='ball' pos='" << numbers(b.attachment_B) << "'><joint type='ball' damping='"
-        << b.damping << "'/><inertial pos='0 0 " << -b.length << "' mass='" << b.mass << "' diaginertia='"
-        << numbers(Vec3::Constant(0.4 * b.mass * b.radius * b.radius))
-        << "'/><geom class='touching' pos='0 0 " << -b.length << "' size='" << b.radius << "'/></body>";
+    if (b.links > 1) {
+      rope_with_ball(xml, b);
+    } else {
+      xml << "<body name='ball' pos='" << numbers(b.attachment_B) << "'><joint type='ball' damping='"
+          << b.damping << "'/><inertial pos='0 0 " << -b.length << "' mass='" << b.mass << "' diaginertia='"
+          << numbers(Vec3::Constant(0.4 * b.mass * b.radius * b.radius))
+          << "'/><geom class='touching' pos='0 0 " << -b.length << "' size='" << b.radius << "'/></body>";
+    }
   }
   xml << "</body></worldbody>";
   if (w.overhead_rope)

@@ -41,6 +41,13 @@ void change(Drive& d, const RotorChange& c, double timestep) {
   d.axis_B = turn * d.axis_B;
   d.tilt_axis_B = turn * d.tilt_axis_B;
   d.p_B += c.shift_B;
+  if (c.linear_share != 0) d.linear_share = c.linear_share;
+  if (c.drag_exponent != 0) d.drag_exponent = c.drag_exponent;
+  d.lean_B += c.lean_B;
+  if (c.slew > 0) d.slew = d.slew > 0 ? std::min(d.slew, c.slew) : c.slew;
+  if (c.hold > 0) d.hold = c.hold;
+  if (c.restart > 0) d.restart = c.restart;
+  if (c.thrust_lag > 0) d.thrust_lag = c.thrust_lag;
   if (c.fails_from >= 0) {
     d.fails_from = c.fails_from;
     d.fails_until = c.fails_until >= 0 ? c.fails_until : 1e300;
@@ -51,8 +58,14 @@ void change(Drive& d, const RotorChange& c, double timestep) {
 
 double Drive::thrust(double speed) const {
   const double ratio = std::abs(speed) / reference_speed;
-  const double shape = exponent == 2 ? ratio * ratio : std::pow(ratio, exponent);
+  const double power = exponent == 2 ? ratio * ratio : std::pow(ratio, exponent);
+  const double shape = power + linear_share * (ratio - power);
   return speed < 0 && bidirectional ? -thrust_reverse * shape : thrust_forward * shape;
+}
+
+double Drive::drag_ratio_at(double speed) const {
+  if (drag_exponent == 0) return drag_ratio;
+  return drag_ratio * std::pow(std::max(0.05, std::abs(speed) / reference_speed), drag_exponent);
 }
 
 Motors::Motors(const vehicle::Vehicle& vehicle, const World& world, double timestep, double alpha)
@@ -68,7 +81,8 @@ Motors::Motors(const vehicle::Vehicle& vehicle, const World& world, double times
 }
 
 void Motors::reset(double alpha) {
-  speed_ = acceleration_ = command_ = {};
+  speed_ = acceleration_ = command_ = held_ = thrust_ = {};
+  stands_until_.fill(-1);
   std::fill(history_.begin(), history_.end(), PerRotor{});
   steps_ = 0;
   alpha_ = alpha_command_ = alpha_servo_ = alpha;
@@ -85,10 +99,15 @@ bool Motors::command(std::span<const double> speed, double alpha) {
   return true;
 }
 
-double Motors::goal(std::size_t i, double command, double t) const {
+double Motors::goal(std::size_t i, double command, double t) {
   const Drive& d = drives_[i];
   if (t >= d.fails_from && t < d.fails_until) return 0;
   if (d.quantum > 0) command = d.quantum * std::round(command / d.quantum);
+  if (d.restart > 0) {
+    if (std::abs(command) < d.dead_speed || command * speed_[i] < 0)
+      stands_until_[i] = std::max(stands_until_[i], t + d.restart);
+    if (t < stands_until_[i] && std::abs(speed_[i]) < 2 * d.dead_speed + 1) return 0;
+  }
   if (std::abs(command) < d.dead_speed) return 0;
   command = std::clamp(command, d.bidirectional ? -d.max_speed : 0.0, d.max_speed);
   if (battery_) command *= std::pow(std::max(0.0, voltage_ / battery_->nominal), battery_->sensitivity);
@@ -99,24 +118,43 @@ void Motors::step(double t, double h) {
   history_[steps_ % history_.size()] = command_;
   for (std::size_t i = 0; i < count(); ++i) {
     const Drive& d = drives_[i];
-    const double asked =
-        steps_ >= d.delay_steps ? history_[(steps_ - d.delay_steps) % history_.size()][i] : 0.0;
+    double asked = steps_ >= d.delay_steps ? history_[(steps_ - d.delay_steps) % history_.size()][i] : 0.0;
+    if (d.hold > 0) {
+      const auto every = static_cast<std::size_t>(std::max(1.0, std::round(d.hold / h)));
+      if (steps_ % every == 0) held_[i] = asked;
+      asked = held_[i];
+    }
     const double wanted = goal(i, asked, t);
     double tau = d.time_constant;
     if (std::abs(wanted) < std::abs(speed_[i])) tau *= d.slowing_factor;
-    const double next = tau > 0 ? wanted + (speed_[i] - wanted) * std::exp(-h / tau) : wanted;
+    double next = tau > 0 ? wanted + (speed_[i] - wanted) * std::exp(-h / tau) : wanted;
+    if (d.slew > 0) next = std::clamp(next, speed_[i] - d.slew * h, speed_[i] + d.slew * h);
     acceleration_[i] = tau > 0 ? (next - speed_[i]) / h : 0.0;
     speed_[i] = next;
   }
   ++steps_;
 
-  const double most = tilt_.rate > 0 ? tilt_.rate * h : 1e300;
+  const double most = tilt_.rate > 0 ? tilt_.rate * tilt_change_.rate_scale * h : 1e300;
   alpha_ += std::clamp(alpha_command_ - alpha_, -most, most);
   const double lag = tilt_change_.time_constant;
   alpha_servo_ = lag > 0 ? alpha_ + (alpha_servo_ - alpha_) * std::exp(-h / lag) : alpha_;
   const double driven = alpha_servo_ + tilt_change_.offset, play = 0.5 * tilt_change_.backlash;
   alpha_true_ = std::clamp(alpha_true_, driven - play, driven + play);
+  step_thrust(h);
   step_battery(h);
+}
+
+void Motors::step_thrust(double h) {
+  for (std::size_t i = 0; i < count(); ++i) {
+    const Drive& d = drives_[i];
+    const double now = d.thrust(speed_[i]);
+    thrust_[i] = d.thrust_lag > 0 ? now + (thrust_[i] - now) * std::exp(-h / d.thrust_lag) : now;
+  }
+  const TiltChange& c = tilt_change_;
+  efficiency_ = 1;
+  if (c.loss == 0) return;
+  const double off = c.loss_width > 0 ? (alpha_true_ - c.loss_center) / c.loss_width : 0;
+  efficiency_ -= c.loss * (c.loss_width > 0 ? std::exp(-off * off) : 1 - alpha_true_ / to_radians(60));
 }
 
 double Motors::electrical_power() const {
@@ -138,7 +176,8 @@ void Motors::step_battery(double h) {
 
 Vec3 Motors::axis_B(std::size_t i) const {
   const Drive& d = drives_[i];
-  return d.tilts ? Vec3(Eigen::AngleAxisd(alpha_true_, d.tilt_axis_B) * d.axis_B) : d.axis_B;
+  const Vec3 axis = d.tilts ? Vec3(Eigen::AngleAxisd(alpha_true_, d.tilt_axis_B) * d.axis_B) : d.axis_B;
+  return d.lean_B.isZero() ? axis : Vec3(exp_rotation(d.lean_B * thrust_[i]) * axis);
 }
 
 }  // namespace omniflight::proof

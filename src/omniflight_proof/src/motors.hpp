@@ -23,8 +23,11 @@ struct Drive {
   bool tilts, bidirectional;
   int spin;
   double fails_from, fails_until;
+  double linear_share = 0, drag_exponent = 0, slew = 0, hold = 0, restart = 0, thrust_lag = 0;
+  Vec3 lean_B = Vec3::Zero();  ///< rad/N
 
-  double thrust(double speed) const;  ///< N along the axis, signed
+  double thrust(double speed) const;         ///< N along the axis, signed
+  double drag_ratio_at(double speed) const;  ///< m
 };
 
 class Motors {
@@ -43,13 +46,16 @@ class Motors {
   const PerRotor& acceleration() const { return acceleration_; }  ///< rad/s^2
   double alpha_reported() const { return alpha_; }
   double alpha_true() const { return alpha_true_; }
+  /// N along the axis in still air: with its lag, and less what is lost at this tilt.
+  double thrust(std::size_t i) const { return efficiency_ * thrust_[i]; }
   Vec3 axis_B(std::size_t i) const;  ///< unit thrust axis now
   double battery_voltage() const { return voltage_; }
   double battery_current() const { return current_; }
 
  private:
   void step_battery(double h);
-  double goal(std::size_t i, double command, double t) const;
+  double goal(std::size_t i, double command, double t);
+  void step_thrust(double h);
 
   vehicle::Tilt tilt_;
   TiltChange tilt_change_;
@@ -57,7 +63,8 @@ class Motors {
   std::vector<Drive> drives_;
   PerRotor speed_{}, acceleration_{};
   std::vector<PerRotor> history_;
-  PerRotor command_{};
+  PerRotor command_{}, held_{}, stands_until_{}, thrust_{};
+  double efficiency_ = 1;
   std::size_t steps_ = 0;
   double alpha_ = 0, alpha_command_ = 0, alpha_servo_ = 0, alpha_true_ = 0;
   double energy_ = 0, polarisation_ = 0, voltage_ = 0, current_ = 0;

@@ -20,6 +20,7 @@ SensorSuite::SensorSuite(const SensorConfig& config, const SensorChange& change,
       chance_imu_(seed, "proof imu dropout"),
       chance_mocap_(seed, "proof mocap dropout"),
       chance_rotor_(seed, "proof rotor dropout"),
+      chance_repeat_(seed, "proof pose repeat"),
       walk_(seed, "proof bias walk"),
       jitter_(seed, "proof stamp jitter"),
       voltage_(seed, "proof battery") {
@@ -33,7 +34,8 @@ bool SensorSuite::due(double rate) const {
 }
 
 double SensorSuite::draw(Noise& noise, std::size_t channel, double rms, double rate) {
-  const double white = noise.rng.normal();
+  double white = noise.rng.normal();
+  if (change_.outlier_share > 0 && noise.rng.uniform() < change_.outlier_share) white *= change_.outlier_size;
   const double time = change_.noise_correlation_time;
   if (time <= 0) return rms * white;
   const double keep = std::exp(-1.0 / (rate * time));
@@ -75,6 +77,7 @@ void SensorSuite::imu(const MujocoPlant& plant, SensorFrame& frame) {
       const double speed = std::abs(plant.rotor_speed()[i]),
                    share = speed / plant.vehicle().rotors[i].max_speed();
       phase_[i] = std::fmod(phase_[i] + speed * step_, 2 * kPi);
+      if (change_.vibration_rotor > 0 && change_.vibration_rotor != static_cast<int>(i) + 1) continue;
       f += change_.vibration * share * share * Vec3(std::cos(phase_[i]), std::sin(phase_[i]), 0);
     }
   }
@@ -131,8 +134,8 @@ void SensorSuite::mocap(const MujocoPlant& plant, SensorFrame& frame) {
     d.sample.t = plant.time() + change_.mocap_extra_latency;
     d.sample.p_WB = turn * (b.p_WB + b.q_WB * change_.mocap_offset_B) +
                     draw3(position_, config_.mocap_position_noise, config_.mocap_rate);
-    d.sample.q_WB =
-        turn * b.q_WB * exp_rotation(draw3(attitude_, config_.mocap_attitude_noise, config_.mocap_rate));
+    d.sample.q_WB = turn * b.q_WB * exp_rotation(change_.mocap_turn_B) *
+                    exp_rotation(draw3(attitude_, config_.mocap_attitude_noise, config_.mocap_rate));
     if (config_.mocap_stamp_jitter > 0)
       d.sample.t = std::max(0.0, d.sample.t + config_.mocap_stamp_jitter * jitter_.normal());
     // gaps of a mean length, and between them as long as the share of missing frames asks
@@ -147,6 +150,11 @@ void SensorSuite::mocap(const MujocoPlant& plant, SensorFrame& frame) {
         d.sample.q_WB = last_.mocap_sample.q_WB;
       }
     }
+    if (change_.pose_repeat > 0 && had_pose_ && chance_repeat_.uniform() < change_.pose_repeat) {
+      d.sample.p_WB = last_.mocap_sample.p_WB;
+      d.sample.q_WB = last_.mocap_sample.q_WB;
+    }
+    had_pose_ = true;
     last_.mocap_sample = d.sample;
     if (sent) in_flight_[head_++ % in_flight_.size()] = d;
   }
@@ -195,6 +203,7 @@ void SensorSuite::battery(const MujocoPlant& plant, SensorFrame& frame) {
   if (config_.battery_noise > 0) s.voltage += config_.battery_noise * voltage_.normal();
   if (const SensorFault* bad = fault(SensorFault::Sensor::battery, plant.time())) {
     if (bad->silent) return;
+    s.voltage *= bad->scale;
     if (bad->frozen) {
       s.voltage = last_.battery_sample.voltage;
       s.current = last_.battery_sample.current;

@@ -118,7 +118,8 @@ class SensorSuite {
   double step_;
   std::uint64_t count_ = 0;
   Noise accelerometer_, gyro_, position_, attitude_, speed_;
-  Random chance_imu_, chance_mocap_, chance_rotor_, walk_, jitter_, voltage_;
+  Random chance_imu_, chance_mocap_, chance_rotor_, chance_repeat_, walk_, jitter_, voltage_;
+  bool had_pose_ = false;
   Vec3 accelerometer_walk_ = Vec3::Zero(), gyro_walk_ = Vec3::Zero();
   LowPass filters_[4];  ///< accelerometer and gyro of the file, then both of the change
   bool in_gap_ = false;

@@ -21,11 +21,12 @@ enum class Integrator { euler, implicit };  ///< of MuJoCo; euler is semi-implic
 // --- The body
 // ------------------------------------------------------------------------------------------------
 struct BodyChange {
-  double payload = 0;                 ///< kg, a ball fixed to the body
-  Vec3 payload_p_B = Vec3::Zero();    ///< m, its centre
-  double payload_radius = 0.02;       ///< m
-  Vec3 com_shift_B = Vec3::Zero();    ///< m, added to the centre of mass
-  Vec3 inertia_scale = Vec3::Ones();  ///< factors on the moments of inertia about body axes
+  double payload = 0;                  ///< kg, a ball fixed to the body
+  Vec3 payload_p_B = Vec3::Zero();     ///< m, its centre
+  double payload_radius = 0.02;        ///< m
+  Vec3 com_shift_B = Vec3::Zero();     ///< m, added to the centre of mass
+  Vec3 inertia_scale = Vec3::Ones();   ///< factors on the moments of inertia about body axes
+  Vec3 inertia_turn_B = Vec3::Zero();  ///< rad, rotation vector that turns the axes of inertia
   double sloshing_mass = 0;  ///< kg inside the body, on springs in all three directions; taken from its mass
   double sloshing_frequency = 3;  ///< Hz
   double sloshing_damping_ratio = 0.1;
@@ -58,12 +59,23 @@ struct RotorChange {
   Vec3 axis_tilt_B = Vec3::Zero();           ///< rad, rotation vector of the axis
   Vec3 shift_B = Vec3::Zero();               ///< m, of the hub
   double fails_from = -1, fails_until = -1;  ///< s; stopped in between; < 0: never
+  double linear_share = 0;     ///< of the thrust at half of the full speed that goes with the speed itself
+  double drag_exponent = 0;    ///< torque per thrust ~ speed^drag_exponent, nominal at half of the full speed
+  Vec3 lean_B = Vec3::Zero();  ///< rad/N, rotation vector of the axis per thrust: a mount that bends
+  double slew = 0;             ///< rad/s^2, fastest change of speed; 0: none
+  double hold = 0;             ///< s, commands are taken over only this often
+  double restart = 0;          ///< s, a rotor that stopped or reverses stands this long
+  double thrust_lag = 0;       ///< s, thrust follows the speed late
 };
 
 struct TiltChange {
   double offset = 0;         ///< rad, true less reported
   double time_constant = 0;  ///< s, servo lag on top of the rate limit
   double backlash = 0;       ///< rad, play of the linkage
+  double rate_scale = 1;     ///< on the rate limit of the servo
+  double loss = 0;           ///< share of thrust that is lost at loss_center (or at tilt 0 without a width)
+  double loss_center = 0,
+         loss_width = 0;  ///< rad; loss exp(-((alpha - center) / width)^2), or linear to 60 deg
 };
 
 /// The speed controllers reach less when the battery is low: speed = command * (voltage /
@@ -114,6 +126,13 @@ struct Airframe {
   Vec3 center_B = Vec3::Zero();     ///< m, where the drag acts
   double rotation_damping = 0;      ///< N m s^2, torque = -c |w| w
 };
+/// Forces of rotors in moving air by coefficients instead of blades.
+struct RotorAir {
+  double drag = 0;      ///< kg/rad, force -drag |speed| v across the axis
+  double flapping = 0;  ///< kg m/rad, torque flapping |speed| v x axis: forward flight lifts the nose
+  double descent_loss = 0, descent_center = 1,
+         descent_width = 0.35;  ///< of thrust, over descent / hover inflow
+};
 struct Gust {
   double start = 0, duration = 1;  ///< s, a 1-cosine
   Vec3 velocity_W = Vec3::Zero();  ///< m/s
@@ -128,6 +147,12 @@ struct Wind {
 };
 /// Random wrench nobody models: what remains in every flight.
 struct Turbulence {
+  enum class Kind {
+    ou,      ///< first-order
+    dryden,  ///< second-order, of Dryden's transverse spectrum (MIL-F-8785C)
+    heavy,  ///< first-order, its strength wanders log-normally: tails as of Student's t with about 5 freedoms
+    bursts  ///< calm most of the time, three times as strong for a sixth of it
+  } kind = Kind::ou;
   double force_rms = 0;           ///< N an axis, world
   double torque_rms = 0;          ///< N m an axis, body
   double correlation_time = 0.3;  ///< s
@@ -163,6 +188,7 @@ struct SlungBall {
   double radius = 0.03;                   ///< m
   Vec3 attachment_B = Vec3(0, 0, -0.12);  ///< m
   double damping = 1e-3;                  ///< N m s/rad
+  int links = 1;                          ///< 1: a rod; more: a rope of rods on ball joints
 };
 /// Spring between the vehicle and a point of the world.
 struct Spring {
@@ -172,26 +198,35 @@ struct Spring {
   double damping = 0;      ///< N s/m
   double rest_length = 0;  ///< m
   bool rope = true;        ///< pulls only
+  double hardening = 0;    ///< 1/m, force = stiffness x (1 + hardening x)
 };
 /// Constant-force spring motor far away: the same pull wherever the vehicle is.
 struct Pull {
   Vec3 force_W = Vec3::Zero();  ///< N
   Vec3 attachment_B = Vec3::Zero();
-  double from = 0;  ///< s, begins to pull
+  double from = 0;                ///< s, begins to pull
+  double until = 1e9, fades = 0;  ///< s, ends, and fades out over so long before
 };
 
 // --- What no library has
 // -------------------------------------------------------------------------------------
 struct Law {
   enum class Kind {
-    magnus,       ///< F_B = gain * (sum of rotor speeds along their axes) x v_B       [N s^2/m]
-    lift,         ///< F_W = gain * |v|^2 * axis_B across the velocity                  [N s^2/m^2]
-    well,         ///< F_W = gain * axis_W * exp(-|p - center|^2 / (2 scale^2))         [N]
-    corrugation,  ///< F_W = gain * axis_W * sin(2 pi (p - center).wave_W / scale)      [N]
-    compass,      ///< tau_B = gain * x_B x (R^T axis_W): pulls the nose to a direction  [N m]
-    flywheel,     ///< tau_B = -w x (gain * axis_B)                                     [N m s]
-    pulsation,    ///< F_B = gain * axis_B * sin(2 pi scale t)                          [N]
-    heave_lock    ///< F_W = -gain * v_z |p_xy - center_xy| axis_W: couples height and side   [N s/m^2]
+    magnus,         ///< F_B = gain * (sum of rotor speeds along their axes) x v_B       [N s^2/m]
+    lift,           ///< F_W = gain * |v|^2 * axis_B across the velocity                  [N s^2/m^2]
+    well,           ///< F_W = gain * axis_W * exp(-|p - center|^2 / (2 scale^2))         [N]
+    corrugation,    ///< F_W = gain * axis_W * sin(2 pi (p - center).wave_W / scale)      [N]
+    compass,        ///< tau_B = gain * x_B x (R^T axis_W): pulls the nose to a direction  [N m]
+    flywheel,       ///< tau_B = -w x (gain * axis_B)                                     [N m s]
+    pulsation,      ///< F_B = gain * axis_B * sin(2 pi scale t)                          [N]
+    heave_lock,     ///< F_W = -gain * v_z |p_xy - center_xy| axis_W: couples height and side   [N s/m^2]
+    cushion,        ///< F_W = gain * axis_W * exp(-(p - center).axis_W / scale)          [N]
+    friction,       ///< F_W = -gain * v/|v| tanh(|v| / scale)                            [N]
+    rail,           ///< F_W = -gain * axis_W tanh(v.axis_W / scale)                      [N]
+    torsion,        ///< tau_W = -gain * (yaw - center_x) * z_W                           [N m/rad]
+    torsion_cubic,  ///< the same with (yaw + yaw^3 / scale^2)
+    crosswise,      ///< F_W = gain * z_W x v: across the velocity                      [N s/m]
+    gyration        ///< tau_B = gain * sum of |rotor speeds| * axis_B x w               [N m s^2]
   };
   Kind kind = Kind::well;
   double gain = 0;
@@ -208,26 +243,30 @@ struct SensorFault {
   enum class Sensor { imu, mocap, rotor_speed, battery } sensor = Sensor::mocap;
   int rotor = 0;                 ///< of rotor_speed: 1...n, 0 = all
   double from = 0, until = 1e9;  ///< s
-  double scale = 1;              ///< of rotor_speed
+  double scale = 1;              ///< of rotor_speed, or of the battery voltage
   bool frozen = false;           ///< repeats the last value
   bool silent = false;           ///< sends nothing
 };
 /// On top of the sensor file: errors the model of the sensors does not know.
 struct SensorChange {
-  Vec3 accelerometer_bias = Vec3::Zero();     ///< m/s^2
-  Vec3 accelerometer_scale = Vec3::Zero();    ///< relative error
-  Vec3 gyro_bias = Vec3::Zero();              ///< rad/s
-  Vec3 gyro_scale = Vec3::Zero();             ///< relative error
-  Vec3 imu_p_B = Vec3::Zero();                ///< m, lever arm
-  double imu_low_pass = 0;                    ///< Hz, first order twice; 0: none
-  double vibration = 0;                       ///< m/s^2 at full speed of a rotor, at its frequency
-  Vec3 mocap_rotation_W = Vec3::Zero();       ///< rad, of its world
-  Vec3 mocap_offset_B = Vec3::Zero();         ///< m, of the marker frame
-  double mocap_extra_latency = 0;             ///< s, that the stamps do not tell
-  double board_clock_skew = 0;                ///< 1, stamps of IMU, rotors and battery run fast by this
-  double board_clock_offset = 0;              ///< s
-  double noise_correlation_time = 0;          ///< s; > 0 colours all noise, same rms
-  double rotor_dropout = 0, imu_dropout = 0;  ///< probability of a missing sample
+  Vec3 accelerometer_bias = Vec3::Zero();      ///< m/s^2
+  Vec3 accelerometer_scale = Vec3::Zero();     ///< relative error
+  Vec3 gyro_bias = Vec3::Zero();               ///< rad/s
+  Vec3 gyro_scale = Vec3::Zero();              ///< relative error
+  Vec3 imu_p_B = Vec3::Zero();                 ///< m, lever arm
+  double imu_low_pass = 0;                     ///< Hz, first order twice; 0: none
+  double vibration = 0;                        ///< m/s^2 at full speed of a rotor, at its frequency
+  int vibration_rotor = 0;                     ///< 1...n, which; 0: all
+  Vec3 mocap_turn_B = Vec3::Zero();            ///< rad, of the marker frame
+  double pose_repeat = 0;                      ///< probability that a pose repeats the last one
+  double outlier_share = 0, outlier_size = 6;  ///< probability and size (of the RMS) of wild samples
+  Vec3 mocap_rotation_W = Vec3::Zero();        ///< rad, of its world
+  Vec3 mocap_offset_B = Vec3::Zero();          ///< m, of the marker frame
+  double mocap_extra_latency = 0;              ///< s, that the stamps do not tell
+  double board_clock_skew = 0;                 ///< 1, stamps of IMU, rotors and battery run fast by this
+  double board_clock_offset = 0;               ///< s
+  double noise_correlation_time = 0;           ///< s; > 0 colours all noise, same rms
+  double rotor_dropout = 0, imu_dropout = 0;   ///< probability of a missing sample
   std::vector<SensorFault> faults = {};
 };
 
@@ -248,6 +287,7 @@ struct World {
   std::optional<Planes> planes;
   std::vector<Neighbour> neighbours;
   std::optional<Airframe> airframe;
+  std::optional<RotorAir> rotor_air;
   std::optional<Wind> wind;
   std::optional<Turbulence> turbulence;
   std::optional<Cable> cable;
