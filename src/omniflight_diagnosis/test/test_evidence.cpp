@@ -37,8 +37,7 @@ struct Setting {
     problem = std::make_unique<RegressionProblem>(one, vehicle, options);
     std::vector<const physics::Effect*> effects;
     for (const std::string& id : ids) effects.push_back(find_effect(id));
-    noise = estimate_noise(*problem, slow_columns(*problem), Eigen::VectorXd::Zero(problem->rows()),
-                           options.ar_order, 1);
+    noise = estimate_noise(*problem, slow_columns(*problem), Eigen::VectorXd::Zero(problem->rows()), 1);
     hypotheses = make_hypotheses(*problem, *noise, effects, 1, {});
   }
 };

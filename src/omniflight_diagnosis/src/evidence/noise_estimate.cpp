@@ -38,15 +38,14 @@ Eigen::MatrixXd slow_columns(const RegressionProblem& problem) {
 }
 
 std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, const Eigen::MatrixXd& slow,
-                                           const Eigen::VectorXd& known, int max_order, double temperature) {
+                                           const Eigen::VectorXd& known, double temperature) {
   const Eigen::VectorXd y = problem.residual() - known;
   Eigen::VectorXd rest = y;
   const int n = problem.samples();
   for (int c = 0; c < 6; ++c) rest.segment(c * n, n).array() -= rest.segment(c * n, n).mean();
   double parameters = 0;
-  // first as if it were white, then in the noise found so far
-  for (const int order : {0, max_order}) {
-    const NoiseModel noise(problem, rest, static_cast<int>(parameters), order, 1);
+  for (int pass = 0; pass < 2; ++pass) {
+    const NoiseModel noise(problem, rest, static_cast<int>(parameters), 1);
     const Eigen::MatrixXd X = noise.apply(slow);
     Eigen::MatrixXd H = X.transpose() * X;
     H.diagonal().array() += 1;
@@ -55,7 +54,7 @@ std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, con
     parameters =
         static_cast<double>(H.rows()) - factor.solve(Eigen::MatrixXd::Identity(H.rows(), H.cols())).trace();
   }
-  return std::make_unique<NoiseModel>(problem, rest, static_cast<int>(parameters), max_order, temperature);
+  return std::make_unique<NoiseModel>(problem, rest, static_cast<int>(parameters), temperature);
 }
 
 }  // namespace omniflight::diagnosis

@@ -16,6 +16,6 @@ Eigen::MatrixXd slow_columns(const RegressionProblem& problem);
 /// Noise of the residual less `known` (what a fitted set does, or zero) and less a ridge regression on
 /// `slow`.
 std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, const Eigen::MatrixXd& slow,
-                                           const Eigen::VectorXd& known, int max_order, double temperature);
+                                           const Eigen::VectorXd& known, double temperature);
 
 }  // namespace omniflight::diagnosis

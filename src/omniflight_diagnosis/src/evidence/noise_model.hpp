@@ -1,45 +1,65 @@
-// Noise of the wrench residual: autoregressive per flight and channel, with innovations whose slow bands may
-// be stronger than the autoregression says, and heavy-tailed samples weighed down.
+// Noise of the wrench residual: turbulence and sensor noise, whose spectrum falls or rises without
+// resonances.
 #pragma once
 
+#include <array>
+#include <memory>
+
 #include "../regression/regression_problem.hpp"
+#include "cosine_transform.hpp"
 
 namespace omniflight::diagnosis {
+
+/// Power spectral density of one channel of one flight, a sum of non-negative parts: first-order
+/// (Ornstein-Uhlenbeck) processes of several corner frequencies, white noise, and white noise differentiated
+/// once and twice. An autoregression would also describe a load that swings, and take it for noise.
+class NoiseSpectrum {
+ public:
+  static constexpr std::size_t kParts = 12;
+
+  /// Maximises Whittle's likelihood of these amplitudes' squares at these frequencies [Hz]: multiplicative
+  /// updates, which keep the parts non-negative.
+  void fit(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& power);
+  double density(double frequency_hz) const;
+  bool silent() const { return silent_; }
+  void scale(double factor) {
+    for (double& w : weight_) w *= factor;
+  }
+
+ private:
+  static std::array<double, kParts> parts(double frequency_hz);
+  std::array<double, kParts> weight_{};
+  bool silent_ = true;
+};
 
 class NoiseModel {
  public:
   /// Fitted to `rest`, what a model with `parameters` numbers left of the residual. `temperature` divides all
   /// log-likelihoods (1: as they are).
+  NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& rest, int parameters,
+             double temperature);
   NoiseModel(const NoiseModel&) = delete;
   NoiseModel& operator=(const NoiseModel&) = delete;
-  NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& rest, int parameters, int max_order,
-             double temperature);
 
-  /// Whitened columns: filtered, weighed, as amplitudes of cosines of each stretch, over their standard
-  /// deviation. Rows: whitened_rows().
+  /// Whitened columns: cosine amplitudes of each stretch and channel over their standard deviations. Rows:
+  /// whitened_rows().
   Eigen::MatrixXd apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const;
   Eigen::Index whitened_rows() const { return rows_; }
-  /// Standard deviation of the innovations of a channel, mean over flights.
-  double innovation(int channel) const;
+  /// Standard deviation of the noise of a channel above half of the highest frequency, mean over flights:
+  /// what a sample does not tell of the next.
+  double fast_part(int channel) const;
   /// Sum of ln of the standard deviations: subtracted from evidences it makes those in different noise
   /// comparable.
   double log_scale() const { return log_scale_; }
 
  private:
-  struct Filter {
-    std::vector<double> a;     ///< x_i is predicted by sum_k a[k] x_(i-1-k)
-    double sigma = 1;          ///< of the innovations; 0: the channel is not judged
-    std::vector<double> band;  ///< standard deviation by band, in units of sigma
-  };
   struct Block {  ///< one channel of one stretch
-    int channel = 0, begin = 0, size = 0, kept = 0;
+    int channel = 0, begin = 0, size = 0;
     Eigen::Index row = 0;
-    const Filter* filter = nullptr;
-    Eigen::VectorXd weight;
+    Eigen::VectorXd inverse;  ///< one over the standard deviation of each amplitude
   };
   const RegressionProblem& problem_;
-  int max_order_;
-  std::vector<std::array<Filter, 6>> filters_;
+  std::vector<std::array<NoiseSpectrum, 6>> spectra_;
   std::vector<Block> blocks_;
   Eigen::Index rows_ = 0;
   double log_scale_ = 0;

@@ -165,7 +165,7 @@ void add_remaining(const Inference& in, const Eigen::VectorXd& rest, Diagnosis& 
     const Eigen::VectorXd x = rest.segment(c * n, n);
     if (x.isZero(0)) continue;
     // what one sample tells of the next beyond the innovation: slow noise, or physics nobody named
-    const double noise = in.noise->innovation(c);
+    const double noise = in.noise->fast_part(c);
     d.remaining.push_back({kNames[static_cast<std::size_t>(c)], unit_of(c), rms(x), noise,
                            std::max(0.0, 1 - noise * noise / std::max(1e-300, x.squaredNorm() / n))});
   }

@@ -37,8 +37,7 @@ class Profiler {
     for (int pass = 0; pass < 2; ++pass) {
       SetFit now;
       now.members = members;
-      out.noise =
-          estimate_noise(problem_, slow_, wrench_of_set(problem_, few, now), o_.ar_order, o_.temperature);
+      out.noise = estimate_noise(problem_, slow_, wrench_of_set(problem_, few, now), o_.temperature);
       whiten(problem_, *out.noise, 1, few);
       const Evidence evidence(problem_, *out.noise, few, o_.law_error);
       out.fit = evidence.fit(members);
@@ -92,7 +91,7 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
     out.noise = std::move(noise);
     out.posterior = search(*out.evidence, limits, seed);
   };
-  use(estimate_noise(problem, slow, Eigen::VectorXd::Zero(problem.rows()), o.ar_order, o.temperature), {});
+  use(estimate_noise(problem, slow, Eigen::VectorXd::Zero(problem.rows()), o.temperature), {});
   const Profiler profiler(problem, out.hypotheses, slow, o);
   const Profile nothing = profiler.of({});
   double less = -1e300;  // the best joint density of a set without one of the members
