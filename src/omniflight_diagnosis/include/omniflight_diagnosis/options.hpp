@@ -58,10 +58,8 @@ enum class Engine { selection, posterior };
 
 struct Options {
   Engine engine = Engine::selection;
-  double law_error = 0.05;  ///< 1, RMS of the relative error of a law of the library; posterior only
-  /// Divides log-likelihoods; posterior only. From nominal flights of generated worlds: at 1 seven of ten of
-  /// them had an effect, at 5 five.
-  double temperature = 5.0;
+  double law_error = 0.1;    ///< 1, RMS of the relative error of a law of the library; posterior only
+  double temperature = 2.0;  ///< divides log-likelihoods; posterior only
   physics::Environment environment;
   Vec3 imu_position = Vec3::Zero();  ///< m, body: where the accelerometer is
   Tolerance tolerance;

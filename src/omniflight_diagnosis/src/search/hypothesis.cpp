@@ -22,7 +22,7 @@ constexpr double kExpectedUnknown = 0.05;
 /// Points at which shapes are tried: quantiles of their priors, a low-discrepancy set where there are
 /// several.
 int point_count(int shapes) {
-  constexpr int kPoints[] = {1, 8, 14, 20};
+  constexpr int kPoints[] = {1, 10, 24, 24};
   return kPoints[std::min(shapes, 3)];
 }
 
@@ -50,7 +50,9 @@ std::vector<ShapePoint> shape_points(const RegressionProblem& problem, const Eff
   ShapePoint rest;
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const bool amplitude = physics::is_amplitude(parameters[k]) || (effect.info().id == "wind" && k < 2);
-    (amplitude ? amplitudes : shapes).push_back(k);
+    // an attachment shifts a lever by little: it is fitted from zero, and not tried on the grid
+    const bool lever = parameters[k].name.starts_with("attachment_");
+    if (amplitude || !lever) (amplitude ? amplitudes : shapes).push_back(k);
     rest.theta.push_back(parameters[k].neutral);
   }
   rest.amplitude = amplitudes;
