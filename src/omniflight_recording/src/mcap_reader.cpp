@@ -141,10 +141,27 @@ class Scanner {
           note(Note::Kind::damage, "the checksum of the summary does not match");
         break;
       }
+      case kCheckpoint:
+        return checkpoint(c, at, body.size());
       default:
         break;  // indexes; we scan instead
     }
     return c.ok();
+  }
+
+  bool checkpoint(ByteCursor& c, std::size_t at, std::size_t size) {
+    if (size != kCheckpointMark.size() + 12 || c.take(kCheckpointMark.size()) != kCheckpointMark) return true;
+    const auto from = c.get<std::uint64_t>();
+    const auto crc = c.get<std::uint32_t>();
+    if (from != checked_to_)
+      note(Note::Kind::damage,
+           "the checkpoint at byte " + std::to_string(at) + " does not follow the one before");
+    else if (crc32_of(bytes_.substr(checked_to_, at - checked_to_)) != crc)
+      note(Note::Kind::damage, "the checksum over bytes " + std::to_string(checked_to_) + " to " +
+                                   std::to_string(at) +
+                                   " does not match: schemas, topics or metadata there may be damaged");
+    checked_to_ = at + 9 + size;
+    return true;
   }
 
   bool schema(ByteCursor& c) {
@@ -271,6 +288,7 @@ class Scanner {
            "the summary tells of " + std::to_string(*statistics_messages_) + " messages, " +
                std::to_string(content.messages) + " were read",
            *statistics_messages_ > read ? *statistics_messages_ - read : 0);
+    content.closed = footer_;
     content.complete = footer_ && content.notes.empty();
   }
 
@@ -285,7 +303,7 @@ class Scanner {
   std::map<std::uint16_t, McapSchema> schemas_;
   std::string records_, lost_why_;
   bool finished_ = false, data_end_ = false, footer_ = false, lost_chunk_ = false;
-  std::size_t summary_at_ = 0;
+  std::size_t summary_at_ = 0, checked_to_ = 0;
   std::uint64_t last_ns_ = 0, homeless_ = 0, unpacked_ = 0, attached_ = 0, chunks_ = 0;
   std::uint64_t lost_messages_ = 0, lost_total_ = 0, lost_from_ns_ = 0, lost_to_ns_ = 0;
   std::optional<std::uint64_t> statistics_messages_;
