@@ -15,6 +15,7 @@
 #include "omniflight_recording/formats.hpp"
 #include "process.hpp"
 #include "verbs.hpp"
+#include "verdict.hpp"
 
 namespace omniflight::cli {
 namespace {
@@ -28,11 +29,8 @@ constexpr double kGrace = 4.0, kGraceShort = 0.5;
 /// Starts what the flight needs, the clock master last.
 Result<std::vector<Child>> start(const FlightOptions& o, const Setup& s, int domain) {
   std::vector<std::vector<std::string>> groups;
-  std::vector<std::string> names{"recorder", "planner", "allocator", "controller"};
-  if (o.monitor) names.insert(names.begin() + 1, "monitor");
-  if (o.plant == "simulator") names.push_back("simulator");
-  if (o.plant == "emulator") names.push_back("emulator");
-  if (!o.lockstep()) names.push_back("gateway");
+  std::vector<std::string> names = components_of(o);
+  if (o.plant == "mujoco") names.pop_back();  // in a process of its own
   if (o.in_process)
     groups.push_back(names);
   else
@@ -80,6 +78,29 @@ void read_monitor(const fs::path& file, FlightResult& result) {
       result.monitor +=
           fmt::format("; {} {} from {:.1f} s: {}", check.value("name", ""), check.value("worst", ""),
                       check.value("from_s", 0.0), check.value("message", ""));
+}
+
+/// Measures the recording and judges it, unless something had ended the flight before.
+void judge(const Setup& s, const recording::Recording& recording, FlightResult& result) {
+  nlohmann::json& j = result.json;
+  result.verdict = kNotFlown;
+  if (auto metrics = assess(recording, s.vehicle)) {
+    result.metrics = *metrics;
+    j["metrics"] = to_json(*metrics);
+    if (result.reason.empty()) {
+      const FlightVerdict v = judge_flight({s.plan, s.mission, s.vehicle, s.after}, recording, *metrics);
+      result.verdict = v.word;
+      result.reason = v.reason;
+      result.complete = v.complete;
+      j["judged"] = v.figures;
+    }
+  } else if (result.reason.empty()) {
+    result.reason = metrics.error().text();
+  }
+  result.flown = result.verdict == kFlown;
+  j["complete"] = result.complete;
+  j["verdict"] = result.verdict;
+  j["reason"] = result.reason;
 }
 
 }  // namespace
@@ -148,8 +169,6 @@ Result<FlightResult> fly(const FlightOptions& o) {
   if (refused) return bad_input(result.reason, "flight", "Its log is in " + (s.out / "log").string());
 
   result.recording = (s.out / "flight.mcap").string();
-  auto vehicle = vehicle::load_vehicle(o.vehicle.empty() ? s.mission_vehicle : o.vehicle, o.set);
-  if (!vehicle) return Failure(vehicle.error());
   auto recording = recording::load(result.recording, {});
   if (!recording) {
     if (!result.reason.empty()) return fail(ErrorCode::incomplete, result.reason, "flight");
@@ -162,28 +181,14 @@ Result<FlightResult> fly(const FlightOptions& o) {
        {"seed", o.seed},
        {"inputs_sha256", s.fingerprint},
        {"recording", "flight.mcap"},
+       {"recording_sha256", recording->sha256},
        {"simulated_s", recording->duration_s},
        {"wall_s", flight_wall},
        {"synthetic", o.plant != "hardware"}};
-  j["complete"] = result.reason.empty();  // every component did its part to the end; the vehicle may be lost
   j["recording_notes"] = nlohmann::json::array();
   for (const auto& note : recording->notes) j["recording_notes"].push_back(note.text);
   if (o.monitor) read_monitor(s.out / "monitor.json", result);
-  if (auto metrics = assess(*recording, *vehicle)) {
-    result.metrics = *metrics;
-    j["metrics"] = to_json(*metrics);
-    const Tracking& tracking = metrics->has_truth ? metrics->truth : metrics->measured;
-    const double distance = tracking.position_rmse.norm(), angle = tracking.attitude_rmse.norm();
-    if (result.reason.empty() && !(distance < kLeftReference && angle < kTurnedAway))
-      result.reason = fmt::format("the vehicle left its reference{} (RMSE {:.2f} m, {:.0f} deg)",
-                                  tracking.left_at ? fmt::format(" at {:.1f} s", *tracking.left_at) : "",
-                                  distance, angle);
-  } else if (result.reason.empty()) {
-    result.reason = metrics.error().text();
-  }
-  result.flown = result.reason.empty();
-  j["verdict"] = result.flown ? "flown" : "not flown to the end";
-  j["reason"] = result.reason;
+  judge(s, *recording, result);
   if (auto ok = files::write_file_atomic(s.out / "flight.json", j.dump(2) + "\n"); !ok)
     return result.flown ? Result<FlightResult>(Failure(ok.error()))
                         : fail(ErrorCode::incomplete, result.reason, "flight", ok.error().text());

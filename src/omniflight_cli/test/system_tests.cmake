@@ -1,4 +1,5 @@
 # Every method `test_*` of every test/test_*.py becomes a CTest of its own, with a time limit and a skip that shows.
+# Those named `test_long_*` take the label `long` and five times as much time.
 # omniflight_system_tests(TIMEOUT s ENVIRONMENT name=value...)
 function(omniflight_system_tests)
   cmake_parse_arguments(OST "" "TIMEOUT" "ENVIRONMENT" ${ARGN})
@@ -13,11 +14,16 @@ function(omniflight_system_tests)
       if(line MATCHES "^class ([A-Za-z0-9_]+)")
         set(class ${CMAKE_MATCH_1})
       elseif(line MATCHES "def (test_[A-Za-z0-9_]+)")
+        set(method ${CMAKE_MATCH_1})
         set(test ${module}.${class}.${CMAKE_MATCH_1})
         add_test(NAME ${test} COMMAND ${OMNIFLIGHT_PYTHON} -B -m unittest -v ${test}
                  WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/test)
         set_tests_properties(${test} PROPERTIES TIMEOUT ${OST_TIMEOUT} ENVIRONMENT "${OST_ENVIRONMENT}"
                              SKIP_REGULAR_EXPRESSION "OK \\(skipped=")
+        if(method MATCHES "^test_long_")
+          math(EXPR long_timeout "5 * ${OST_TIMEOUT}")
+          set_tests_properties(${test} PROPERTIES LABELS long TIMEOUT ${long_timeout})
+        endif()
       endif()
     endforeach()
   endforeach()
