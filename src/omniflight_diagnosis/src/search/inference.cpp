@@ -94,19 +94,16 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
   use(estimate_noise(problem, slow, Eigen::VectorXd::Zero(problem.rows()), o.temperature), {});
   const Profiler profiler(problem, out.hypotheses, slow, o);
   const Profile nothing = profiler.of({});
-  double less = -1e300;  // the best joint density of a set without one of the members
   for (int round = 0; round < kRounds && !out.posterior.best.members.empty() && !o.stopped(); ++round) {
     Profile best = profiler.of(out.posterior.best.members);
     // a member must be worth its place also when the noise may take over what it does
     for (bool dropped = true; dropped && !best.fit.members.empty();) {
       dropped = false;
-      less = -1e300;
       Profile better;
       for (std::size_t k = 0; k < best.fit.members.size(); ++k) {
         std::vector<SetMember> rest = best.fit.members;
         rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
         Profile without = profiler.of(std::move(rest));
-        less = std::max(less, without.joint);
         if (without.joint > best.joint && without.joint > better.joint) better = std::move(without);
       }
       if (better.joint > best.joint) {
