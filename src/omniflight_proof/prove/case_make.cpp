@@ -188,7 +188,8 @@ Result<MadeCase> make(const vehicle::Vehicle& vehicle, const std::vector<Mechani
   Random random = draw(salt, plan.id);
   FlightSetup s;
   s.sensors = laboratory();
-  s.world.turbulence = Turbulence{kForceNoise, kTorqueNoise, kNoiseTime};
+  s.world.turbulence =
+      Turbulence{.force_rms = kForceNoise, .torque_rms = kTorqueNoise, .correlation_time = kNoiseTime};
   s.seed = random.next() >> 12;
   Random phases = draw(salt, plan.id + " path");
   s.path = plan.flight == "T1"   ? path_t1()
