@@ -49,7 +49,7 @@ const Injectable& find(const std::string& id) {
 /// Mean of force along z and torques that two recordings' rotor speeds differ by, over the middle of the
 /// flight.
 Eigen::Vector4d difference(const RealFlight& before, const RealFlight& after) {
-  const auto B = before.vehicle().allocation_matrix(0).bottomRows(4);
+  const Eigen::MatrixXd B = before.vehicle().allocation_matrix(0).bottomRows(4);
   Eigen::Vector4d sum = Eigen::Vector4d::Zero();
   int n = 0;
   for (std::size_t i = before.size() / 4; i < 3 * before.size() / 4; ++i, ++n)
@@ -114,12 +114,12 @@ TEST(Injection, RefusesFlightsWithoutRotorSpeeds) {
 
 TEST(Injection, RealFlightsTakeEveryInjection) {
   const char* data = std::getenv("OMNIFLIGHT_REAL_DATA");
-  if (!data || !fs::exists(fs::path(data) / "crazyflie_brushless"))
-    GTEST_SKIP() << "no real flights: set OMNIFLIGHT_REAL_DATA to a folder with crazyflie_brushless";
+  if (!data || !fs::exists(fs::path(data) / "flights" / "crazyflie_brushless"))
+    GTEST_SKIP() << "no real flights: set OMNIFLIGHT_REAL_DATA to a folder with flights/crazyflie_brushless";
   auto vehicle = vehicle::load_vehicle(std::string(OMNIFLIGHT_SOURCE_ROOT) +
                                        "/configs/vehicles/crazyflie_brushless/crazyflie_brushless.yaml");
   ASSERT_TRUE(vehicle) << vehicle.error().text();
-  for (const auto& file : fs::directory_iterator(fs::path(data) / "crazyflie_brushless")) {
+  for (const auto& file : fs::directory_iterator(fs::path(data) / "flights" / "crazyflie_brushless")) {
     auto recording = recording::load(file.path());
     auto flight =
         recording ? RealFlight::create(*recording, *vehicle) : Result<RealFlight>(Failure(recording.error()));
