@@ -209,7 +209,7 @@ struct Kernel {
     for (int i = 0; i < c.rotors; ++i) {
       const Common::Rotor& r = c.rotor[i];
       const V3 hub = add(v, cross(s.w, {all(r.p.x()), all(r.p.y()), all(r.p.z())}));
-      const V k = hn::Neg(hn::Mul(hn::Abs(speed[i]), load(b.flapping, at)));
+      const V k = hn::Mul(hn::Abs(speed[i]), load(b.flapping, at));
       torque = muladd3(cross(hub, load3(b.axis[i], at)), k, torque);
     }
   }
