@@ -43,6 +43,16 @@ inline std::optional<safety::Action> failsafe_action(const msgs::diagnostic_msgs
   return static_cast<safety::Action>(text[0] - '0');
 }
 
+/// The operator's wish that the ladder obeys in such a message: whoever hears of it from the ladder first knows
+/// it as the operator's, and not as a failure.
+inline safety::Wish wish_of_ladder(const msgs::diagnostic_msgs::DiagnosticArray& m) {
+  const auto statuses = bus::view(m.status);
+  const std::string_view words = statuses.empty() ? std::string_view() : bus::text(statuses[0].message);
+  if (words.ends_with(to_string(safety::Fault::operator_cut))) return safety::Wish::cut;
+  if (words.ends_with(to_string(safety::Fault::operator_stop))) return safety::Wish::stop;
+  return safety::Wish::none;
+}
+
 /// hold | land | stop | cut; anything else is no wish.
 inline safety::Wish wish_from(std::string_view text) {
   if (text == "hold") return safety::Wish::hold;

@@ -76,6 +76,8 @@ class GatewayComponent final : public ThreadedComponent {
                                                      const auto statuses = bus::view(m.status);
                                                      const std::lock_guard lock(failsafe_mutex_);
                                                      failsafe_words_ = bus::text(statuses[0].message);
+                                                     if (const auto wish = wish_of_ladder(m); wish > wish_.load())
+                                                       wish_.store(wish);
                                                      failsafe_action_.store(*action);
                                                    });
     if (!failsafe) return Failure(failsafe.error());
