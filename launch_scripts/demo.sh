@@ -4,7 +4,7 @@
 # (OMNIFLIGHT_REAL_DATA, default ../shared/data) the same verb diagnoses real flights.
 # Example: ./launch_scripts/demo.sh [OUTPUT_FOLDER]
 source "$(dirname "$0")/common.sh"
-out="${1:-$OMNIFLIGHT_ROOT/runs/demo}"
+out="${1:-$OMNIFLIGHT_ROOT/runs/demo-$(date +%Y%m%d-%H%M%S)}"
 ./launch_scripts/build.sh
 omniflight="$OMNIFLIGHT_ROOT/install/omniflight_cli/bin/omniflight"
 mkdir -p "$out"

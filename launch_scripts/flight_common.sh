@@ -14,7 +14,7 @@ names=() pids=()
 prepare_flight() {
   mkdir -p "$2/log"
   out="$(cd "$2" && pwd)"
-  "$omniflight" plan "$1" --out "$out/plan"
+  "$omniflight" plan "$1" --out "$out/plan" --force
   # what the plant needs to know: where the plan begins, its tilt and its length (1 s held, 3 s hover, 1 s after)
   eval "$(python3 - "$out/plan" "$configs" <<'PY'
 import csv, json, math, os, shlex, sys, time

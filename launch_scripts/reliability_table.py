@@ -10,7 +10,7 @@ from pathlib import Path
 # number, what, pass figure, package and CTest name pattern (empty: nothing stands for it), figure in the output, what is short
 ROWS = [
     (1, "recorder killed", "loss <= 100 ms, no gap", "recording", "McapCrash.AKilledWriter", r".*(?:kill|lost).*", ""),
-    (2, "recording cut at every byte, bits flipped", "every loss reported", "recording", "Mcap.(CutAtEveryByte|FlippedBits)",
+    (2, "recording cut at every byte, bits flipped", "every loss reported", "recording", "Mcap.(CutAtEveryByte|FlippedBits)|Checkpoints",
      r".*(?:cuts|flips|bits).*", ""),
     (3, "disk full", "error within a flush, readable", "recording", "McapCrash.AFullDisk", "", "flight through boards on a full "
      "disk: label long (test_long_full_disk_ends_no_flight)"),
@@ -28,10 +28,10 @@ ROWS = [
     (11, "hostile numbers into control", "finite, bounded", "gateway", "SafetyGate.AnyInput", "", "gate only; controller and allocator not"),
     (12, "fuzzing", "10^6 runs, 0 findings", "", "", "", "no libFuzzer targets"),
     (13, "hostile files", "typed error", "cli", "test_bad_input", "", ""),
-    (14, "map integrity", "100 % refused", "planning", "OctreeFile", "", ""),
+    (14, "map integrity, map bombs", "100 % refused, in 100 MB and 0.5 s", "planning", "OctreeFile|MapBombs", r".*MB, .* s", ""),
     (15, "serial noise", "<= 1 frame lost at a resync", "gateway", "Noise.TenMegabytes", r".*(?:frames|noise|MB).*", ""),
     (16, "line cut, short writes", "reopens 50/50", "gateway", "GatewayFaults.(ReopensFifty|ALineThatTakes|AnUnplugged)", "", ""),
-    (17, "planner deadline", "limit + 100 ms", "planning", "budget|deadline|Budget|Deadline", "", "200 runs with a slow checker are not run"),
+    (17, "planner deadline", "limit + 100 ms", "planning", "Budget", r"budget.*", "5 runs a mission and budget; 200: label long"),
     (18, "control loop jitter", "p99 <= 150 us, misses counted", "components", "PeriodKeeper", "", "misses counted; p99 under load is not measured"),
     (19, "no allocation in the loop", "0", "bus", "HotPath", "", ""),
     (20, "soak, 8 h", "RSS slope < 1 MB/h", "", "", "", "not run"),

@@ -32,6 +32,14 @@ Vec6 RotorLoad::required_wrench(const Reference& m) const {
   return wrench;
 }
 
+RotorLoad::Inertial RotorLoad::inertial_wrench(const Reference& motion) const {
+  Reference hover;
+  hover.q_WB = motion.q_WB;
+  Vec6 change = required_wrench(motion) - required_wrench(hover);
+  change.tail<3>() -= p_BBcm_.cross(change.head<3>());
+  return {wrenches_.unreachable(change), wrenches_.scaled_norm(change)};
+}
+
 double RotorLoad::hover_load(const Quat& q_WB) const {
   Reference hover;
   hover.q_WB = q_WB;

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <set>
 
+#include "folder.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_files/yaml.hpp"
 
@@ -86,11 +88,18 @@ Result<Campaign> load_campaign(const std::string& path) {
   for (const auto& e : effects) effect_names.push_back(stem(e));
   for (const auto& v : variants) variant_names.push_back(v.name);
   for (auto e : yaml->children("expect", 0, 1000))
-    c.expected.push_back({one_of(e, "variant", variant_names), one_of(e, "effect", effect_names),
-                          e.choice<bool>("verdict", {{"flown", true}, {"lost", false}})});
+    c.expected.push_back(
+        {one_of(e, "variant", variant_names), one_of(e, "effect", effect_names),
+         e.choice<std::string>(
+             "verdict",
+             {{kFlown, kFlown}, {kFlownBadly, kFlownBadly}, {"survived", "survived"}, {kLost, kLost}})});
   if (auto further = yaml->optional_child("investigate"))
     c.more_flights = static_cast<int>(further->number("flights", files::between(0, 10)));
   if (auto ok = yaml->finish(); !ok) return Failure(ok.error());
+  if (!is_plain_name(c.name))
+    return bad_input("name: " + files::shown(c.name) + " is no plain name", path,
+                     "Use letters, digits and _.@+-");
+  std::set<std::string> names;
   for (const auto& mission : missions)
     for (const auto& vehicle : vehicles)
       for (const auto& effect : effects)
@@ -109,8 +118,14 @@ Result<Campaign> load_campaign(const std::string& path) {
             one.options.tilt_mode = variant.tilt;
             one.options.set = variant.set;
             one.options.seed = static_cast<std::uint64_t>(seed);
-            one.name = one.mission + (vehicle.empty() ? "" : "-" + vehicle) + "-" + one.effect + "-" +
-                       one.variant + "-seed" + std::to_string(one.options.seed);
+            one.name = one.mission + (vehicle.empty() ? "" : "-" + fs::path(vehicle).stem().string()) + "-" +
+                       one.effect + "-" + one.variant + "-seed" + std::to_string(one.options.seed);
+            if (!is_plain_name(one.name))
+              return bad_input("the flight " + files::shown(one.name) + " would be no plain folder", path,
+                               "Use letters, digits and _.@+- in the names of variants, at most 100 in all");
+            if (!names.insert(one.name).second)
+              return bad_input("two flights would have the name " + files::shown(one.name), path,
+                               "Give variants, seeds, missions and effects different names");
             c.cases.push_back(std::move(one));
             if (c.cases.size() > 10000) return bad_input("gives more than 10000 flights", path);
           }
@@ -119,11 +134,14 @@ Result<Campaign> load_campaign(const std::string& path) {
 }
 
 std::string Judgement::words() const {
-  const std::string who = (expected.variant.empty() ? "every variant" : expected.variant) +
-                          (expected.effect.empty()     ? " with every effect"
-                           : expected.effect == "none" ? " without effects"
-                                                       : " with " + expected.effect);
-  const char* const wanted = expected.flown ? "flown to the end" : "lost";
+  const std::string who = rest ? "every other flight"
+                               : (expected.variant.empty() ? "every variant" : expected.variant) +
+                                     (expected.effect.empty()     ? " with every effect"
+                                      : expected.effect == "none" ? " without effects"
+                                                                  : " with " + expected.effect);
+  const std::string wanted = expected.verdict == kFlown        ? "flown"
+                             : expected.verdict == kFlownBadly ? "flown badly"
+                                                               : expected.verdict;
   if (flights == 0) return who + ": not flown";
   return fmt::format("{}: {} of {} flights {}, {}", who, as_expected, flights, wanted,
                      as_expected == flights ? "as expected" : "but all were expected to be");
@@ -136,10 +154,20 @@ std::vector<Judgement> judge(const Campaign& campaign, const std::vector<Outcome
     for (const Outcome& o : outcomes) {
       if (o.verdict.empty() || !expected.covers(o.flight)) continue;
       ++j.flights;
-      j.as_expected += o.flown() == expected.flown;
+      j.as_expected += expected.met_by(o.verdict);
     }
     out.push_back(j);
   }
+  Judgement rest{Expectation{}};
+  rest.rest = !campaign.expected.empty();
+  for (const Outcome& o : outcomes) {
+    const auto covers = [&](const Expectation& e) { return e.covers(o.flight); };
+    if (o.verdict.empty() || std::any_of(campaign.expected.begin(), campaign.expected.end(), covers))
+      continue;
+    ++rest.flights;
+    rest.as_expected += o.flown();
+  }
+  if (rest.flights > 0) out.push_back(rest);
   return out;
 }
 
@@ -147,7 +175,7 @@ std::string verdict_in_words(const std::vector<Judgement>& judgements) {
   if (judgements.empty()) return {};
   std::string met, missed;
   for (const Judgement& j : judgements) {
-    std::string& list = j.flights > 0 && j.as_expected == j.flights ? met : missed;
+    std::string& list = j.met() ? met : missed;
     list += (list.empty() ? "" : "; ") + j.words();
   }
   return missed.empty() ? "As expected: " + met + "." : "Not as expected: " + missed + ".";

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "flight.hpp"
+#include "verdict.hpp"
 
 namespace omniflight::cli {
 
@@ -14,8 +15,12 @@ struct Case {
 
 /// What should come out, so that a campaign answers its own question.
 struct Expectation {
-  std::string variant, effect;  ///< empty: any
-  bool flown = true;            ///< to the end, else lost
+  std::string variant, effect;    ///< empty: any
+  std::string verdict = "flown";  ///< flown | flown_badly | survived (one of both) | lost
+  bool met_by(const std::string& flight) const {
+    if (verdict == "survived") return flight == kFlown || flight == kFlownBadly;
+    return flight == verdict;
+  }
   bool covers(const Case& one) const {
     return (variant.empty() || variant == one.variant) && (effect.empty() || effect == one.effect);
   }
@@ -37,15 +42,19 @@ struct Outcome {
   std::string verdict, reason;  ///< verdict empty: not flown (interrupted)
   nlohmann::json json;          ///< flight.json
   std::string investigation;    ///< what was found, in words; empty: nobody asked
-  bool flown() const { return verdict == "flown"; }
+  bool flown() const { return verdict == kFlown; }
+  bool survived() const { return flown() || verdict == kFlownBadly; }
 };
 
 /// How an expectation was met.
 struct Judgement {
   Expectation expected;
   std::size_t flights = 0, as_expected = 0;
+  bool rest = false;  ///< over the flights that no expectation of the file covers
+  bool met() const { return flights > 0 && as_expected == flights; }
   std::string words() const;  ///< "case_b with tilt_mismatch: lost, as expected (1 of 1 flights)"
 };
+/// Without `expect` every flight is expected to be flown; with it, every flight that no entry covers.
 std::vector<Judgement> judge(const Campaign& campaign, const std::vector<Outcome>& outcomes);
 /// One sentence over all judgements; empty without expectations.
 std::string verdict_in_words(const std::vector<Judgement>& judgements);

@@ -16,9 +16,9 @@ constexpr std::size_t kMostPlotted = 48, kMostLines = 8;
 constexpr double kDrawnAt = 2.0;  // m: a lost flight would flatten the others
 
 std::string in_a_cell(const Outcome& o) {
-  if (const double at = figure(o.json, "/left_reference_at_s"); !o.flown())
-    return std::isfinite(at) ? fmt::format("lost at {:.1f} s", at) : "lost";
-  return fmt::format("{:.1f} mm", 1e3 * position_rmse(o.json));
+  if (const double at = figure(o.json, "/left_reference_at_s"); !o.survived())
+    return std::isfinite(at) ? fmt::format("lost at {:.1f} s", at) : o.verdict;
+  return fmt::format("{:.1f} mm{}", 1e3 * position_rmse(o.json), o.flown() ? "" : " (badly)");
 }
 
 /// Worst first: lost flights, the earliest before the others, then by position error.
@@ -26,7 +26,7 @@ std::vector<const Outcome*> ranked(const std::vector<Outcome>& outcomes) {
   std::vector<const Outcome*> out;
   for (const Outcome& o : outcomes) out.push_back(&o);
   const auto badness = [](const Outcome& o) {
-    if (o.flown()) return position_rmse(o.json);
+    if (o.survived()) return position_rmse(o.json);
     const double at = figure(o.json, "/left_reference_at_s");
     return 1e9 - (std::isfinite(at) ? at : 0.0);
   };
@@ -156,19 +156,18 @@ Status write_campaign_page(const Campaign& c, const std::vector<Outcome>& outcom
                            const std::vector<Judgement>& judgements, const std::string& out) {
   const auto flown = static_cast<std::size_t>(
       std::count_if(outcomes.begin(), outcomes.end(), [](auto& o) { return o.flown(); }));
-  const std::string counted = fmt::format("{} of {} flights flown to the end", flown, c.cases.size());
+  const std::string counted = fmt::format("{} of {} flights flown", flown, c.cases.size());
   report::Page page("Campaign " + c.name, c.question.empty() ? counted : c.question);
   const auto rows = ranked(outcomes);
-  if (judgements.empty()) {
+  if (c.expected.empty()) {
     std::string best;
-    if (!rows.empty() && rows.back()->flown())
+    if (!rows.empty() && rows.back()->survived())
       best = fmt::format("Best: {} ({}). Worst: {} ({}).", label(*rows.back(), true), in_a_cell(*rows.back()),
                          label(*rows.front(), true), in_a_cell(*rows.front()));
     page.verdict(flown == c.cases.size() ? report::Tone::ok : report::Tone::warn, counted, best);
   } else {
-    const bool all = std::all_of(judgements.begin(), judgements.end(), [](const Judgement& j) {
-      return j.flights > 0 && j.as_expected == j.flights;
-    });
+    const bool all =
+        std::all_of(judgements.begin(), judgements.end(), [](const Judgement& j) { return j.met(); });
     page.verdict(all ? report::Tone::ok : report::Tone::bad,
                  all ? "Every flight ended as expected" : "Not every flight ended as expected",
                  fmt::format("{}; {} expectations.", counted, judgements.size()));
@@ -190,7 +189,7 @@ Status write_campaign_page(const Campaign& c, const std::vector<Outcome>& outcom
   std::set<std::string> missions;
   for (const Outcome* o : rows) missions.insert(o->flight.mission);
   for (const Outcome* o : rows) {
-    if (!o->flown() || error.bars.size() >= 60) continue;
+    if (!o->survived() || error.bars.size() >= 60) continue;
     const std::string name = label(*o, missions.size() > 1);
     error.bars.push_back({.name = name, .value = 1e3 * position_rmse(o->json)});
     if (const double p = figure(o->json, "/power_W"); std::isfinite(p))

@@ -13,6 +13,7 @@
 #include "operator_desk.hpp"
 #include "supervision.hpp"
 #include "verbs.hpp"
+#include "verdict.hpp"
 
 namespace omniflight::cli {
 namespace {
@@ -22,11 +23,8 @@ namespace fs = std::filesystem;
 /// Starts what the flight needs, the clock master last.
 Result<std::vector<Child>> start(const FlightOptions& o, const Setup& s, int domain) {
   std::vector<std::vector<std::string>> groups;
-  std::vector<std::string> names{"recorder", "planner", "allocator", "controller"};
-  if (o.monitor) names.insert(names.begin() + 1, "monitor");
-  if (o.plant == "simulator") names.push_back("simulator");
-  if (o.plant == "emulator") names.push_back("emulator");
-  if (!o.lockstep()) names.push_back("gateway");
+  std::vector<std::string> names = components_of(o);
+  if (o.plant == "mujoco") names.pop_back();  // in a process of its own
   if (o.in_process)
     groups.push_back(names);
   else
@@ -76,6 +74,43 @@ void read_monitor(const fs::path& file, FlightResult& result) {
                       check.value("from_s", 0.0), check.value("message", ""));
 }
 
+/// The vehicle had left its reference when the failsafe of a simulated flight ended it. Every component did
+/// its part, so the flight is complete; the vehicle is lost.
+bool lost_to_the_failsafe(const FlightOptions& o, const FlightResult& result) {
+  const Tracking& tracking = result.metrics.has_truth ? result.metrics.truth : result.metrics.measured;
+  return o.lockstep() && tracking.left_at && result.json["losses"].empty() &&
+         result.reason.find("the failsafe ended the flight") != std::string::npos;
+}
+
+/// Measures the recording and judges it, unless something had ended the flight before.
+void judge(const FlightOptions& o, const Setup& s, const recording::Recording& recording,
+           FlightResult& result) {
+  nlohmann::json& j = result.json;
+  result.verdict = kNotFlown;
+  if (auto metrics = assess(recording, s.vehicle)) {
+    result.metrics = *metrics;
+    j["metrics"] = to_json(*metrics);
+    if (result.reason.empty()) {
+      const FlightVerdict v = judge_flight({s.plan, s.mission, s.vehicle, s.after}, recording, *metrics);
+      result.verdict = v.word;
+      result.reason = v.reason;
+      result.complete = v.complete;
+      j["judged"] = v.figures;
+      j["remarks"] = v.remarks;
+      result.remarks.insert(result.remarks.end(), v.remarks.begin(), v.remarks.end());
+    } else if (lost_to_the_failsafe(o, result)) {
+      result.verdict = kLost;
+      result.complete = true;
+    }
+  } else if (result.reason.empty()) {
+    result.reason = metrics.error().text();
+  }
+  result.flown = result.verdict == kFlown;
+  j["complete"] = result.complete;
+  j["verdict"] = result.verdict;
+  j["reason"] = result.reason;
+}
+
 }  // namespace
 
 Result<FlightResult> fly(const FlightOptions& o) {
@@ -122,8 +157,6 @@ Result<FlightResult> fly(const FlightOptions& o) {
   if (flight.refused) return bad_input(result.reason, "flight", "Its log is in " + (s.out / "log").string());
 
   result.recording = (s.out / "flight.mcap").string();
-  auto vehicle = vehicle::load_vehicle(o.vehicle.empty() ? s.mission_vehicle : o.vehicle, o.set);
-  if (!vehicle) return Failure(vehicle.error());
   auto recording = recording::load(result.recording, {});
   if (!recording) {
     if (!result.reason.empty()) return fail(ErrorCode::incomplete, result.reason, "flight");
@@ -136,29 +169,15 @@ Result<FlightResult> fly(const FlightOptions& o) {
        {"seed", o.seed},
        {"inputs_sha256", s.fingerprint},
        {"recording", "flight.mcap"},
+       {"recording_sha256", recording->sha256},
        {"simulated_s", recording->duration_s},
        {"wall_s", flight.wall_s},
        {"synthetic", o.plant != "hardware"}};
-  j["complete"] = result.reason.empty();  // every component did its part to the end; the vehicle may be lost
-  j["losses"] = flight.notes;             // components that ended before the flight did
+  j["losses"] = flight.notes;  // components that ended before the flight did
   j["recording_notes"] = nlohmann::json::array();
   for (const auto& note : recording->notes) j["recording_notes"].push_back(note.text);
   if (o.monitor) read_monitor(s.out / "monitor.json", result);
-  if (auto metrics = assess(*recording, *vehicle)) {
-    result.metrics = *metrics;
-    j["metrics"] = to_json(*metrics);
-    const Tracking& tracking = metrics->has_truth ? metrics->truth : metrics->measured;
-    const double distance = tracking.position_rmse.norm(), angle = tracking.attitude_rmse.norm();
-    if (result.reason.empty() && !(distance < kLeftReference && angle < kTurnedAway))
-      result.reason = fmt::format("the vehicle left its reference{} (RMSE {:.2f} m, {:.0f} deg)",
-                                  tracking.left_at ? fmt::format(" at {:.1f} s", *tracking.left_at) : "",
-                                  distance, angle);
-  } else if (result.reason.empty()) {
-    result.reason = metrics.error().text();
-  }
-  result.flown = result.reason.empty();
-  j["verdict"] = result.flown ? "flown" : "not flown to the end";
-  j["reason"] = result.reason;
+  judge(o, s, *recording, result);
   if (auto ok = files::write_file_atomic(s.out / "flight.json", j.dump(2) + "\n"); !ok)
     return result.flown ? Result<FlightResult>(Failure(ok.error()))
                         : fail(ErrorCode::incomplete, result.reason, "flight", ok.error().text());

@@ -33,6 +33,7 @@ struct FlightOptions {
   bool in_process = false;  ///< all components in one container
   std::map<std::string, std::string> parameters;  ///< "controller.kp" -> YAML text
   std::string out;
+  bool force = false;  ///< overwrite a recording that is in `out`
   bool quiet = false;
 
   /// Plants that wait for each command, as fast as they can.
@@ -42,14 +43,17 @@ struct FlightOptions {
 struct FlightResult {
   nlohmann::json json;    ///< what flight.json holds
   std::string recording;  ///< path
-  bool flown = false;     ///< to the end
-  std::string reason;     ///< why not
+  bool flown = false;     ///< to the end and within its bounds
+  bool complete = false;  ///< every component did its part to the plan's end; the vehicle may be lost
+  std::string verdict;    ///< see verdict.hpp
+  std::string reason;     ///< why it is not flown
   FlightMetrics metrics;
   std::vector<std::string> remarks;  ///< what else the operator is to know, a line each
   std::string monitor;               ///< its verdict in a line; empty when there was none
 };
 
-/// Writes plan/, params.yaml, log/, flight.mcap and flight.json into options.out.
+/// Refuses a folder that holds a recording (without `force`) or that another run holds. Writes plan/,
+/// params.yaml, log/, flight.mcap and flight.json into options.out.
 Result<FlightResult> fly(const FlightOptions& options);
 
 /// SHA-256 over everything that decides how the flight goes: two flights with one fingerprint are the same

@@ -4,11 +4,13 @@
 
 #include <chrono>
 
+#include "omniflight_allocation/rotor_load.hpp"
 #include "omniflight_diagnosis/neighbour_file.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_files/yaml.hpp"
 #include "omniflight_physics/effect.hpp"
 #include "omniflight_simulation/faults.hpp"
+#include "parameter_check.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
@@ -16,6 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kRecording = "flight.mcap";
 constexpr double kHold = 1.0, kSettle = 3.0, kAfter = 1.0;  // s around the trajectory
 
 std::string join(const std::vector<std::string>& items) {
@@ -26,6 +29,13 @@ std::string join(const std::vector<std::string>& items) {
 
 std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
 
+/// A value of the recorder's metadata, whose list knows ';' and '=' only.
+std::string plain(std::string text) {
+  for (char& c : text)
+    if (c == ';' || c == '=' || static_cast<unsigned char>(c) < 0x20) c = '_';
+  return text;
+}
+
 std::string in_brackets(const Vec3& v) {
   return fmt::format("[{:.10g}, {:.10g}, {:.10g}]", v.x(), v.y(), v.z());
 }
@@ -33,7 +43,7 @@ std::string in_brackets(const Vec3& v) {
 }  // namespace
 
 std::string parameters(const FlightOptions& o, const Setup& s) {
-  const std::string vehicle = o.vehicle.empty() ? s.mission_vehicle : o.vehicle;
+  const std::string vehicle = o.vehicle.empty() ? s.mission.vehicle : o.vehicle;
   const auto& knot = s.plan.trajectory.knots().front().reference;
   const Vec3 rpy = roll_pitch_yaw(knot.q_WB) * (180.0 / kPi);
   const double alpha = to_degrees(s.plan.certificate.alpha);
@@ -43,12 +53,12 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
     p[component]["vehicle_set"] = quoted(join(o.set));
   };
   p["recorder"] = {
-      {"file", quoted((s.out / "flight.mcap").string())},
+      {"file", quoted((s.out / kRecording).string())},
       {"overwrite", "true"},
       {"record_truth", o.plant == "hardware" ? "false" : "true"},
       {"metadata", quoted(fmt::format("vehicle={};plant={};mission={};seed={};synthetic={};map_sha256={};"
                                       "vehicle_sha256={};mission_sha256={};inputs_sha256={}",
-                                      vehicle, o.plant, s.plan.certificate.mission, o.seed,
+                                      plain(vehicle), o.plant, plain(s.plan.certificate.mission), o.seed,
                                       o.plant == "hardware" ? "no" : "yes", s.plan.certificate.map_sha256,
                                       s.plan.certificate.vehicle_sha256, s.plan.certificate.mission_sha256,
                                       s.fingerprint))},
@@ -269,15 +279,37 @@ Status find_fence(const planning::Mission& mission, std::optional<std::pair<Vec3
   return bed->status();
 }
 
+/// The tilt that `-p allocator.alpha_deg` puts in place of the plan's must still carry the vehicle at its
+/// start.
+Status check_hover(const FlightOptions& o, const Reference& start, const vehicle::Vehicle& vehicle) {
+  const auto own = o.parameters.find("allocator.alpha_deg");
+  if (own == o.parameters.end() || o.tilt_mode == "search") return {};
+  auto yaml = files::YamlReader::parse("alpha_deg: " + own->second, "-p allocator.alpha_deg");
+  if (!yaml) return Failure(yaml.error());
+  const double alpha = to_radians(yaml->number("alpha_deg", files::between(-180, 180, "deg")));
+  if (auto ok = yaml->finish(); !ok) return ok;
+  const auto rotors = allocation::RotorLoad::create(vehicle, alpha);
+  if (!rotors) return Failure(rotors.error());
+  if (const double load = rotors->hover_load(start.q_WB); !(load <= 1.0))
+    return bad_input(
+        fmt::format("cannot hover at the start: {:.0f} % of the rotors' range of '{}' ({:.4g} kg) are "
+                    "needed at a tilt of {:.1f} deg",
+                    100.0 * load, vehicle.name, vehicle.mass, to_degrees(alpha)),
+        "-p allocator.alpha_deg", "Give another tilt");
+  return {};
+}
+
 /// Checks and finds everything but the plan. Writes nothing.
-Result<Setup> find_inputs(const FlightOptions& o, planning::Mission& mission) {
+Result<Setup> find_inputs(const FlightOptions& o) {
   Setup s;
   s.out = fs::absolute(o.out);
+  if (s.out.string().find(';') != std::string::npos)
+    return bad_input("has a ';' in its name", "--out " + o.out, "Choose another --out");
+  if (auto ok = check_parameters(o.parameters, components_of(o)); !ok) return Failure(ok.error());
   auto loaded = planning::load_mission(o.mission);
   if (!loaded) return Failure(loaded.error());
-  mission = std::move(*loaded);
-  s.mission_vehicle = mission.vehicle;
-  if (auto ok = find_fence(mission, s.fence); !ok) return Failure(ok.error());
+  s.mission = std::move(*loaded);
+  if (auto ok = find_fence(s.mission, s.fence); !ok) return Failure(ok.error());
   auto sensors = find_config("sensors", o.sensors);
   if (!sensors) return Failure(sensors.error());
   s.sensors = *sensors;
@@ -297,16 +329,17 @@ Result<Setup> find_inputs(const FlightOptions& o, planning::Mission& mission) {
   auto weights = read_weights(o.weights);
   if (!weights) return Failure(weights.error());
   s.weights = std::move(*weights);
-  auto vehicle = vehicle::load_vehicle(o.vehicle.empty() ? s.mission_vehicle : o.vehicle, o.set);
+  auto vehicle = vehicle::load_vehicle(o.vehicle.empty() ? s.mission.vehicle : o.vehicle, o.set);
   if (!vehicle) return Failure(vehicle.error());
   if (auto ok = find_faults(o, vehicle->rotor_count(), s.faults); !ok) return Failure(ok.error());
   auto configs = files::config_dir();
   if (!configs) return Failure(configs.error());
   s.defaults = (*configs / "components" / "default.yaml").string();
   s.loopback = (*configs / "cyclonedds_loopback.xml").string();
-  auto print = fingerprint_of(o, mission.sha256, s, vehicle->sha256);
+  auto print = fingerprint_of(o, s.mission.sha256, s, vehicle->sha256);
   if (!print) return Failure(print.error());
   s.fingerprint = *print;
+  s.vehicle = std::move(*vehicle);
   return s;
 }
 
@@ -316,29 +349,50 @@ std::string plant_component(const FlightOptions& o) {
   return o.plant == "mujoco" ? "mujoco_plant" : "simulator";
 }
 
+std::vector<std::string> components_of(const FlightOptions& o) {
+  std::vector<std::string> names{"recorder", "planner", "allocator", "controller"};
+  if (o.monitor) names.insert(names.begin() + 1, "monitor");
+  if (o.plant == "emulator") names.push_back("emulator");
+  names.push_back(o.lockstep() ? plant_component(o) : "gateway");
+  return names;
+}
+
 Result<std::string> fingerprint(const FlightOptions& options) {
-  planning::Mission mission;
-  auto s = find_inputs(options, mission);
+  auto s = find_inputs(options);
   if (!s) return Failure(s.error());
   return s->fingerprint;
 }
 
 Result<Setup> prepare(const FlightOptions& o) {
   // everything that can be wrong with the input is looked at before the first file is written
-  planning::Mission mission;
-  auto found = find_inputs(o, mission);
+  auto found = find_inputs(o);
   if (!found) return found;
+  if (auto ok = refuse_overwriting(found->out / kRecording, o.force); !ok) return Failure(ok.error());
   Setup s = std::move(*found);
-  auto plan = o.plan.empty() ? planning::plan_mission(mission, {}) : planning::read_plan(o.plan);
+  planning::PlanOptions for_this_vehicle;
+  for_this_vehicle.vehicle = o.vehicle;
+  for_this_vehicle.set = o.set;
+  auto plan =
+      o.plan.empty() ? planning::plan_mission(s.mission, for_this_vehicle) : planning::read_plan(o.plan);
   if (!plan) return Failure(plan.error());
+  if (!o.plan.empty())
+    if (auto ok = planning::check_match(plan->certificate, s.mission, s.vehicle); !ok)
+      return Failure(ok.error());
+  if (auto ok = check_hover(o, plan->trajectory.knots().front().reference, s.vehicle); !ok)
+    return Failure(ok.error());
   s.plan = std::move(*plan);
   if (!o.lockstep() && s.plan.certificate.alpha_highest > s.plan.certificate.alpha_lowest)
     return bad_input("moves the tilt of the rotors, which the boards of the " + o.plant + " plant cannot",
-                     mission.file + ": alpha_deg", "Give --plant simulator or mujoco, or one tilt");
+                     s.mission.file + ": alpha_deg", "Give --plant simulator or mujoco, or one tilt");
   s.duration = kHold + kSettle + s.plan.trajectory.duration() + kAfter;
+  s.after = kAfter;
   s.epoch_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
                    std::chrono::steady_clock::now().time_since_epoch())
                    .count();
+  auto lock = FolderLock::take(s.out);
+  if (!lock) return Failure(lock.error());
+  s.lock = std::move(*lock);
+  if (auto ok = refuse_overwriting(s.out / kRecording, o.force); !ok) return Failure(ok.error());
   if (auto ok = make_folder((s.out / "log").string()); !ok) return Failure(ok.error());
   if (auto ok = make_folder((s.out / "plan").string()); !ok) return Failure(ok.error());
   if (auto ok = planning::write_plan(s.plan, s.out / "plan"); !ok) return Failure(ok.error());

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "flight.hpp"
+#include "folder.hpp"
 #include "omniflight_planning/plan.hpp"
 #include "omniflight_simulation/sensors.hpp"
 
@@ -11,8 +12,10 @@ namespace omniflight::cli {
 
 struct Setup {
   planning::Plan plan;
-  std::string mission_vehicle;
+  planning::Mission mission;
+  vehicle::Vehicle vehicle;  ///< that flies, overrides included
   std::filesystem::path out;
+  FolderLock lock;                                                  ///< of `out`
   std::string sensors, effects, faults, world, defaults, loopback;  ///< files; without effects, ...: empty
   std::vector<std::string> neighbours;                              ///< files
   simulation::SensorConfig sensing;            ///< of the plant's sensors, where it is ours
@@ -20,11 +23,14 @@ struct Setup {
   std::string fingerprint;                     ///< see fingerprint()
   std::optional<std::pair<Vec3, Vec3>> fence;  ///< m, corners of the test bed's known box; empty: none known
   double duration = 0;                         ///< s, whole flight
+  double after = 0;                            ///< s of it after the plan's end
   std::int64_t epoch_ns = 0;                   ///< CLOCK_MONOTONIC at flight time zero
 };
 
 /// The component that plays the plant where none is emulated or real.
 std::string plant_component(const FlightOptions& options);
+/// Every component of the flight in the order of their start, the clock master last.
+std::vector<std::string> components_of(const FlightOptions& options);
 /// Checks everything, plans where there is no plan, then makes the folders and writes the plan.
 Result<Setup> prepare(const FlightOptions& options);
 /// The parameters of this flight, on top of configs/components/default.yaml.

@@ -4,12 +4,15 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/mission.hpp"
+#include "omniflight_recording/formats.hpp"
 #include "verbs.hpp"
+#include "verdict.hpp"
 
 namespace omniflight::cli {
 namespace {
@@ -96,6 +99,16 @@ std::optional<nlohmann::json> flown_before(const FlightOptions& options) {
   if (!print || !j.is_object() || j.value("schema", "") != "omniflight.flight/1" ||
       j.value("inputs_sha256", "") != *print || !j.value("complete", false))
     return std::nullopt;
+  // the recording itself: the bytes that were judged, closed by their recorder, as long as was told
+  const std::string file =
+      options.out + "/" + fs::path(j.value("recording", "flight.mcap")).filename().string();
+  const auto recording = recording::load(file, {});
+  if (!recording) return std::nullopt;
+  const auto closed = recording->metadata.find("mcap.closed");
+  if (closed == recording->metadata.end() || closed->second != "yes" ||
+      recording->sha256 != j.value("recording_sha256", "") ||
+      !(std::abs(recording->duration_s - j.value("simulated_s", -1.0)) < 1e-6))
+    return std::nullopt;
   return j;
 }
 
@@ -128,12 +141,13 @@ Result<Investigation> investigate(const Case& flown, int most, bool keep) {
     FlightOptions next = flown.options;
     next.mission = folder + "/next_flight.yaml";
     next.plan.clear();
+    next.force = true;                                            // in the folder of this investigation
     next.seed += static_cast<std::uint64_t>(1000 * (round + 1));  // other noise
     next.out = fmt::format("{}/next{}", flown.options.out, round + 1);
     if (!(keep && flown_before(next))) {
       const auto result = fly(next);
       if (!result) return Failure(result.error());
-      if (!result->flown) {
+      if (!result->complete || result->verdict == kLost) {
         out.ended = "the proposed flight was not flown to the end: " + result->reason;
         return out;
       }

@@ -1,5 +1,6 @@
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -7,6 +8,7 @@
 #include <iostream>
 
 #include "omniflight_core/progress.hpp"
+#include "omniflight_files/files.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
@@ -50,6 +52,34 @@ constexpr Verb verbs[] = {
     {"doctor", "Whether this machine can run everything", "omniflight doctor", add_doctor},
 };
 
+bool is_verb(const std::string& word) {
+  return std::any_of(std::begin(verbs), std::end(verbs), [&](const Verb& verb) { return word == verb.name; });
+}
+
+Error unknown_verb(const std::string& word) {
+  std::vector<std::string> names;
+  for (const Verb& verb : verbs) names.emplace_back(verb.name);
+  const std::string near = files::nearest_word(word, names);
+  return {ErrorCode::bad_input, "there is no verb " + files::shown(word), "omniflight",
+          near.empty() ? "Run with --help for the verbs" : "Did you mean 'omniflight " + near + "'?"};
+}
+
+/// For the first option that the chosen verb does not know: the nearest one that it does.
+std::string suggestion(const CLI::App& app, int argc, char** argv) {
+  std::vector<std::string> known;
+  for (const CLI::App* verb : app.get_subcommands({}))
+    for (const CLI::Option* option : verb->get_options())
+      if (argc > 1 && verb->get_name() == argv[1])
+        for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  for (int i = 2; i < argc; ++i) {
+    const std::string word = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
+    if (word.rfind("--", 0) != 0 || std::find(known.begin(), known.end(), word) != known.end()) continue;
+    const std::string near = files::nearest_word(word, known);
+    if (!near.empty()) return ". Did you mean '" + near + "'?";
+  }
+  return ". Run with --help for the options and an example";
+}
+
 int run(int argc, char** argv) {
   CLI::App app("omniflight: plan, fly, record, and find the physics that simulation left out");
   app.require_subcommand(1);
@@ -67,8 +97,16 @@ int run(int argc, char** argv) {
     sub->add_option("--out", common.out, "Folder for the results");
     actions.emplace_back(sub, verb.add(*sub, common));
   }
+  if (argc > 1)
+    if (const std::string first = argv[1]; !first.empty() && first.front() != '-' && !is_verb(first)) {
+      std::cerr << unknown_verb(first).text() << "\n";
+      return static_cast<int>(ErrorCode::bad_input);
+    }
   try {
     app.parse(argc, argv);
+  } catch (const CLI::ExtrasError& e) {
+    std::cerr << "omniflight: " << e.what() << suggestion(app, argc, argv) << "\n";
+    return static_cast<int>(ErrorCode::bad_input);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : static_cast<int>(ErrorCode::bad_input);
   }

@@ -4,11 +4,14 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 
 #include "omniflight_components/topics.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_msgs/message_type.hpp"
+#include "omniflight_recording/formats.hpp"
+#include "omniflight_recording/mcap_reader.hpp"
 #include "omniflight_recording/mcap_writer.hpp"
 
 namespace omniflight::cli {
@@ -231,6 +234,79 @@ Status write_topics(const Recording& r, recording::McapWriter& writer, McapExpor
   return {};
 }
 
+/// Copies what a scan of the file finds into the writer.
+class Copy {
+ public:
+  Copy(recording::McapWriter& writer, McapExport& out) : writer_(writer), out_(out) {}
+
+  void message(const recording::McapChannel& from, const recording::McapMessage& m) {
+    if (!status) return;
+    const auto [place, fresh] = ids_.try_emplace(from.id, std::uint16_t{0});
+    if (fresh) place->second = open(from);
+    if (place->second == 0) return;
+    status = writer_.write(place->second, m.sequence, m.log_ns, m.publish_ns, m.data, 0);
+    const auto ns = static_cast<std::int64_t>(m.log_ns);
+    out_.first_ns = out_.messages.empty() ? ns : std::min(out_.first_ns, ns);
+    out_.last_ns = std::max(out_.last_ns, ns);
+    ++out_.messages[from.topic];
+  }
+
+  void finish(const recording::McapContent& content) {
+    for (const auto& [id, channel] : content.channels)  // topics on which nothing was said
+      if (status && !ids_.contains(id)) ids_[id] = open(channel);
+    for (const auto& [name, values] : content.metadata) {
+      if (name == "omniflight.dropped") {
+        for (const auto& [topic, count] : values)
+          for (const auto& [id, channel] : content.channels)
+            if (channel.topic == topic && ids_[id] != 0)
+              writer_.count_dropped(ids_[id], std::strtoull(count.c_str(), nullptr, 10));
+      } else if (status) {
+        status = writer_.write_metadata(name, values);
+      }
+    }
+    for (const auto& a : content.attachments)
+      if (status) status = writer_.write_attachment(a.name, a.media_type, a.log_ns, a.data);
+  }
+
+  Status status;
+
+ private:
+  std::uint16_t open(const recording::McapChannel& from) {
+    if (from.message_encoding != "cdr" || from.schema.encoding != "ros2msg") {
+      out_.left_out.push_back(from.topic);
+      return 0;
+    }
+    const auto told = [&](const char* key) {
+      const auto found = from.metadata.find(key);
+      return found == from.metadata.end() ? std::string() : found->second;
+    };
+    auto id = writer_.add_topic({from.topic, from.schema.name, from.schema.text, told("offered_qos_profiles"),
+                                 told("topic_type_hash")});
+    if (!id) {
+      status = Failure(id.error());
+      return 0;
+    }
+    out_.types[from.topic] = from.schema.name;
+    return *id;
+  }
+
+  recording::McapWriter& writer_;
+  McapExport& out_;
+  std::map<std::uint16_t, std::uint16_t> ids_;  // from its channel to ours; 0: left out
+};
+
+Status copy_topics(const std::string& file, recording::McapWriter& writer, McapExport& out) {
+  const auto bytes = files::read_gzip_or_plain(file, recording::LoadOptions{}.max_bytes);
+  if (!bytes) return Failure(bytes.error());
+  Copy copy(writer, out);
+  const auto content = recording::scan_mcap(
+      *bytes, file,
+      [&](const recording::McapChannel& c, const recording::McapMessage& m) { copy.message(c, m); });
+  if (!content) return Failure(content.error());
+  copy.finish(*content);
+  return copy.status;
+}
+
 }  // namespace
 
 Result<McapExport> write_mcap(const Recording& r, const fs::path& path) {
@@ -239,7 +315,8 @@ Result<McapExport> write_mcap(const Recording& r, const fs::path& path) {
   part += ".part" + std::to_string(::getpid());
   auto writer = recording::McapWriter::create(part, {.overwrite = true});
   if (!writer) return Failure(writer.error());
-  Status ok = write_topics(r, **writer, out);
+  const bool copied = r.format == std::string("mcap");
+  Status ok = copied ? copy_topics(r.file, **writer, out) : write_topics(r, **writer, out);
   if (ok) ok = (*writer)->close();
   std::error_code ec;
   if (ok && out.messages.empty())
@@ -251,6 +328,7 @@ Result<McapExport> write_mcap(const Recording& r, const fs::path& path) {
     fs::remove(part, ec);
     return Failure(ok.error());
   }
+  if (copied) return out;
   for (const auto& [name, signal] : r.signals) {
     bool carried = false;
     for (const Layout& layout : layouts())

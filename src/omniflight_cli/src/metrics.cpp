@@ -51,8 +51,10 @@ Tracking track(const Recording& r, const Signal& position, const Signal* attitud
     sum += out.error.row(i).transpose().array().square();
     ++used;
     const double distance = out.error.row(i).head<3>().norm();
-    out.worst_position = std::max(out.worst_position, distance);
-    if (distance > kLeftReference && !out.left_at) out.left_at = out.t[static_cast<std::size_t>(i)];
+    const double angle = out.error.row(i).tail<3>().norm(), t = out.t[static_cast<std::size_t>(i)];
+    if (distance > out.worst_position) out.worst_position = distance, out.worst_position_at = t;
+    if (angle > out.worst_attitude) out.worst_attitude = angle, out.worst_attitude_at = t;
+    if (distance > kLeftReference && !out.left_at) out.left_at = t;
   }
   if (used > 0) sum = (sum / static_cast<double>(used)).sqrt();
   out.position_rmse = sum.head<3>();
@@ -118,7 +120,8 @@ nlohmann::json to_json(const FlightMetrics& m) {
          {{"x", t.position_rmse.x()}, {"y", t.position_rmse.y()}, {"z", t.position_rmse.z()}}},
         {"attitude_rmse_deg",
          {{"roll", t.attitude_rmse.x()}, {"pitch", t.attitude_rmse.y()}, {"yaw", t.attitude_rmse.z()}}},
-        {"worst_position_m", t.worst_position}};
+        {"worst_position_m", t.worst_position},
+        {"worst_attitude_deg", t.worst_attitude}};
     if (t.left_at) out["left_reference_at_s"] = *t.left_at;
     return out;
   };

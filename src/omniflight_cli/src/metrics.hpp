@@ -18,6 +18,9 @@ struct Tracking {
   Vec3 position_rmse = Vec3::Zero();  ///< m, world x y z
   Vec3 attitude_rmse = Vec3::Zero();  ///< deg, about body x y z (roll, pitch, yaw for small errors)
   double worst_position = 0;          ///< m, largest position error
+  double worst_position_at = 0;       ///< s
+  double worst_attitude = 0;          ///< deg, largest angle to the reference
+  double worst_attitude_at = 0;       ///< s
   std::optional<double> left_at;      ///< s, when the position error first exceeded kLeftReference
   std::vector<double> t;              ///< s
   Eigen::MatrixXd error;              ///< rows: samples; m (3), deg (3)

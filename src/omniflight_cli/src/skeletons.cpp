@@ -77,7 +77,7 @@ test_bed: pyramid
 alpha_deg: 30                                    # or search
 clearance_m: 0.08
 seed: 1
-budget_ms: 1000
+budget_ms: 10000
 limits: {speed_mps: 0.3, acceleration_mps2: 0.4, rate_dps: 30, angular_acceleration_dps2: 90, rotor_headroom: 0.1}
 start: {position: [0, 0, 1.2], attitude: {rpy_deg: [0, 0, 0]}, hold_s: 2}
 waypoints:

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "campaign.hpp"
+#include "folder.hpp"
 #include "investigation.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
@@ -34,7 +35,7 @@ nlohmann::json to_json(const Campaign& campaign, const std::vector<Outcome>& out
   for (const Judgement& e : judgements)
     j["expectations"].push_back({{"variant", e.expected.variant},
                                  {"effect", e.expected.effect},
-                                 {"verdict", e.expected.flown ? "flown" : "lost"},
+                                 {"verdict", e.expected.verdict},
                                  {"flights", e.flights},
                                  {"as_expected", e.as_expected}});
   return j;
@@ -48,7 +49,7 @@ Result<std::vector<std::optional<Investigation>>> investigate_all(const Campaign
   if (campaign.more_flights < 0) return out;
   Progress progress("diagnosing and flying on", static_cast<double>(outcomes.size()), "cases", common.quiet);
   for (std::size_t k = 0; k < outcomes.size() && !interrupted(); ++k) {
-    if (outcomes[k].flown()) {
+    if (outcomes[k].survived()) {
       auto found = investigate(outcomes[k].flight, campaign.more_flights, keep);
       if (!found) return Failure(found.error());
       out[k] = std::move(*found);
@@ -61,21 +62,31 @@ Result<std::vector<std::optional<Investigation>>> investigate_all(const Campaign
 struct Options {
   std::string file, executor = "local";
   int jobs = 0;
-  bool resume = false;
+  bool resume = false, force = false;
 };
 
 Result<int> run(const Options& o, const Common& common) {
   auto campaign = load_campaign(o.file);
   if (!campaign) return Failure(campaign.error());
-  const std::string out = common.out.empty() ? "runs/campaign-" + campaign->name : common.out;
+  const std::string out = common.out.empty() ? fresh_folder("campaign-" + campaign->name) : common.out;
   for (Case& one : campaign->cases) {
     one.options.out = out + "/" + one.name;
+    one.options.force = o.force || o.resume;
+    if (o.resume) continue;
+    if (auto ok = refuse_overwriting(one.options.out + "/flight.mcap", o.force); !ok) {
+      ok.error().next_step =
+          "Give --resume to keep what is complete, --force to fly all again, or another --out";
+      return Failure(ok.error());
+    }
+  }
+  for (Case& one : campaign->cases) {
     one.options.quiet = true;
   }
   // an unknown mission, effect, sensor or vehicle is told now, not after an hour
   for (const Case& one : campaign->cases)
     if (const auto print = fingerprint(one.options); !print) return Failure(print.error());
-  if (auto ok = make_folder(out); !ok) return Failure(ok.error());
+  const auto folder = FolderLock::take(out);
+  if (!folder) return Failure(folder.error());
   std::vector<Outcome> outcomes(campaign->cases.size());
   std::atomic<std::size_t> next{0}, done{0}, kept{0};
   std::mutex mutex;
@@ -90,7 +101,7 @@ Result<int> run(const Options& o, const Common& common) {
       } else if (auto result = fly(outcome.flight.options)) {
         outcome.json = std::move(result->json);
       } else {
-        outcome.json = {{"verdict", "not flown to the end"}, {"reason", result.error().text()}};
+        outcome.json = {{"verdict", kNotFlown}, {"reason", result.error().text()}};
       }
       outcome.verdict = outcome.json.value("verdict", "");
       outcome.reason = outcome.json.value("reason", "");
@@ -117,16 +128,13 @@ Result<int> run(const Options& o, const Common& common) {
   if (auto ok = write_campaign_page(*campaign, outcomes, judgements, out); !ok) return Failure(ok.error());
   print_json(common, j);
   const auto flown = std::count_if(outcomes.begin(), outcomes.end(), [](auto& r) { return r.flown(); });
-  say(common,
-      fmt::format(
-          "campaign {}: {} of {} flights flown to the end ({} kept from before); report: {}/report.html",
-          campaign->name, flown, campaign->cases.size(), kept.load(), out));
+  say(common, fmt::format("campaign {}: {} of {} flights flown ({} kept from before); report: {}/report.html",
+                          campaign->name, flown, campaign->cases.size(), kept.load(), out));
   for (const Judgement& e : judgements) say(common, "  " + e.words());
   for (const Outcome& r : outcomes)
     if (!r.investigation.empty()) say(common, "  " + r.flight.name + ": " + r.investigation);
-  const bool met = std::all_of(judgements.begin(), judgements.end(), [](const Judgement& e) {
-    return e.flights > 0 && e.as_expected == e.flights;
-  });
+  const bool met =
+      std::all_of(judgements.begin(), judgements.end(), [](const Judgement& e) { return e.met(); });
   return outcomes.size() == campaign->cases.size() && met ? 0 : static_cast<int>(ErrorCode::incomplete);
 }
 
@@ -139,6 +147,8 @@ Action add_campaign(CLI::App& verb, Common& common) {
   verb.add_option("--executor", o->executor, "local")->check(CLI::IsMember({"local"}));
   verb.add_flag("--resume", o->resume,
                 "Keep flights that are complete in --out and were made of the same inputs");
+  verb.add_flag("--force", o->force, "Fly all again over the recordings that are in --out")
+      ->excludes("--resume");
   return [o, &common]() -> Result<int> { return run(*o, common); };
 }
 

@@ -18,8 +18,9 @@ Action add_design(CLI::App& verb, Common& common) {
   verb.add_option("vehicle", o->vehicle, "Name or path")->required();
   verb.add_option("--alpha", o->alpha_deg, "Tilt [deg]; may be given several times");
   verb.add_option("--f-max", o->f_max, "Largest thrust of a rotor [N]; default: the vehicle's")
-      ->check(not_negative());
-  verb.add_option("--mass", o->mass, "Mass to carry [kg]; default: the vehicle's")->check(not_negative());
+      ->check(not_negative(false));
+  verb.add_option("--mass", o->mass, "Mass to carry [kg]; default: the vehicle's")
+      ->check(not_negative(false));
   verb.add_option("--set", o->set, "Override a vehicle field");
   return [o, &common]() -> Result<int> {
     auto vehicle = vehicle::load_vehicle(o->vehicle, o->set);

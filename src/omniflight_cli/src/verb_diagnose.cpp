@@ -9,6 +9,7 @@
 #include "ablation.hpp"
 #include "diagnosis_page.hpp"
 #include "flight.hpp"
+#include "folder.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_diagnosis/neighbour_file.hpp"
 #include "omniflight_diagnosis/told.hpp"
@@ -63,6 +64,7 @@ Result<Refit> refly(const Options& o, const std::string& out, const recording::R
   if (const auto seed = real.metadata.find("omniflight.seed"); seed != real.metadata.end())
     f.seed = std::strtoull(seed->second.c_str(), nullptr, 10);
   f.quiet = common.quiet;
+  f.force = true;  // in the folder of this diagnosis
   f.out = out + "/nominal";
   auto before = fly(f);
   if (!before) return Failure(before.error());
@@ -160,7 +162,7 @@ std::string mission_yaml(const diagnosis::ProposedFlight& f, const std::string& 
       "# Proposed by a diagnosis: {}.\n# Predicted separation of the explanations: {:.1f} sigma.\n"
       "schema: omniflight.mission/1\nname: {}\nvehicle: {}\ntest_bed: {}\nalpha_deg: {:.1f}\nclearance_m: "
       "0.08\n"
-      "seed: 1\nbudget_ms: 2000\nlimits: {{speed_mps: {:.3g}, acceleration_mps2: {:.3g}, rate_dps: {:.3g}, "
+      "seed: 1\nbudget_ms: 5000\nlimits: {{speed_mps: {:.3g}, acceleration_mps2: {:.3g}, rate_dps: {:.3g}, "
       "angular_acceleration_dps2: {:.3g}, rotor_headroom: 0.1}}\n"
       "start: {{position: [{:.3f}, {:.3f}, {:.3f}], attitude: {{rpy_deg: [0, 0, 0]}}, hold_s: "
       "3}}\nwaypoints:\n",
@@ -292,7 +294,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     if (!d) return Failure(d.error());
     progress.finish();
     d->runtime_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    const std::string out = common.out.empty() ? "runs/diagnosis" : common.out;
+    const std::string out = common.out.empty() ? fresh_folder("diagnosis") : common.out;
     if (auto ok = make_folder(out); !ok) return Failure(ok.error());
     if (auto ok = files::write_file_atomic(out + "/model.yaml", diagnosis::model_yaml(*d)); !ok)
       return Failure(ok.error());

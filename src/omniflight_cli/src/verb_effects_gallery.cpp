@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "flight.hpp"
+#include "folder.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_recording/formats.hpp"
@@ -71,6 +72,7 @@ GalleryFlight fly_one(const GalleryOptions& o, const physics::Effect* effect, co
   options.plan = plan;
   options.in_process = true;
   options.quiet = true;
+  options.force = true;  // the gallery's own folder, made again as a whole
   options.out = out;
   if (effect) {
     std::vector<double> theta;
@@ -95,7 +97,7 @@ GalleryFlight fly_one(const GalleryOptions& o, const physics::Effect* effect, co
   if (!result) {
     flight.reason = result.error().text();
   } else {
-    flight.verdict = result->flown ? "flown" : "not flown to the end";
+    flight.verdict = result->verdict;
     flight.reason = result->reason;
     if (auto ok = extract(result->recording, result->metrics, flight); !ok && flight.reason.empty())
       flight.reason = ok.error().text();
@@ -135,7 +137,7 @@ Result<int> fly_gallery(const GalleryOptions& o, const Common& common) {
     if (std::find(effects.begin(), effects.end(), *effect) == effects.end()) effects.push_back(*effect);
   }
   if (o.only.empty()) effects = physics::builtin_effects();
-  const std::string out = common.out.empty() ? "runs/gallery" : common.out;
+  const std::string out = common.out.empty() ? fresh_folder("gallery") : common.out;
   if (auto ok = make_folder(out); !ok) return Failure(ok.error());
 
   std::vector<GalleryFlight> flights(effects.size() + 1);

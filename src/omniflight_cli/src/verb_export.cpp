@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "folder.hpp"
 #include "mcap_export.hpp"
 #include "omniflight_recording/formats.hpp"
 #include "verbs.hpp"
@@ -10,13 +11,23 @@
 namespace omniflight::cli {
 namespace {
 
-Result<int> write(const std::string& in, const std::string& map, const std::string& format,
+/// What a CSV cannot hold of an MCAP file: whole topics.
+std::vector<std::string> without_columns(const recording::Recording& r) {
+  std::vector<std::string> out;
+  for (const auto& note : r.notes)
+    if (note.text.rfind("topic ", 0) == 0) out.push_back(note.text);
+  return out;
+}
+
+Result<int> write(const std::string& in, const std::string& map, const std::string& format, bool force,
                   const Common& common) {
   if (common.out.empty())
     return bad_input("needs a file to write", "--out", "For instance --out flight." + format);
   std::error_code ec;
   if (std::filesystem::equivalent(in, common.out, ec))
     return bad_input("is the recording itself", "--out " + common.out, "Choose another --out");
+  if (format != "rosbag2")  // a folder is never overwritten, see write_rosbag2
+    if (auto ok = refuse_overwriting(common.out, force); !ok) return Failure(ok.error());
   auto r = recording::load(in, {.map = map});
   if (!r) return Failure(r.error());
   nlohmann::json j{{"written", common.out}, {"format", format}, {"read_as", r->format}};
@@ -27,6 +38,7 @@ Result<int> write(const std::string& in, const std::string& map, const std::stri
   }
   if (format == "csv") {
     if (auto ok = recording::write_csv(*r, common.out); !ok) return Failure(ok.error());
+    j["left_out"] = without_columns(*r);
   } else {
     auto done = format == "mcap" ? write_mcap(*r, common.out) : write_rosbag2(*r, common.out);
     if (!done) return Failure(done.error());
@@ -49,7 +61,9 @@ Action add_export(CLI::App& verb, Common& common) {
   verb.add_option("recording", *file, "Any supported log")->required();
   verb.add_option("--to", *format, "csv | mcap | rosbag2 (a folder)")
       ->check(CLI::IsMember({"csv", "mcap", "rosbag2"}));
-  return [file, format, &common] { return write(*file, {}, *format, common); };
+  auto force = std::make_shared<bool>(false);
+  verb.add_flag("--force", *force, "Overwrite the file that --out names (not a folder)");
+  return [file, format, force, &common] { return write(*file, {}, *format, *force, common); };
 }
 
 Action add_import(CLI::App& verb, Common& common) {
@@ -57,9 +71,11 @@ Action add_import(CLI::App& verb, Common& common) {
   auto map = std::make_shared<std::string>();
   verb.add_option("log", *file, "Log of another system, recognised by its content")->required();
   add_csv_map(verb, *map);
-  return [file, map, &common]() -> Result<int> {
+  auto force = std::make_shared<bool>(false);
+  verb.add_flag("--force", *force, "Overwrite the file that --out names");
+  return [file, map, force, &common]() -> Result<int> {
     const std::string kind = std::filesystem::path(common.out).extension() == ".csv" ? "csv" : "mcap";
-    return write(*file, *map, kind, common);
+    return write(*file, *map, kind, *force, common);
   };
 }
 

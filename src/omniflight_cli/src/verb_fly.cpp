@@ -4,13 +4,14 @@
 #include <iostream>
 
 #include "flight.hpp"
+#include "folder.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
 
 Action add_fly(CLI::App& verb, Common& common) {
   auto o = std::make_shared<FlightOptions>();
-  auto rate = std::make_shared<std::string>("max");
+  auto rate = std::make_shared<std::string>();
   auto params = std::make_shared<std::vector<std::string>>();
   verb.add_option("mission", o->mission, "Name under configs/missions or a path")->required();
   verb.add_option(
@@ -18,9 +19,11 @@ Action add_fly(CLI::App& verb, Common& common) {
           "simulator | mujoco (a second world, shares no physics with it) | emulator (boards on pseudo "
           "terminals) | hardware")
       ->check(CLI::IsMember({"simulator", "mujoco", "emulator", "hardware"}));
-  verb.add_option("--plan", o->plan, "Folder of a plan; otherwise the mission is planned first");
+  verb.add_option(
+      "--plan", o->plan,
+      "Folder of a plan of this mission for this vehicle; otherwise the mission is planned first");
   verb.add_option("--devices", o->devices, "Hardware: serial devices, separated by ;");
-  verb.add_option("--vehicle", o->vehicle, "Instead of the mission's vehicle");
+  verb.add_option("--vehicle", o->vehicle, "Instead of the mission's vehicle; planned for, too");
   verb.add_option("--set", o->set, "Override a vehicle field, for instance mass=1.4 (kg)");
   verb.add_option("--effects", o->effects,
                   "Model file of effects the plant flies (the controller does not know)");
@@ -35,21 +38,32 @@ Action add_fly(CLI::App& verb, Common& common) {
       "a CSV of t_s,px_m,py_m,pz_m over simulated seconds, or any recording; one row: it hovers "
       "there. For instance fly trajectory_1 --neighbour above.csv");
   verb.add_option("--sensors", o->sensors, "Sensor file or name: ideal | laboratory | degraded");
-  verb.add_option("--weights", o->weights, "Allocation weights: case_a | case_b | dynamic (eq. 5.3) | FILE");
+  verb.add_option("--weights", o->weights,
+                  "Allocation weights: case_a | case_b | dynamic (eq. 5.3; for gains as stiff as those of "
+                  "campaigns/tilt_mismatch.yaml) | FILE");
   verb.add_option("--tilt", o->tilt_mode, "fixed (of the plan) | search")
       ->check(CLI::IsMember({"fixed", "search"}));
   verb.add_option("--domain", o->domain, "Domain of the bus; default: the first free one")
       ->check(CLI::Range(0, 231));
   verb.add_option("--seed", o->seed, "Seed of all sensor noise");
-  verb.add_option("--rate", *rate, "max (lockstep) | realtime")->check(CLI::IsMember({"max", "realtime"}));
+  verb.add_option("--rate", *rate, "max (the default: lockstep) | realtime; simulator and mujoco only")
+      ->check(CLI::IsMember({"max", "realtime"}));
   verb.add_option("-p,--param", *params, "Component parameter, for instance controller.kp='[10, 10, 10]'");
   verb.add_flag("--monitor", o->monitor,
                 "Watch the residuals in flight (/diagnostics) and end with the verdict in a line");
+  verb.add_flag("--force", o->force, "Overwrite a recording that is in --out");
   verb.add_flag("--in-process", o->in_process, "All components in one process");
   return [o, rate, params, &common]() -> Result<int> {
+    if (!rate->empty() && !o->lockstep())
+      return bad_input("does nothing with the " + o->plant + " plant, which flies in real time", "--rate",
+                       "Leave it out, or give --plant simulator");
+    if (!o->devices.empty() && o->plant != "hardware")
+      return bad_input("names the serial devices of the hardware plant, not of the " + o->plant, "--devices",
+                       "Leave it out, or give --plant hardware");
     o->realtime = *rate == "realtime" || !o->lockstep();
-    o->out = common.out.empty() ? "runs/" + std::filesystem::path(o->mission).stem().string() + "-" + o->plant
-                                : common.out;
+    o->out = common.out.empty()
+                 ? fresh_folder(std::filesystem::path(o->mission).stem().string() + "-" + o->plant)
+                 : common.out;
     o->quiet = common.quiet;
     for (const std::string& p : *params) {
       const auto equals = p.find('=');
@@ -62,7 +76,8 @@ Action add_fly(CLI::App& verb, Common& common) {
     print_json(common, result->json);
     const FlightMetrics& m = result->metrics;
     const Tracking& t = m.has_truth ? m.truth : m.measured;
-    const std::string verdict = o->mission + (result->flown ? ": flown" : ": NOT flown: " + result->reason);
+    const std::string verdict =
+        o->mission + (result->flown ? ": flown" : ": NOT flown: " + result->verdict + ": " + result->reason);
     if (!result->flown && common.quiet)
       std::cerr << verdict << std::endl;  // quiet is no excuse for no reason
     say(common, verdict);

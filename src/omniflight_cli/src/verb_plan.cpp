@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include "folder.hpp"
+#include "omniflight_files/files.hpp"
 #include "omniflight_planning/plan.hpp"
 #include "verbs.hpp"
 
@@ -10,14 +12,20 @@ Action add_plan(CLI::App& verb, Common& common) {
     std::vector<std::string> words;
     std::optional<std::uint64_t> seed;
     std::optional<double> budget_ms;
+    std::string vehicle;
+    bool force = false;
+    std::vector<std::string> set;
   };
   auto o = std::make_shared<Options>();
   verb.add_option("mission", o->words, "MISSION | verify FOLDER | explain MISSION")
       ->required()
       ->expected(1, 2);
   verb.add_option("--seed", o->seed, "Instead of the mission's seed");
-  verb.add_option("--budget-ms", o->budget_ms, "Time for finding paths [ms], instead of the mission's")
+  verb.add_option("--budget-ms", o->budget_ms, "Time for the whole plan [ms], instead of the mission's")
       ->check(not_negative(false));
+  verb.add_flag("--force", o->force, "Overwrite a plan that is in --out");
+  verb.add_option("--vehicle", o->vehicle, "Instead of the mission's vehicle");
+  verb.add_option("--set", o->set, "Override a vehicle field, for instance mass=1.4 (kg)");
   return [o, &common]() -> Result<int> {
     const std::string& first = o->words.front();
     if (first == "verify") {
@@ -34,10 +42,21 @@ Action add_plan(CLI::App& verb, Common& common) {
       return 0;
     }
     const bool explain = first == "explain";
+    if (!explain && o->words.size() > 1) {
+      const std::string near = files::nearest_word(first, std::vector<std::string>{"verify", "explain"});
+      return bad_input(
+          "plans one mission, and " + files::shown(o->words[1]) + " is another word", "plan",
+          near.empty() ? "Plan them one after another" : "Did you mean 'plan " + near + " ...'?");
+    }
     if (explain && o->words.size() != 2) return bad_input("needs a mission", "plan explain");
     auto mission = planning::load_mission(explain ? o->words[1] : first);
     if (!mission) return Failure(mission.error());
+    if (!explain && !common.out.empty())
+      if (auto ok = refuse_overwriting(std::filesystem::path(common.out) / "certificate.json", o->force); !ok)
+        return Failure(ok.error());
     planning::PlanOptions options;
+    options.vehicle = o->vehicle;
+    options.set = o->set;
     options.seed = o->seed;
     if (o->budget_ms) options.budget_s = 1e-3 * *o->budget_ms;
     auto plan = planning::plan_mission(*mission, options);
@@ -47,8 +66,10 @@ Action add_plan(CLI::App& verb, Common& common) {
       return plan ? 0 : static_cast<int>(plan.error().code);
     }
     if (!plan) return Failure(plan.error());
-    const std::string out = common.out.empty() ? "runs/plan-" + mission->name : common.out;
-    if (auto ok = make_folder(out); !ok) return Failure(ok.error());
+    const std::string out =
+        common.out.empty() ? fresh_folder("plan-" + plain_name(mission->name)) : common.out;
+    const auto lock = FolderLock::take(out);
+    if (!lock) return Failure(lock.error());
     if (auto ok = planning::write_plan(*plan, out); !ok) return Failure(ok.error());
     say(common, planning::explain(plan));
     say(common, "plan: " + out);

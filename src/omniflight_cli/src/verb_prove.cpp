@@ -1,6 +1,7 @@
 // `prove`: the concealed-effect proof. The work is done by programs of omniflight_proof, which this one does
 // not link: the proof's plant and the project's dynamics never meet in one process.
 #include <fcntl.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -27,9 +28,11 @@ Result<int> run(std::vector<std::string> arguments) {
   std::vector<char*> argv;
   for (auto& a : arguments) argv.push_back(a.data());
   argv.push_back(nullptr);
-  const pid_t pid = fork();
+  const pid_t parent = getpid(), pid = fork();
   if (pid < 0) return fail(ErrorCode::internal, "no process could be started", arguments[0]);
   if (pid == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGTERM);  // SIGKILL of the command must not leave the proof running
+    if (getppid() != parent) _exit(1);
     execv(argv[0], argv.data());
     _exit(127);
   }

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <thread>
 
+#include "folder.hpp"
 #include "omniflight_bus/domain.hpp"
 #include "omniflight_bus/subscription.hpp"
 #include "omniflight_components/topics.hpp"
@@ -194,7 +195,7 @@ Result<int> echo(const Options& o, const bus::Participant& participant, const to
 }
 
 Result<int> record(const Options& o, const std::string& loopback, const Common& common) {
-  const fs::path out = common.out.empty() ? "runs/recorded.mcap" : common.out;
+  const fs::path out = common.out.empty() ? fresh_folder("recorded") + ".mcap" : common.out;
   if (out.has_parent_path())
     if (auto ok = make_folder(out.parent_path().string()); !ok) return Failure(ok.error());
   auto program = find_program("omniflight_recorder");

@@ -22,7 +22,7 @@ test_bed: pyramid
 alpha_deg: 30
 clearance_m: 0.08
 seed: 1
-budget_ms: 1000
+budget_ms: 5000
 limits: {speed_mps: 0.3, acceleration_mps2: 0.4, rate_dps: 30, angular_acceleration_dps2: 90, rotor_headroom: 0.1}
 start: {position: [0, 0, 1.3], attitude: {rpy_deg: [0, 0, 0]}, hold_s: 0.5}
 waypoints:
@@ -41,19 +41,25 @@ def wait_until(what, condition, timeout):
     raise AssertionError(f"waited {timeout} s for {what}")
 
 
+def children_of(pid):
+    """Process ids of the direct children of a process."""
+    found = []
+    for task in pathlib.Path(f"/proc/{pid}/task").glob("*"):
+        try:
+            found += map(int, (task / "children").read_text().split())
+        except OSError:
+            pass
+    return found
+
+
 def children(pid):
     """{name: pid} of the direct children of a process."""
     found = {}
-    for task in pathlib.Path(f"/proc/{pid}/task").glob("*"):
+    for child in children_of(pid):
         try:
-            pids = (task / "children").read_text().split()
+            found[os.path.basename(os.readlink(f"/proc/{child}/exe"))] = child
         except OSError:
-            continue
-        for child in pids:
-            try:
-                found[os.path.basename(os.readlink(f"/proc/{child}/exe"))] = int(child)
-            except OSError:
-                pass
+            pass
     return found
 
 

@@ -14,6 +14,7 @@ function(omniflight_system_tests)
       if(line MATCHES "^class ([A-Za-z0-9_]+)")
         set(class ${CMAKE_MATCH_1})
       elseif(line MATCHES "def (test_[A-Za-z0-9_]+)")
+        set(method ${CMAKE_MATCH_1})
         set(test ${module}.${class}.${CMAKE_MATCH_1})
         add_test(NAME ${test} COMMAND ${OMNIFLIGHT_PYTHON} -B -m unittest -v ${test}
                  WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/test)

@@ -67,7 +67,8 @@ class Vehicles(Refused):
 
     def test_negative_mass(self):
         self.refused(("fly", self.short_mission(), "--set", "mass=-1"), BAD_INPUT, "mass", "-1 kg", "Correct the value")
-        self.refused(("design", "omnimorph", "--mass", "-1"), BAD_INPUT, "mass", "must not be negative", "--help")
+        self.refused(("design", "omnimorph", "--mass", "-1"), BAD_INPUT, "mass", "must be more than 0", "--help")
+        self.refused(("design", "omnimorph", "--mass", "0"), BAD_INPUT, "mass", "must be more than 0", "--help")
 
 
 class Models(Refused):

@@ -1,5 +1,6 @@
 """Sets of flights: several at once, resumed after a kill, and the campaigns that are shipped."""
 
+import re
 import signal
 import unittest
 
@@ -82,7 +83,8 @@ class Campaigns(system.SystemTest):
         self.assertEqual(len(flights), 6)
         for (variant, effect), f in flights.items():
             lost = (variant, effect) == ("case_b", "tilt_mismatch")
-            self.assertEqual(f["verdict"], "not flown to the end" if lost else "flown", (variant, effect))
+            badly = (variant, effect) == ("dynamic", "tilt_mismatch")  # 0.06 m where the mission allows 0.05 m
+            self.assertEqual(f["verdict"], "lost" if lost else "flown_badly" if badly else "flown", (variant, effect))
             worst = f["flight"]["metrics"]["true"]["worst_position_m"]
             if lost:  # while it pitches: the trajectory begins at 4 s, the pitch 6 s later
                 self.assertGreater(f["flight"]["metrics"]["true"]["left_reference_at_s"], 10)
@@ -139,20 +141,23 @@ class Campaigns(system.SystemTest):
         text = (system.CONFIGS / "campaigns/tethered.yaml").read_text()
         self.assertIn("[trajectory_1]", text)
         self.assertIn("effects: [tether]", text)
-        reduced = text.replace("[trajectory_1]", f"[{self.short_mission()}]").replace(", 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, "
-                                                                                      "14, 15, 16, 17, 18, 19, 20]", "]")
+        reduced = re.sub(r"seeds: .*", "seeds: [1, 2]", text.replace("[trajectory_1]", f"[{self.short_mission()}]"))
         self.run_command("campaign", self.write("reduced.yaml", reduced), "--jobs", "1", "--out", "campaign", "--quiet")
         flights = self.json("campaign/campaign.json")["flights"]
-        self.assertEqual([(f["verdict"], f["flight"]["plant"]) for f in flights], [("flown", "emulator")] * 2)
+        self.assertEqual([(f["verdict"], f["flight"]["plant"], f["effect"]) for f in flights],
+                         [("flown", "emulator", "tether")] * 2)
         for flight in flights:
             parameters = (self.dir / "campaign" / flight["name"] / "params.yaml").read_text()
             self.assertRegex(parameters, r"model: .*tether\.yaml", "the plant flies no tether")
 
     def test_long_twenty_tethered_flights_through_the_boards(self):
-        self.run_command("campaign", system.CONFIGS / "campaigns/tethered.yaml", "--jobs", "1", "--out", "campaign", "--quiet",
-                         timeout=3000)
-        verdicts = [f["verdict"] for f in self.json("campaign/campaign.json")["flights"]]
-        self.assertEqual(verdicts, ["flown"] * 20)
+        done = self.run_command("campaign", system.CONFIGS / "campaigns/tethered.yaml", "--jobs", "1", "--out", "campaign",
+                                timeout=3000)
+        self.assertIn("20 of 20 flights flown", done.stdout)
+        flights = self.json("campaign/campaign.json")["flights"]
+        self.assertEqual([f["verdict"] for f in flights], ["flown"] * 20)
+        integral = [f["flight"]["metrics"]["mean_integral_action"][2] for f in flights]
+        self.assertGreater(min(integral), 0.5, "what the tether weighs stands in the integrator [m/s2]")
 
     def test_bad_campaigns(self):
         for old, new, words in (("seeds: [1, 2]", "sedes: [1, 2]", ("four.yaml", "seeds", "sedes")),

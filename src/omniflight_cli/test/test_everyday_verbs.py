@@ -49,6 +49,8 @@ class Exported(system.SystemTest):
         self.assertIn("gyro", [s["name"] for s in info["signals"]])
         done = self.run_command("export", "flight/flight.mcap", "--to", "rosbag2", "--out", "bag", expect=4)
         self.assertIn("exists already", done.stderr)
+        done = self.run_command("export", "flight/flight.mcap", "--to", "rosbag2", "--out", "bag", "--force", expect=4)
+        self.assertIn("exists already", done.stderr)
 
     def test_nothing_half_written(self):
         done = self.run_command("export", "flight/flight.mcap", "--to", "mcap", "--out", "nowhere/x.mcap", expect=4)

@@ -29,8 +29,12 @@ class Faults(system.SystemTest):
         self.assertAlmostEqual(self.error(gust, "y"), self.error(calm, "y"), delta=1e-5)
 
     def test_a_rotor_without_power_stops_and_comes_back(self):
-        flight = self.fly("trajectory_1", "--in-process", "--sensors", "ideal", "--faults", "rotor_loss")
-        self.assertEqual(flight["verdict"], "flown")
+        # it falls into the frame while the rotor is without power (the plant knows no contacts), and recovers
+        flight = self.fly("trajectory_1", "--in-process", "--sensors", "ideal", "--faults", "rotor_loss", expect=2)
+        self.assertEqual(flight["verdict"], "lost")
+        self.assertIn("into the obstacles", flight["reason"])
+        self.assertTrue(flight["complete"])
+        self.assertLess(flight["judged"]["end_error_m"], 0.1)
         speed = self.column("flight/flight.mcap", "rotor3_radps")
         start = speed[0][0]
         mean = lambda a, b: sum(abs(w) for t, w in speed if a <= t - start < b) / sum(a <= t - start < b for t, _ in speed)

@@ -127,7 +127,9 @@ class AntiWindup(system.SystemTest):
                   "-p", "controller.max_acceleration_mps2=40", "-p", "controller.max_integral_acceleration_mps2=30")
         x = {}
         for told in ("true", "false"):
-            flight = self.fly(self.short_mission(), *common, "-p", f"controller.anti_windup={told}", out=told)
+            flight = self.fly(self.short_mission(), *common, "-p", f"controller.anti_windup={told}", out=told,
+                              expect=2)  # the rotors are at their limits
+            self.assertEqual(flight["verdict"], "flown_badly", told)
             x[told] = flight["metrics"]["true"]["position_rmse_m"]["x"]
         print(f"\nRMSE x: {x['true']:.4f} m when told what was not achieved, {x['false']:.4f} m when not")
         self.assertLess(x["true"], 0.2 * x["false"])

@@ -12,7 +12,8 @@ class MainJob(system.SystemTest):
         self.run_command("plan", "trajectory_2", "--out", "plan", "--quiet")
         common = ("--plan", "plan", "--sensors", "laboratory", "--in-process")
         self.fly("trajectory_2", *common, "--seed", "1", out="nominal")
-        self.fly("trajectory_2", *common, "--seed", "2", "--effects", "tether", out="tethered")
+        tethered = self.fly("trajectory_2", *common, "--seed", "2", "--effects", "tether", out="tethered")
+        self.assertIn("before the plan began", " ".join(tethered["remarks"]), "released with the tether, it sags")
 
     def diagnose(self, recording, *arguments):
         self.run_command("diagnose", recording, "--vehicle", "omnimorph", "--out", "diagnosis", "--quiet", *arguments,

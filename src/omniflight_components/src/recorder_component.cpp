@@ -6,6 +6,7 @@
 #include <deque>
 #include <fstream>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "conversions.hpp"
@@ -37,6 +38,9 @@ class Recorder final : public bus::Component {
   ~Recorder() override { stop(); }
 
  private:
+  static constexpr std::int64_t kOtherClock = 86'400'000'000'000;  // ns: a day off is another clock
+  static constexpr std::size_t kMostEarly = 256;                   // messages
+
   struct Item {
     std::size_t channel;
     std::int64_t source_ns;
@@ -88,6 +92,7 @@ class Recorder final : public bus::Component {
       const std::size_t index = channels_.size();
       channels_.push_back(*channel);
       topics_.emplace_back(t.topic);
+      latched_.push_back(t.latched);
       sequences_.push_back(0);
       newest_.emplace_back();
       auto subscription = bus::RawSubscription::create(
@@ -161,6 +166,17 @@ class Recorder final : public bus::Component {
     if (notify) wake_.notify_one();
   }
 
+  /// All log times of a file lie on the clock of its ticks. What a component says of itself carries wall
+  /// time; beside simulated time it is logged at the tick it came with. Before the first tick that clock is
+  /// not known, so such messages wait for it (early_).
+  void write(const Item& item, std::uint64_t now) {
+    std::int64_t ns = std::max<std::int64_t>(0, item.source_ns);
+    if (flight_ns_ && std::abs(ns - *flight_ns_) > kOtherClock) ns = *flight_ns_;
+    const auto stamp = static_cast<std::uint64_t>(ns);
+    if (error_)
+      error_ = writer_->write(channels_[item.channel], item.sequence, stamp, stamp, item.bytes, now);
+  }
+
   void write_loop() {
     std::deque<Item> batch;
     std::uint64_t ticks = 0, reported = 0;
@@ -176,9 +192,18 @@ class Recorder final : public bus::Component {
       }
       const std::uint64_t now = monotonic_ns();
       for (Item& item : batch) {
-        const auto ns = static_cast<std::uint64_t>(std::max<std::int64_t>(0, item.source_ns));
-        if (error_) error_ = writer_->write(channels_[item.channel], item.sequence, ns, ns, item.bytes, now);
-        if (item.channel == 0) ++ticks;
+        if (item.channel == 0) {
+          flight_ns_ = item.source_ns;
+          ++ticks;
+        }
+        if (!flight_ns_ && latched_[item.channel] && early_.size() < kMostEarly)
+          early_.push_back(std::move(item));
+        else
+          write(item, now);
+      }
+      if (flight_ns_ || last) {
+        for (const Item& item : early_) write(item, now);
+        early_.clear();
       }
       {
         const std::lock_guard lock(mutex_);
@@ -214,6 +239,9 @@ class Recorder final : public bus::Component {
   std::unique_ptr<recording::McapWriter> writer_;
   std::vector<std::uint16_t> channels_;
   std::vector<std::string> topics_;
+  std::vector<bool> latched_;              // by channel: waits for the first tick
+  std::vector<Item> early_;                // by the writing thread
+  std::optional<std::int64_t> flight_ns_;  // of the last tick, by the writing thread
   bus::DeliveryLedger ledger_;
   std::optional<bus::Subscription<ComponentState>> counts_;
   std::mutex subscriptions_mutex_;  ///< never held together with mutex_

@@ -62,20 +62,24 @@ Result<std::string> read_file(const std::filesystem::path& path, std::size_t max
   return content;
 }
 
-Result<std::string> gunzip(std::string_view bytes, std::size_t max_bytes, const std::string& name) {
+namespace {
+
+/// Inflates all members of a stream; `take(bytes, consumed)` gets every block and says whether to go on.
+template <class Take>
+Status inflate_all(std::string_view bytes, const std::string& name, Take take) {
   z_stream stream{};
   if (inflateInit2(&stream, 15 + 16) != Z_OK) return fail(ErrorCode::internal, "zlib cannot start", name);
-  std::string out;
   std::vector<char> block(1 << 16);
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
   stream.avail_in = static_cast<uInt>(std::min<std::size_t>(bytes.size(), 0xffffffffu));
   int status = Z_OK;
+  Status ok;
   while (status == Z_OK) {
     stream.next_out = reinterpret_cast<Bytef*>(block.data());
     stream.avail_out = static_cast<uInt>(block.size());
     status = inflate(&stream, Z_NO_FLUSH);
-    out.append(block.data(), block.size() - stream.avail_out);
-    if (out.size() > max_bytes) break;
+    const std::size_t consumed = bytes.size() - stream.avail_in;
+    if (ok = take(std::string_view(block.data(), block.size() - stream.avail_out), consumed); !ok) break;
     if (status == Z_STREAM_END && stream.avail_in > 0) {  // several members in a row are one file
       status = inflateReset(&stream);
     } else if (status == Z_OK && stream.avail_in == 0 && stream.avail_out > 0) {
@@ -83,11 +87,43 @@ Result<std::string> gunzip(std::string_view bytes, std::size_t max_bytes, const 
     }
   }
   inflateEnd(&stream);
-  if (out.size() > max_bytes) return too_large(name, out.size(), max_bytes);
+  if (!ok) return ok;
   if (status == Z_BUF_ERROR)
     return bad_input("is a gzip stream that ends too early", name, "Copy the file again, it is truncated");
   if (status != Z_STREAM_END)
     return bad_input("is a corrupt gzip stream", name, "Copy the file again, its content is damaged");
+  return {};
+}
+
+std::string megabytes(std::size_t bytes) {
+  const std::size_t tenths = (10 * bytes + kMegabyte / 2) / kMegabyte;
+  return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " MB";
+}
+
+}  // namespace
+
+Result<std::string> gunzip(std::string_view bytes, std::size_t max_bytes, const std::string& name) {
+  std::size_t size = 0;
+  const auto counted = inflate_all(bytes, name, [&](std::string_view block, std::size_t consumed) -> Status {
+    size += block.size();
+    if (size > max_bytes)
+      return bad_input(
+          "unpacks to more than " + megabytes(max_bytes) + " (it has " + megabytes(bytes.size()) + ")", name,
+          "Give a smaller file");
+    if (size > kSmallEnough && size / kMostGzipRatio > consumed)
+      return bad_input("is no log: " + megabytes(consumed) + " of it unpack to " + megabytes(size) +
+                           ", more than " + std::to_string(kMostGzipRatio) + " times as much",
+                       name, "Unpack it with gunzip and give the file, if it is one all the same");
+    return {};
+  });
+  if (!counted) return Failure(counted.error());
+  std::string out;
+  out.reserve(size);
+  const auto kept = inflate_all(bytes, name, [&](std::string_view block, std::size_t) -> Status {
+    out.append(block);
+    return {};
+  });
+  if (!kept) return Failure(kept.error());
   return out;
 }
 

@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 #include <zlib.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 
 #include "omniflight_files/files.hpp"
 
@@ -69,6 +72,38 @@ TEST_F(Files, GzipIsInflatedCappedAndChecked) {
   std::string damaged = packed;
   damaged[damaged.size() - 6] = static_cast<char>(damaged[damaged.size() - 6] ^ 1);  // CRC32 of the trailer
   EXPECT_NE(gunzip(damaged, text.size(), "a").error().message.find("corrupt"), std::string::npos);
+}
+
+TEST_F(Files, AGzipBombIsRefusedWhileItUnpacks) {
+  // 4 GB of zeros in 4 MB: deflate's largest ratio. Made of one member of 64 MB, repeated.
+  const std::string member = gzip(std::string(64u << 20, '\0'));
+  std::string bomb;
+  for (int k = 0; k < 64; ++k) bomb += member;
+  const auto cpu_s = [](const rusage& u) {
+    return static_cast<double>(u.ru_utime.tv_sec + u.ru_stime.tv_sec) +
+           1e-6 * static_cast<double>(u.ru_utime.tv_usec + u.ru_stime.tv_usec);
+  };
+  rusage before{}, after{};
+  getrusage(RUSAGE_SELF, &before);
+  const auto begin = std::chrono::steady_clock::now();
+  const auto refused = gunzip(bomb, std::size_t{8} << 30, "bomb.gz");
+  const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  getrusage(RUSAGE_SELF, &after);
+  const double seconds = cpu_s(after) - cpu_s(before);  // what a busy machine does not stretch
+  const double megabytes = static_cast<double>(after.ru_maxrss - before.ru_maxrss) / 1024;
+  std::cout << bomb.size() << " bytes: refused after " << seconds << " s of CPU, " << megabytes
+            << " MB: " << refused.error().text() << "\n";
+  ASSERT_FALSE(refused);
+  for (const char* word : {"bomb.gz", "MB", "100 times", "gunzip"})
+    EXPECT_NE(refused.error().text().find(word), std::string::npos) << word;
+  EXPECT_LT(seconds, 0.5);
+  EXPECT_LT(wall, 5) << "seconds, on a machine however busy";
+  EXPECT_LT(megabytes, 100);
+  // a log that packs well is no bomb: 70 MB at about 40 times
+  std::string log;
+  for (int k = 0; log.size() < (70u << 20); ++k)
+    log += std::to_string(k) + ",0.000000,1.000000,0.000000,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,\n";
+  EXPECT_EQ(gunzip(gzip(log), std::size_t{1} << 30, "log").value().size(), log.size());
 }
 
 TEST_F(Files, TheEnvironmentVariableMustNameAFolder) {

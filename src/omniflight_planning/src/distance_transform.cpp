@@ -70,20 +70,27 @@ class LineTransform {
 }  // namespace
 
 std::vector<float> squared_distances_to_boxes(const std::vector<std::uint8_t>& occupied,
-                                              const std::array<int, 3>& size, float limit) {
+                                              const std::array<int, 3>& size, float limit,
+                                              const Deadline& deadline) {
   const std::ptrdiff_t nx = size[0], ny = size[1], nz = size[2];
   std::vector<float> field(occupied.size());
   for (std::size_t i = 0; i < occupied.size(); ++i) field[i] = occupied[i] ? 0.0f : limit;
   LineTransform line(std::max({size[0], size[1], size[2]}), limit);
-  for (std::ptrdiff_t z = 0; z < nz; ++z)
+  for (std::ptrdiff_t z = 0; z < nz; ++z) {
+    if (deadline.passed()) return {};
     for (std::ptrdiff_t y = 0; y < ny; ++y)
       line.run(&field[static_cast<std::size_t>((z * ny + y) * nx)], 1, size[0]);
-  for (std::ptrdiff_t z = 0; z < nz; ++z)
+  }
+  for (std::ptrdiff_t z = 0; z < nz; ++z) {
+    if (deadline.passed()) return {};
     for (std::ptrdiff_t x = 0; x < nx; ++x)
       line.run(&field[static_cast<std::size_t>(z * ny * nx + x)], nx, size[1]);
-  for (std::ptrdiff_t y = 0; y < ny; ++y)
+  }
+  for (std::ptrdiff_t y = 0; y < ny; ++y) {
+    if (deadline.passed()) return {};
     for (std::ptrdiff_t x = 0; x < nx; ++x)
       line.run(&field[static_cast<std::size_t>(y * nx + x)], nx * ny, size[2]);
+  }
   return field;
 }
 

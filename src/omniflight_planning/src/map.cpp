@@ -9,7 +9,7 @@
 
 namespace omniflight::planning {
 namespace {
-constexpr double kMaxVoxels = 64e6;  // 256 MB of distances
+constexpr double kMaxVoxels = static_cast<double>(kMaxMapVoxels);
 }
 
 Result<DistanceMap> DistanceMap::create(const octomap::OcTree& tree, std::string sha256,
@@ -27,7 +27,7 @@ Result<DistanceMap> DistanceMap::create(const octomap::OcTree& tree, std::string
   tree.getMetricMax(upper.x(), upper.y(), upper.z());
   const Vec3 cells = (upper - map.lower_) / res;
   if (!cells.allFinite() || cells.minCoeff() < 0.5 || cells.array().round().prod() > kMaxVoxels)
-    return bad_input("the map spans more than 64 million voxels of " + std::to_string(res) + " m", "map",
+    return bad_input("the map spans more than 10 million voxels of " + std::to_string(res) + " m", "map",
                      "Crop it or use a coarser resolution");
   for (int k = 0; k < 3; ++k)
     map.size_[static_cast<std::size_t>(k)] = static_cast<int>(std::lround(cells[k]));
@@ -35,6 +35,8 @@ Result<DistanceMap> DistanceMap::create(const octomap::OcTree& tree, std::string
 
   std::vector<std::uint8_t> occupied(static_cast<std::size_t>(cells.array().round().prod()),
                                      options.unknown == UnknownSpace::occupied ? 1 : 0);
+  const auto late = [&] { return out_of_time(options.deadline, "computing the distances of the map"); };
+  if (options.deadline.passed()) return late();
   bool any = false;
   for (auto leaf = tree.begin_leafs(), end = tree.end_leafs(); leaf != end; ++leaf) {
     const bool full = tree.isNodeOccupied(*leaf);
@@ -54,7 +56,9 @@ Result<DistanceMap> DistanceMap::create(const octomap::OcTree& tree, std::string
   if (!any) return bad_input("the map has no occupied voxel", "map");
 
   const double half_voxels = 2.0 * options.max_distance / res;
-  map.field_ = squared_distances_to_boxes(occupied, map.size_, static_cast<float>(half_voxels * half_voxels));
+  map.field_ = squared_distances_to_boxes(occupied, map.size_, static_cast<float>(half_voxels * half_voxels),
+                                          options.deadline);
+  if (map.field_.empty()) return late();
   map.max_distance_ = options.max_distance;
   // Rounded down by a few float steps, so that it stays a lower bound.
   for (float& value : map.field_) value = std::sqrt(value) * static_cast<float>(0.5 * res) * (1.0f - 4e-7f);
@@ -62,12 +66,14 @@ Result<DistanceMap> DistanceMap::create(const octomap::OcTree& tree, std::string
 }
 
 Result<DistanceMap> DistanceMap::load(const std::filesystem::path& path, const MapOptions& options) {
+  if (options.deadline.passed()) return out_of_time(options.deadline, "about to read the map");
   auto file = read_octree(path);
   if (!file) return Failure(file.error());
+  if (options.deadline.passed()) return out_of_time(options.deadline, "reading the map");
   auto map = create(*file->tree, file->sha256, options);
   if (!map) {
     Error error = map.error();
-    error.where = path.string();
+    if (error.code == ErrorCode::bad_input) error.where = path.string();
     return Failure(error);
   }
   return map;

@@ -127,6 +127,12 @@ Result<Mission> load_mission(const std::string& spec) {
   m.seed = static_cast<std::uint64_t>(root->integer("seed", 0, 1'000'000'000, 1));
   m.budget_s = 1e-3 * root->number("budget_ms", files::between(1.0, 600e3, "ms"), 1e3 * m.budget_s);
   read_limits(*root, m.limits);
+  if (auto tracking = root->optional_child("tracking")) {
+    if (tracking->has("position_m"))
+      m.tracking_position = tracking->number("position_m", files::between(1e-3, 5, "m"));
+    if (tracking->has("attitude_deg"))
+      m.tracking_attitude = to_radians(tracking->number("attitude_deg", files::between(0.1, 180, "deg")));
+  }
   m.waypoints.push_back(read_waypoint(root->child("start"), nullptr, 0));
   for (auto& item : root->children("waypoints", 1, 1000)) {
     const Waypoint previous = m.waypoints.back();

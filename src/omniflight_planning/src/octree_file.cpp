@@ -2,7 +2,9 @@
 
 #include <octomap/OcTree.h>
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <sstream>
@@ -13,7 +15,7 @@ namespace omniflight::planning {
 namespace {
 
 constexpr std::size_t kMaxHeader = 64 * 1024;
-constexpr std::size_t kMaxFile = 256 * files::kMegabyte;
+constexpr std::size_t kMaxFile = 16 * files::kMegabyte;
 constexpr int kMaxDepth = 16;
 const char* const kRemake = "Make the map again with omniflight_make_test_bed or OctoMap";
 
@@ -67,6 +69,88 @@ Result<OctreeHeader> scan_header(std::string_view bytes, const std::string& name
   return header;
 }
 
+/// The nodes after the header, without recursion: counted, and the box of the leaves.
+class NodeScan {
+ public:
+  NodeScan(std::string_view file, const std::string& file_name, OctreeHeader& found)
+      : bytes(file), name(file_name), header(found), at(found.data_begin) {}
+  std::string_view bytes;
+  const std::string& name;
+  OctreeHeader& header;
+  std::size_t at;
+  std::uint64_t count = 1;
+
+  Status run() {
+    depth_ = 0;
+    level_[0] = {};
+    if (auto ok = read_node(); !ok) return ok;
+    while (depth_ >= 0) {
+      Level& here = level_[static_cast<std::size_t>(depth_)];
+      if (here.inner == 0) {
+        --depth_;
+        continue;
+      }
+      const int child = std::countr_zero(here.inner);
+      here.inner &= here.inner - 1u;
+      ++depth_;
+      level_[static_cast<std::size_t>(depth_)].origin = origin_of(here, child, depth_);
+      if (auto ok = read_node(); !ok) return ok;
+    }
+    header.voxels = 1;
+    for (std::size_t k = 0; k < 3; ++k) header.voxels *= upper_[k] > lower_[k] ? upper_[k] - lower_[k] : 0;
+    return {};
+  }
+
+ private:
+  using Corner = std::array<std::uint32_t, 3>;  // voxels of the finest level
+  struct Level {
+    unsigned inner = 0;  // bits of the inner children that are still to be read
+    Corner origin{};
+  };
+
+  static Corner origin_of(const Level& parent, int child, int depth) {
+    Corner out = parent.origin;
+    for (std::size_t k = 0; k < 3; ++k)
+      if ((static_cast<unsigned>(child) >> k & 1u) != 0) out[k] += 1u << (kMaxDepth - depth);
+    return out;
+  }
+
+  Status read_node() {
+    if (at + 2 > bytes.size())
+      return bad_input("the file ends in the middle of node " + std::to_string(count), name, kRemake);
+    const unsigned word = static_cast<unsigned char>(bytes[at]) | static_cast<unsigned char>(bytes[at + 1])
+                                                                      << 8;
+    at += 2;
+    Level& here = level_[static_cast<std::size_t>(depth_)];
+    here.inner = 0;
+    for (int child = 0; child < 8; ++child) {
+      const unsigned kind = word >> (2 * child) & 3u;
+      if (kind != 0) ++count;
+      if (kind == 2) header.has_occupied = true;
+      if (kind == 3) here.inner |= 1u << child;
+      if (kind == 1 || kind == 2) include(origin_of(here, child, depth_ + 1), 1u << (kMaxDepth - depth_ - 1));
+    }
+    if (here.inner != 0 && depth_ + 1 >= kMaxDepth)
+      return bad_input("the tree is deeper than 16 levels", name, kRemake);
+    if (count > header.nodes)
+      return bad_input(
+          "the file holds more nodes than the " + std::to_string(header.nodes) + " of its header", name,
+          kRemake);
+    return {};
+  }
+
+  void include(const Corner& origin, std::uint32_t edge) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      lower_[k] = std::min<std::uint64_t>(lower_[k], origin[k]);
+      upper_[k] = std::max<std::uint64_t>(upper_[k], origin[k] + edge);
+    }
+  }
+
+  int depth_ = 0;
+  std::array<Level, kMaxDepth + 1> level_{};
+  std::array<std::uint64_t, 3> lower_{1u << kMaxDepth, 1u << kMaxDepth, 1u << kMaxDepth}, upper_{};
+};
+
 }  // namespace
 
 Result<OctreeHeader> scan_octree(std::string_view bytes, const std::string& name) {
@@ -80,43 +164,10 @@ Result<OctreeHeader> scan_octree(std::string_view bytes, const std::string& name
                          " nodes, more than the limit of " + std::to_string(kMaxOctreeNodes),
                      name, "Use a coarser resolution");
   // Two bytes an inner node, two bits a child: 0 unknown, 1 free, 2 occupied, 3 inner. Depth first.
-  std::array<std::uint16_t, kMaxDepth> pending{};  // inner children still to be read, per level
-  std::uint64_t count = 1;
-  std::size_t at = header->data_begin;
-  int depth = 0;
-  const auto read_node = [&]() -> Status {
-    if (at + 2 > bytes.size())
-      return bad_input("the file ends in the middle of node " + std::to_string(count), name, kRemake);
-    const unsigned word = static_cast<unsigned char>(bytes[at]) | static_cast<unsigned char>(bytes[at + 1])
-                                                                      << 8;
-    at += 2;
-    int inner = 0;
-    for (int child = 0; child < 8; ++child) {
-      const unsigned kind = word >> (2 * child) & 3u;
-      if (kind != 0) ++count;
-      if (kind == 2) header->has_occupied = true;
-      if (kind == 3) ++inner;
-    }
-    if (inner > 0 && depth + 1 >= kMaxDepth)
-      return bad_input("the tree is deeper than 16 levels", name, kRemake);
-    if (count > header->nodes)
-      return bad_input(
-          "the file holds more nodes than the " + std::to_string(header->nodes) + " of its header", name,
-          kRemake);
-    pending[static_cast<std::size_t>(depth)] = static_cast<std::uint16_t>(inner);
-    return {};
-  };
-  if (auto ok = read_node(); !ok) return Failure(ok.error());
-  while (depth >= 0) {
-    auto& left = pending[static_cast<std::size_t>(depth)];
-    if (left == 0) {
-      --depth;
-      continue;
-    }
-    --left;
-    ++depth;
-    if (auto ok = read_node(); !ok) return Failure(ok.error());
-  }
+  NodeScan scan(bytes, name, *header);
+  if (auto ok = scan.run(); !ok) return Failure(ok.error());
+  const std::size_t at = scan.at;
+  const std::uint64_t count = scan.count;
   if (at != bytes.size())
     return bad_input(std::to_string(bytes.size() - at) + " bytes follow the last node", name, kRemake);
   if (count != header->nodes)

@@ -1,11 +1,11 @@
 #include "omniflight_planning/plan.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <map>
 
+#include "omniflight_files/files.hpp"
 #include "omniflight_planning/planner.hpp"
 #include "tilt.hpp"
 
@@ -13,6 +13,9 @@ namespace omniflight::planning {
 namespace {
 
 using Knots = std::vector<TrajectoryKnot>;
+
+constexpr double kShareOfSearch = 0.9;  // of the time that is left; the rest is for timing and certificate
+constexpr std::size_t kMaxKnots = 1'000'000;  // as many as a plan file may hold: 2 h 46 min
 
 std::string text(const char* format, auto... values) {
   char buffer[400];
@@ -101,7 +104,8 @@ struct Ridden {
 /// on one curve through the waypoints, rounder or closer to the path, or with a stop at every corner, where
 /// the curve is the path.
 Result<Ridden> ride_leg(const std::vector<Path>& paths, const StateCheck& check,
-                        const allocation::RotorLoad& rotors, const MotionLimits& limits) {
+                        const allocation::RotorLoad& rotors, const MotionLimits& limits,
+                        const Deadline& deadline) {
   const auto joined = [&](auto shape) {
     Path all{paths.front().front()};
     for (const Path& path : paths) {
@@ -123,10 +127,11 @@ Result<Ridden> ride_leg(const std::vector<Path>& paths, const StateCheck& check,
   const auto offer = [&](Knots knots, bool stops) {
     if (!best.knots.empty() && knots.back().t >= best.knots.back().t) return;
     const auto trajectory = Trajectory::create(knots);
-    if (trajectory && check.curve(*trajectory).free) best = {std::move(knots), stops};
+    if (trajectory && check.curve(*trajectory, deadline).free) best = {std::move(knots), stops};
   };
   for (const Path& shape : shapes) {
-    auto knots = ride(PoseCurve(shape), rotors, limits);
+    if (deadline.passed()) return out_of_time(deadline, "timing a ride");
+    auto knots = ride(PoseCurve(shape), rotors, limits, deadline);
     if (knots)
       offer(std::move(*knots), false);
     else
@@ -135,12 +140,13 @@ Result<Ridden> ride_leg(const std::vector<Path>& paths, const StateCheck& check,
   if (corners.size() > 2) {
     Knots knots;
     for (std::size_t i = 0; i + 1 < corners.size(); ++i) {
-      auto part = ride(PoseCurve({corners[i], corners[i + 1]}), rotors, limits);
+      auto part = ride(PoseCurve({corners[i], corners[i + 1]}), rotors, limits, deadline);
       if (!part) return Failure(part.error());
       append(knots, *part);
     }
     offer(std::move(knots), true);
   }
+  if (deadline.passed()) return out_of_time(deadline, "timing a ride");
   if (!best.knots.empty()) return best;
   if (problem) return Failure(*problem);
   return fail(ErrorCode::incomplete,
@@ -171,8 +177,9 @@ struct AtTilt {
 
 class Tilts {
  public:
-  Tilts(const Mission& mission, const vehicle::Vehicle& vehicle, const DistanceMap& map)
-      : mission_(mission), vehicle_(vehicle), map_(map) {}
+  Tilts(const Mission& mission, const vehicle::Vehicle& vehicle, const DistanceMap& map,
+        const Deadline& deadline)
+      : mission_(mission), vehicle_(vehicle), map_(map), deadline_(deadline) {}
 
   /// Made when first asked for.
   Result<const AtTilt*> at(double alpha) {
@@ -199,6 +206,7 @@ class Tilts {
     const double change = *to.alpha - from;
     const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(to_degrees(change)))));
     for (int k = 0; k <= steps; ++k) {
+      if (deadline_.passed()) return out_of_time(deadline_, "checking a move of the tilt");
       const double alpha = from + change * k / steps;
       const auto here = at(alpha);
       if (!here) return Failure(here.error());
@@ -219,16 +227,19 @@ class Tilts {
   const Mission& mission_;
   const vehicle::Vehicle& vehicle_;
   const DistanceMap& map_;
+  Deadline deadline_;
   std::map<double, AtTilt> known_;
 };
 
 /// Checks the finished curve, every piece at its own tilt, and fills in what the certificate says of it.
 Status certify(const Trajectory& trajectory, const vehicle::Vehicle& vehicle, Tilts& tilts, double headroom,
-               Certificate& c) {
+               const Deadline& deadline, Certificate& c) {
   c.min_clearance = c.clearance_horizon;
   c.alpha_lowest = c.alpha_highest = c.alpha;
   const Knots& all = trajectory.knots();
+  const auto late = [&] { return out_of_time(deadline, "checking the finished curve"); };
   for (const TiltPiece& piece : tilt_pieces(all)) {
+    if (deadline.passed()) return late();
     const double tilt = all[piece.first].reference.alpha, start = all[piece.first].t;
     c.alpha_lowest = std::min(c.alpha_lowest, tilt), c.alpha_highest = std::max(c.alpha_highest, tilt);
     if (piece.moves) {  // its room was checked when it was made
@@ -249,7 +260,8 @@ Status certify(const Trajectory& trajectory, const vehicle::Vehicle& vehicle, Ti
     if (!part) return Failure(part.error());
     const auto here = tilts.at(tilt);
     if (!here) return Failure(here.error());
-    const CurveCheck curve = (*here)->check.curve(*part);
+    const CurveCheck curve = (*here)->check.curve(*part, deadline);
+    if (curve.out_of_time) return late();
     if (!curve.free)
       return fail(ErrorCode::incomplete,
                   text("curve_blocked: the curve comes within %.3f m at %.2f s", curve.min_clearance,
@@ -265,10 +277,12 @@ Status certify(const Trajectory& trajectory, const vehicle::Vehicle& vehicle, Ti
 
 }  // namespace
 
-Result<double> search_alpha(const Mission& mission, const vehicle::Vehicle& vehicle) {
+Result<double> search_alpha(const Mission& mission, const vehicle::Vehicle& vehicle,
+                            const Deadline& deadline) {
   double best = vehicle.tilt.min, least = std::numeric_limits<double>::infinity();
   const int steps = static_cast<int>(std::floor(to_degrees(vehicle.tilt.max - vehicle.tilt.min) + 1e-9));
   for (int i = 0; i <= steps; ++i) {
+    if (deadline.passed()) return out_of_time(deadline, "searching alpha");
     const double alpha = vehicle.tilt.min + to_radians(i);
     const auto rotors = allocation::RotorLoad::create(vehicle, alpha);
     if (!rotors) return Failure(rotors.error());
@@ -300,48 +314,57 @@ Result<double> search_alpha(const Mission& mission, const vehicle::Vehicle& vehi
   return best;
 }
 
-Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const DistanceMap& map,
-                  const PlanOptions& options) {
+namespace {
+
+Result<Plan> plan_until(const Deadline& deadline, const Mission& mission, const vehicle::Vehicle& vehicle,
+                        const DistanceMap& map, const PlanOptions& options) {
   if (auto ok = vehicle::validate(vehicle); !ok) return Failure(ok.error());
   if (mission.waypoints.size() < 2) return bad_input("a mission needs a start and a waypoint", mission.file);
   Plan out;
   Certificate& c = out.certificate;
   c.alpha_searched = !mission.alpha.has_value();
-  Tilts tilts(mission, vehicle, map);
+  Tilts tilts(mission, vehicle, map, deadline);
   if (mission.alpha) {
     c.alpha = *mission.alpha;
     if (auto ok = tilts.in_range(c.alpha, mission.file); !ok) return Failure(ok.error());
   } else {
-    const auto found = search_alpha(mission, vehicle);
+    const auto found = search_alpha(mission, vehicle, deadline);
     if (!found) return Failure(found.error());
     c.alpha = *found;
   }
   PathOptions path_options;
   path_options.seed = options.seed.value_or(mission.seed);
+  path_options.deadline = deadline;
   if (options.names)
     path_options.name_of = [bed = options.names](const Vec3& p) { return bed->nearest(p).name; };
   double alpha = c.alpha;
   for (std::size_t i = 0; i < mission.waypoints.size(); ++i) {
     const Waypoint& waypoint = mission.waypoints[i];
+    if (deadline.passed()) return out_of_time(deadline, "checking the waypoints");
     const auto here = tilts.at(alpha);
     if (!here) return Failure(here.error());
-    if (auto ok = check_end((*here)->check, waypoint.pose, i == 0, path_options); !ok)
-      return Failure(to_error(ok.error(), waypoint, mission.file));
+    if (auto ok = check_end((*here)->check, waypoint.pose, i == 0, path_options); !ok) {
+      Error error = to_error(ok.error(), waypoint, mission.file);
+      if (const double load = (*here)->rotors->hover_load(waypoint.pose.q_WB);
+          load > 1.0 - mission.limits.rotor_headroom)
+        error.message += text(": %s of %.4g kg needs %.0f %% of its rotors' range, %.0f %% are allowed",
+                              files::shown(vehicle.name).c_str(), vehicle.mass, 100.0 * load,
+                              100.0 * (1.0 - mission.limits.rotor_headroom));
+      return Failure(error);
+    }
     if (waypoint.alpha)
       if (auto ok = tilts.in_range(*waypoint.alpha, waypoint.where); !ok) return Failure(ok.error());
     alpha = waypoint.alpha.value_or(alpha);
   }
   alpha = c.alpha;
 
-  const auto begin = std::chrono::steady_clock::now();
-  const double budget = options.budget_s.value_or(mission.budget_s);
   Knots knots;
   hold(knots, mission.waypoints[0].pose, c.alpha, mission.waypoints[0].hold_s);
   std::vector<Path> leg;
   for (std::size_t i = 1; i < mission.waypoints.size(); ++i) {
     const Waypoint& goal = mission.waypoints[i];
-    path_options.budget_s = std::max(
-        1e-3, budget - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    if (deadline.passed()) return out_of_time(deadline, "on the way to " + goal.name);
+    path_options.budget_s = kShareOfSearch * deadline.left();
     const auto here = tilts.at(alpha);
     if (!here) return Failure(here.error());
     const auto part = find_roomy_path((*here)->check, mission.waypoints[i - 1].pose, goal.pose, path_options);
@@ -349,7 +372,7 @@ Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const
     if (path_length(*part) > 1e-6) leg.push_back(*part);
     if (!goal.stop) continue;
     if (!leg.empty()) {
-      auto ridden = ride_leg(leg, (*here)->check, *(*here)->rotors, mission.limits);
+      auto ridden = ride_leg(leg, (*here)->check, *(*here)->rotors, mission.limits, deadline);
       if (!ridden) {
         Error error = ridden.error();
         error.message = goal.name + ": " + error.message;
@@ -366,6 +389,9 @@ Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const
       alpha = *goal.alpha;
     }
     hold(knots, goal.pose, alpha, goal.hold_s);
+    if (knots.size() > kMaxKnots)
+      return bad_input(text("the plan lasts longer than %.0f s", kMaxKnots * kKnotPeriod), goal.where,
+                       "Hold for less (hold_s), or split the mission");
     leg.clear();
   }
   if (knots.size() < 2) return bad_input("the mission neither moves nor holds", mission.file);
@@ -376,26 +402,41 @@ Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const
   c.mission_file = mission.file;
   c.mission_sha256 = mission.sha256;
   c.vehicle = vehicle.name;
-  c.vehicle_file = mission.vehicle;
+  c.vehicle_file = options.vehicle.empty() ? mission.vehicle : options.vehicle;
+  c.vehicle_set = options.set;
   c.vehicle_sha256 = vehicle.sha256;
   c.vehicle_mass = vehicle.mass;
   c.map_file = options.map_file;
   c.map_sha256 = map.sha256();
   c.seed = path_options.seed;
   c.duration = trajectory->duration();
+  c.tube = tube_of(mission, vehicle);
   c.clearance_asked = mission.clearance;
   c.clearance_horizon = map.max_distance();
   c.limits = mission.limits;
-  if (auto ok = certify(*trajectory, vehicle, tilts, mission.limits.rotor_headroom, c); !ok)
+  if (auto ok = certify(*trajectory, vehicle, tilts, mission.limits.rotor_headroom, deadline, c); !ok)
     return Failure(ok.error());
   out.trajectory = std::move(*trajectory);
   return out;
 }
 
+Deadline deadline_of(const Mission& mission, const PlanOptions& options) {
+  return Deadline(options.budget_s.value_or(mission.budget_s));
+}
+
+}  // namespace
+
+Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const DistanceMap& map,
+                  const PlanOptions& options) {
+  return plan_until(deadline_of(mission, options), mission, vehicle, map, options);
+}
+
 Result<Plan> plan_mission(const Mission& mission, const PlanOptions& options) {
-  const auto vehicle = vehicle::load_vehicle(mission.vehicle);
+  const Deadline deadline = deadline_of(mission, options);
+  const auto vehicle =
+      vehicle::load_vehicle(options.vehicle.empty() ? mission.vehicle : options.vehicle, options.set);
   if (!vehicle) return Failure(vehicle.error());
-  const auto map = DistanceMap::load(mission.test_bed);
+  const auto map = DistanceMap::load(mission.test_bed, {.deadline = deadline});
   if (!map) return Failure(map.error());
   PlanOptions with_names = options;
   with_names.map_file = mission.test_bed.string();
@@ -405,7 +446,39 @@ Result<Plan> plan_mission(const Mission& mission, const PlanOptions& options) {
     if (!bed) return Failure(bed.error());
     with_names.names = &*bed;
   }
-  return plan(mission, *vehicle, *map, with_names);
+  return plan_until(deadline, mission, *vehicle, *map, with_names);
+}
+
+Tube tube_of(const Mission& mission, const vehicle::Vehicle& vehicle) {
+  constexpr double kLeast = 0.02;  // m, what laboratory motion capture and control leave of any reference
+  const double room = std::max(mission.clearance, kLeast);
+  return {
+      mission.tracking_position.value_or(room),
+      mission.tracking_attitude.value_or(std::min(kPi, room / std::max(kLeast, vehicle.bounding_radius())))};
+}
+
+Status check_match(const Certificate& c, const Mission& mission, const vehicle::Vehicle& vehicle) {
+  std::string differs;
+  const auto add = [&](const std::string& what) { differs += (differs.empty() ? "" : "; ") + what; };
+  if (c.mission_sha256 != mission.sha256)
+    add(c.mission == mission.name ? "the mission " + mission.file + " has changed since"
+                                  : "it is a plan of the mission " + files::shown(c.mission) + ", not of " +
+                                        files::shown(mission.name));
+  if (std::abs(vehicle.mass - c.vehicle_mass) > 1e-9)
+    add(text("its vehicle %s has %.4g kg, the one that shall fly, %s, %.4g kg",
+             files::shown(c.vehicle).c_str(), c.vehicle_mass, files::shown(vehicle.name).c_str(),
+             vehicle.mass));
+  else if (c.vehicle_sha256 != vehicle.sha256)
+    add(c.vehicle == vehicle.name
+            ? "the vehicle " + files::shown(vehicle.name) + " differs (its file or --set)"
+            : "its vehicle is " + files::shown(c.vehicle) + ", not " + files::shown(vehicle.name));
+  const auto map = files::sha256_file(mission.test_bed);
+  if (!map) return Failure(map.error());
+  if (c.map_sha256 != *map) add("its map is not the one of the test bed " + mission.test_bed.string());
+  if (differs.empty()) return {};
+  return bad_input(
+      "is not the plan of this flight: " + differs, "--plan",
+      "Plan again with the same --vehicle and --set (omniflight plan MISSION), or leave --plan out");
 }
 
 std::string explain(const Result<Plan>& plan) {

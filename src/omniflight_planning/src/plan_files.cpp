@@ -11,6 +11,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr std::size_t kMaxFile = 256 * files::kMegabyte;
 constexpr std::size_t kMaxKnots = 1'000'000;
+constexpr std::size_t kMaxOverrides = 1000;
 const char* const kPlanAgain = "Plan the mission again";
 
 Json array(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
@@ -44,6 +45,7 @@ Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
           {"vehicle",
            {{"name", c.vehicle},
             {"file", c.vehicle_file},
+            {"set", c.vehicle_set},
             {"sha256", c.vehicle_sha256},
             {"mass_kg", c.vehicle_mass}}},
           {"map", {{"file", c.map_file}, {"sha256", c.map_sha256}}},
@@ -59,6 +61,7 @@ Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
             {"min_at_s", c.min_clearance_at},
             {"horizon_m", c.clearance_horizon},
             {"witnesses", c.witnesses}}},
+          {"tube", {{"position_m", c.tube.position}, {"attitude_deg", to_degrees(c.tube.attitude)}}},
           {"rotors",
            {{"headroom_asked", c.limits.rotor_headroom},
             {"min_headroom", 1.0 - c.peak.rotor_load},
@@ -132,6 +135,17 @@ class Reader {
     }
     return found->get<std::string>();
   }
+  std::vector<std::string> strings(const Json& object, const char* key, std::size_t most) {
+    std::vector<std::string> out;
+    const Json& list = this->object(object, key);
+    if (!list.is_array() || list.size() > most) refuse(key, "is no list of texts");
+    for (const Json& item : list) {
+      if (!item.is_string()) refuse(key, "holds something that is no text");
+      if (!ok()) return {};
+      out.push_back(item.get<std::string>());
+    }
+    return out;
+  }
   const Json& object(const Json& parent, const char* key) {
     static const Json none = Json::object();
     const auto found = parent.is_object() ? parent.find(key) : parent.end();
@@ -200,6 +214,7 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
   o.vehicle = c.string(vehicle, "name");
   o.vehicle_file = c.string(vehicle, "file");
   o.vehicle_sha256 = c.string(vehicle, "sha256");
+  if (vehicle.contains("set")) o.vehicle_set = c.strings(vehicle, "set", kMaxOverrides);
   o.vehicle_mass = c.number(vehicle, "mass_kg", 0.0, 1e4);
   o.map_file = c.string(map, "file");
   o.map_sha256 = c.string(map, "sha256");
@@ -230,6 +245,11 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
   o.peak.acceleration = c.number(max, "acceleration_mps2", 0.0, 1e4);
   o.peak.rate = to_radians(c.number(max, "rate_dps", 0.0, 1e5));
   o.peak.angular_acceleration = to_radians(c.number(max, "angular_acceleration_dps2", 0.0, 1e7));
+  if (certificate->contains("tube")) {  // not in older plans
+    const Json& tube = c.object(*certificate, "tube");
+    o.tube = {c.number(tube, "position_m", 0.0, 100.0),
+              to_radians(c.number(tube, "attitude_deg", 0.0, 180.0))};
+  }
   const std::string hash = c.string(c.object(*certificate, "trajectory"), "sha256");
   if (!c.ok()) return c.failure();
   if (hash != files::sha256_hex(*bytes))

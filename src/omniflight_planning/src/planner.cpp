@@ -10,6 +10,8 @@
 namespace omniflight::planning {
 namespace {
 
+constexpr std::size_t kCellsBetweenLooks = 4096;  // about 0.2 ms of flood fill
+
 std::string text(const char* format, auto... values) {
   char buffer[400];
   std::snprintf(buffer, sizeof buffer, format, values...);
@@ -77,7 +79,7 @@ tl::expected<void, PathProblem> check_end(const StateCheck& check, const Pose& p
   return {};
 }
 
-bool proven_disconnected(const StateCheck& check, const Vec3& a, const Vec3& b) {
+bool proven_disconnected(const StateCheck& check, const Vec3& a, const Vec3& b, const Deadline& deadline) {
   const DistanceMap& map = check.map();
   // A cell may hold a free place of the ball unless its centre is nearer to an obstacle than the ball's
   // radius less half the cell's diagonal.
@@ -95,7 +97,8 @@ bool proven_disconnected(const StateCheck& check, const Vec3& a, const Vec3& b) 
   const auto from = map.voxel_of(a), to = map.voxel_of(b);
   std::vector<std::array<int, 3>> stack{from};
   seen[index(from[0], from[1], from[2])] = true;
-  while (!stack.empty()) {
+  for (std::size_t cells = 0; !stack.empty(); ++cells) {
+    if (cells % kCellsBetweenLooks == 0 && deadline.passed()) return false;
     const auto cell = stack.back();
     stack.pop_back();
     if (cell == to) return false;
@@ -126,19 +129,19 @@ PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& sta
   Rrt rrt(check, start, goal, options.seed);
   auto path = rrt.solve(std::min(0.2, 0.5 * options.budget_s));
   if (!path) {
-    if (proven_disconnected(check, start.p_WB, goal.p_WB))
+    if (proven_disconnected(check, start.p_WB, goal.p_WB, options.deadline))
       return problem(PathFailure::proven_impossible,
                      "no path exists from " + place(start.p_WB) + " to " + place(goal.p_WB) +
                          text(": not even the solid ball of %.3f m inside the vehicle can get there with "
                               "%.3f m of clearance",
                               check.spheres().inscribed_radius, check.margin()));
-    path = rrt.solve(left());
+    path = rrt.solve(std::min(left(), options.deadline.left()));
   }
   if (!path)
     return problem(PathFailure::no_path_in_time, "no path was found from " + place(start.p_WB) + " to " +
                                                      place(goal.p_WB) +
                                                      text(" within %.0f ms", 1e3 * options.budget_s));
-  auto shorter = shorten(check, std::move(*path), options.seed, options.shortcuts);
+  auto shorter = shorten(check, std::move(*path), options.seed, options.shortcuts, options.deadline);
   shorter.front() = start;
   shorter.back() = goal;
   for (std::size_t i = 0; i + 1 < shorter.size(); ++i)

@@ -58,8 +58,8 @@ bool all_valid(const StateCheck& check, const std::vector<Pose>& path) {
   return true;
 }
 
-void remove_needless_vertices(const StateCheck& check, std::vector<Pose>& path) {
-  for (std::size_t i = 1; i + 1 < path.size();) {
+void remove_needless_vertices(const StateCheck& check, std::vector<Pose>& path, const Deadline& deadline) {
+  for (std::size_t i = 1; i + 1 < path.size() && !deadline.passed();) {
     const double detour = motion_length(path[i - 1], path[i]) + motion_length(path[i], path[i + 1]);
     if (motion_length(path[i - 1], path[i + 1]) <= detour + 1e-9 &&
         check.motion_valid(path[i - 1], path[i + 1]))
@@ -77,10 +77,11 @@ double path_length(const std::vector<Pose>& path) {
   return length;
 }
 
-std::vector<Pose> shorten(const StateCheck& check, std::vector<Pose> path, std::uint64_t seed, int attempts) {
+std::vector<Pose> shorten(const StateCheck& check, std::vector<Pose> path, std::uint64_t seed, int attempts,
+                          const Deadline& deadline) {
   Random random(seed, "shorten");
-  remove_needless_vertices(check, path);
-  for (int i = 0; i < attempts && path.size() > 2; ++i) {
+  remove_needless_vertices(check, path, deadline);
+  for (int i = 0; i < attempts && path.size() > 2 && !deadline.passed(); ++i) {
     const double motions = static_cast<double>(path.size() - 1);
     double s0 = random.uniform(0.0, motions), s1 = random.uniform(0.0, motions);
     if (s0 > s1) std::swap(s0, s1);
@@ -91,7 +92,7 @@ std::vector<Pose> shorten(const StateCheck& check, std::vector<Pose> path, std::
     if (path_length(candidate) < path_length(path) - 1e-6 && all_valid(check, candidate))
       path = std::move(candidate);
   }
-  remove_needless_vertices(check, path);
+  remove_needless_vertices(check, path, deadline);
   return path;
 }
 

@@ -8,7 +8,8 @@ namespace {
 /// Less room than this beyond the margin counts as none: it bounds the number of steps.
 constexpr double kLeastRoom = 2e-4;  // m
 /// With this much room beyond the margin the bounding spheres of the parts are accurate enough.
-constexpr double kCoarse = 0.08;  // m
+constexpr double kCoarse = 0.08;                 // m
+constexpr std::size_t kKnotsBetweenLooks = 256;  // at the clock
 }  // namespace
 
 Pose interpolate(const Pose& a, const Pose& b, double s) {
@@ -111,7 +112,7 @@ double speed_bound(const TrajectoryKnot& k0, const TrajectoryKnot& k1, double ra
   return translation + radius * rotation;
 }
 
-CurveCheck StateCheck::curve(const Trajectory& trajectory) const {
+CurveCheck StateCheck::curve(const Trajectory& trajectory, const Deadline& deadline) const {
   CurveCheck out;
   out.min_clearance = map_.max_distance();
   const auto& knots = trajectory.knots();
@@ -136,6 +137,10 @@ CurveCheck StateCheck::curve(const Trajectory& trajectory) const {
   };
   if (!look(0.0)) return out;
   for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
+    if (k % kKnotsBetweenLooks == 0 && deadline.passed()) {
+      out.out_of_time = true;
+      return out;
+    }
     const double speed = speed_bound(knots[k], knots[k + 1], spheres_.bounding_radius);
     double t = knots[k].t;
     while (speed * (knots[k + 1].t - t) >= left) {
@@ -145,8 +150,13 @@ CurveCheck StateCheck::curve(const Trajectory& trajectory) const {
     left -= speed * (knots[k + 1].t - t);
   }
   // The report's least clearance is looked for more accurately than the advance needs.
-  for (std::size_t k = 0; k < knots.size(); ++k)
+  for (std::size_t k = 0; k < knots.size(); ++k) {
+    if (k % kKnotsBetweenLooks == 0 && deadline.passed()) {
+      out.out_of_time = true;
+      return out;
+    }
     if (k % 10 == 0 || k + 1 == knots.size()) note(knots[k].t);
+  }
   // The field's bound is not continuous between voxels, so it may fall short of what the advance has proven.
   out.min_clearance = std::max(out.min_clearance, margin_);
   out.free = true;

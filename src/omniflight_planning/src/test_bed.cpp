@@ -10,7 +10,7 @@
 namespace omniflight::planning {
 namespace {
 
-constexpr double kMaxVoxels = 20e6;
+constexpr double kMaxVoxels = 10e6;  // as octree_file.hpp reads
 constexpr double kFarthest = 100.0;  // m
 
 double segment_distance(const Vec3& p, const Vec3& a, const Vec3& b) {
@@ -136,7 +136,7 @@ Result<TestBed> load_test_bed(const std::filesystem::path& path) {
   bed.upper = bounds.vec3("max", files::between(-kFarthest, kFarthest, "m"));
   const Vec3 cells = (bed.upper - bed.lower) / bed.resolution;
   if (root->ok() && (cells.minCoeff() < 1.0 || cells.prod() > kMaxVoxels))
-    bounds.error("the box from min to max holds no voxel or more than 20 million of them",
+    bounds.error("the box from min to max holds no voxel or more than 10 million of them",
                  "Correct min and max or use a coarser resolution");
   for (auto& frame : root->children("pyramids", 0, 100)) add_pyramid(frame, bed.primitives);
   for (auto& item : root->children("primitives", 0, 10000)) bed.primitives.push_back(read_primitive(item));

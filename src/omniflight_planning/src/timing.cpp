@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "actuation.hpp"
+
 namespace omniflight::planning {
 namespace {
 
@@ -112,7 +114,7 @@ MotionPeaks larger(const MotionPeaks& a, MotionPeaks b, double start) {
 }
 
 Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const allocation::RotorLoad& rotors,
-                                         const MotionLimits& limits) {
+                                         const MotionLimits& limits, const Deadline& deadline) {
   const double allowed = 1.0 - limits.rotor_headroom;
   const auto sample = [&](int intervals, double duration) {
     std::vector<TrajectoryKnot> knots;
@@ -142,19 +144,27 @@ Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const allocatio
   }
   // With the shape fixed, speeds go with 1/T and accelerations with 1/T^2, so the kinematic limits give T at
   // once; the required wrench is that of hovering plus a part that goes with 1/T^2, so its load falls with T.
-  const MotionPeaks unit = peaks(sample(kShapeSamples, 1.0), rotors);
+  const std::vector<TrajectoryKnot> in_a_second = sample(kShapeSamples, 1.0);
+  if (auto ok = check_actuation(in_a_second, rotors); !ok) return Failure(ok.error());
+  const MotionPeaks unit = peaks(in_a_second, rotors);
   double low = std::max({unit.speed / limits.speed, unit.rate / limits.rate,
                          std::sqrt(unit.acceleration / limits.acceleration),
                          std::sqrt(unit.angular_acceleration / limits.angular_acceleration), 0.1});
   const auto fits = [&](double T) { return peaks(sample(kShapeSamples, T), rotors).rotor_load <= allowed; };
   double high = low;
+  const auto late = [&] { return out_of_time(deadline, "finding the shortest time of a ride"); };
   while (high < kLongest && !fits(high)) {
+    if (deadline.passed()) return late();
     low = high;
     high *= 1.5;
   }
-  while (high - low > 0.5 * kKnotPeriod) (fits(0.5 * (low + high)) ? high : low) = 0.5 * (low + high);
+  while (high - low > 0.5 * kKnotPeriod) {
+    if (deadline.passed()) return late();
+    (fits(0.5 * (low + high)) ? high : low) = 0.5 * (low + high);
+  }
   for (int intervals = static_cast<int>(std::ceil(high / kKnotPeriod - 1e-9));
        intervals * kKnotPeriod < kLongest; ++intervals) {
+    if (deadline.passed()) return late();
     auto knots = sample(intervals, intervals * kKnotPeriod);
     const MotionPeaks p = peaks(knots, rotors);
     if (p.rotor_load <= allowed && p.speed <= limits.speed && p.acceleration <= limits.acceleration &&

@@ -1,9 +1,9 @@
-#include <octomap/OcTree.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
+#include "actuation.hpp"
+#include "octree_boxes.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/octree_file.hpp"
 #include "omniflight_planning/plan.hpp"
@@ -13,58 +13,7 @@
 namespace omniflight::planning {
 namespace {
 
-constexpr double kHorizon = 0.5;  // m beyond the vehicle's bounding sphere within which boxes are looked at
 constexpr double kTolerance = 1e-6;
-
-struct Box {
-  Vec3 center;
-  double half;
-  double distance(const Vec3& p) const {
-    return ((p - center).cwiseAbs().array() - half).max(0.0).matrix().norm();
-  }
-};
-
-/// Exact distances of the sphere model to the octree's occupied leaves and to the edge of the known box.
-class Boxes {
- public:
-  explicit Boxes(const octomap::OcTree& tree) {
-    tree.getMetricMin(lower_.x(), lower_.y(), lower_.z());
-    tree.getMetricMax(upper_.x(), upper_.y(), upper_.z());
-    for (auto leaf = tree.begin_leafs(), end = tree.end_leafs(); leaf != end; ++leaf)
-      if (tree.isNodeOccupied(*leaf))
-        all_.push_back({Vec3(leaf.getX(), leaf.getY(), leaf.getZ()), 0.5 * leaf.getSize()});
-  }
-
-  double clearance(const Pose& pose, const VehicleSpheres& vehicle) {
-    gather(pose.p_WB, vehicle.bounding_radius);
-    double best = kHorizon;
-    const Mat3 R = pose.q_WB.toRotationMatrix();
-    for (const auto& group : vehicle.groups) {
-      if (distance(pose.p_WB + R * group.bound.p_BS) - group.bound.radius >= best) continue;
-      for (const auto& s : group.spheres) best = std::min(best, distance(pose.p_WB + R * s.p_BS) - s.radius);
-    }
-    return best;
-  }
-
- private:
-  /// Boxes that can matter near `center`; kept until the vehicle has moved 0.2 m.
-  void gather(const Vec3& center, double radius) {
-    if (gathered_ && (center - around_).norm() < 0.2) return;
-    near_.clear();
-    for (const Box& box : all_)
-      if (box.distance(center) <= radius + kHorizon + 0.2) near_.push_back(box);
-    around_ = center;
-    gathered_ = true;
-  }
-  double distance(const Vec3& p) const {
-    double best = std::min((p - lower_).minCoeff(), (upper_ - p).minCoeff());
-    for (const Box& box : near_) best = std::min(best, box.distance(p));
-    return best;
-  }
-  std::vector<Box> all_, near_;
-  Vec3 lower_, upper_, around_ = Vec3::Zero();
-  bool gathered_ = false;
-};
 
 Status check_waypoints(const Mission& mission, const Trajectory& trajectory, const std::string& where) {
   std::size_t next = 0;  // knots pass the waypoints in their order
@@ -134,7 +83,7 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
   if (c.verdict != "certified")
     return reject("the certificate's own verdict is '" + c.verdict + "': " + c.reason);
 
-  const auto vehicle = vehicle::load_vehicle(c.vehicle_file);
+  const auto vehicle = vehicle::load_vehicle(c.vehicle_file, c.vehicle_set);
   if (!vehicle) return Failure(vehicle.error());
   if (vehicle->sha256 != c.vehicle_sha256)
     return reject("the vehicle '" + c.vehicle_file + "' has changed since the plan was made");
@@ -167,7 +116,9 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
       if (!rotors) return Failure(rotors.error());
       const auto from = knots.begin() + static_cast<std::ptrdiff_t>(piece.first);
       const auto to = knots.begin() + static_cast<std::ptrdiff_t>(piece.last) + 1;
-      out.peak = larger(out.peak, peaks(std::vector<TrajectoryKnot>(from, to), *rotors), 0.0);
+      const std::vector<TrajectoryKnot> part(from, to);
+      if (auto ok = check_actuation(part, *rotors); !ok) return reject(ok.error().message);
+      out.peak = larger(out.peak, peaks(part, *rotors), 0.0);
     }
   }
   const MotionLimits& limits = mission->limits;
@@ -186,8 +137,8 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
       return reject(line);
     }
 
-  Boxes boxes(*map->tree);
-  out.min_clearance = kHorizon;
+  OctreeBoxes boxes(*map->tree);
+  out.min_clearance = kBoxHorizon;
   const auto look = [&](double t, const VehicleSpheres& spheres, double least) -> Result<double> {
     const Reference r = plan->trajectory.sample(t);
     const double clearance = boxes.clearance({r.p_WB, r.q_WB}, spheres);

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 #include <octomap/OcTree.h>
 
-#include <chrono>
+#include <ctime>
 #include <fstream>
 #include <iostream>
 
@@ -64,11 +64,11 @@ INSTANTIATE_TEST_SUITE_P(Shipped, Missions, testing::Values("trajectory_1", "tra
                          [](const auto& shipped) { return std::string(shipped.param); });
 
 TEST_P(Missions, PlanVerifyAndKeepWhatTheyPromise) {
-  const auto begin = std::chrono::steady_clock::now();
+  const std::clock_t begin = std::clock();  // of CPU: a busy machine stretches the wall time up to budget_ms
   const auto plan = planned(GetParam());
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   ASSERT_TRUE(plan) << plan.error().text();
-  std::cout << explain(plan) << "planned in " << seconds << " s\n";
+  std::cout << explain(plan) << "planned in " << seconds << " s of CPU\n";
   EXPECT_LT(seconds, 2.0);
 
   const auto& knots = plan->trajectory.knots();

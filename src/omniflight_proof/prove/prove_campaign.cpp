@@ -62,10 +62,11 @@ Result<int> run(std::vector<std::string> arguments, bool silent) {
   std::vector<char*> argv;
   for (auto& a : arguments) argv.push_back(a.data());
   argv.push_back(nullptr);
-  const pid_t pid = fork();
+  const pid_t parent = getpid(), pid = fork();
   if (pid < 0) return fail(ErrorCode::internal, "no process", arguments[0]);
   if (pid == 0) {
     prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != parent) _exit(1);  // it died before it could be heard
     if (silent && !freopen("/dev/null", "w", stdout)) _exit(125);
     execv(argv[0], argv.data());
     _exit(127);

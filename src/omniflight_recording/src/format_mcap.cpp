@@ -95,6 +95,7 @@ class Loader {
     for (const auto& a : content.attachments) recording_.metadata["attachment." + a.name] = a.data;
     recording_.metadata["mcap.profile"] = content.profile;
     recording_.metadata["mcap.library"] = content.library;
+    recording_.metadata["mcap.closed"] = content.closed ? "yes" : "no";
     const double base = 1e-9 * static_cast<double>(base_ns_);
     for (Note n : content.notes) {
       if (n.from_s != 0 || n.to_s != 0) n.from_s -= base, n.to_s -= base;

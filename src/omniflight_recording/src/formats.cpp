@@ -10,7 +10,30 @@ const std::vector<Format>& formats() {
   return table;
 }
 
-Result<Recording> load(const std::filesystem::path& path, const LoadOptions& options) {
+namespace {
+
+/// The recording in a rosbag2 folder: its one file. Bags that were split into several are not joined.
+Result<std::filesystem::path> file_of_bag(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  std::error_code ec;
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(folder, ec))
+    if (entry.path().extension() == ".mcap") found.push_back(entry.path());
+  if (found.size() == 1) return found.front();
+  return bad_input(found.empty() ? "is a folder without an MCAP file"
+                                 : "is a folder of " + std::to_string(found.size()) + " MCAP files",
+                   folder.string(), "Give the file itself");
+}
+
+}  // namespace
+
+Result<Recording> load(const std::filesystem::path& given, const LoadOptions& options) {
+  std::filesystem::path path = given;
+  if (std::error_code ec; std::filesystem::is_directory(given, ec)) {
+    const auto inside = file_of_bag(given);
+    if (!inside) return Failure(inside.error());
+    path = *inside;
+  }
   auto bytes = files::read_file(path, options.max_bytes);
   if (!bytes) return Failure(bytes.error());
   const std::string hash = files::sha256_hex(*bytes);

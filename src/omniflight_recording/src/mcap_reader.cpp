@@ -46,15 +46,36 @@ class Scanner {
     ByteCursor head(bytes_.substr(std::min(at, bytes_.size())));
     const auto op = head.get<std::uint8_t>();
     const auto length = head.get<std::uint64_t>();
-    if (!head.ok() || op == 0 || (op > kDataEnd && op < 0x80) || length > head.left()) return recover(at);
-    const std::string_view body = bytes_.substr(at + 9, static_cast<std::size_t>(length));
-    if (op != kMessageIndex) settle_lost_chunk();
+    const bool torn = !head.ok() || op == 0 || (op > kDataEnd && op < 0x80) || length > head.left();
+    const std::string_view body = torn ? bytes_.substr(std::min(at + 9, bytes_.size()))
+                                       : bytes_.substr(at + 9, static_cast<std::size_t>(length));
+    if (!torn && op != kMessageIndex) settle_lost_chunk();
+    if (const auto next = swallowed_checkpoint(op, body, at)) return *next;
+    if (torn) return recover(at);
     if (!handle(op, body, at)) {
       note(Note::Kind::damage,
            "record " + std::to_string(op) + " at byte " + std::to_string(at) + " is malformed");
     }
     if (op == kFooter) end_of_file(at + 9 + static_cast<std::size_t>(length));
     return at + 9 + static_cast<std::size_t>(length);
+  }
+
+  /// Where the scan goes on when opcode or length of the record at `at` is damaged, so that it runs over the
+  /// checkpoint that follows; nothing for a sound record. Without this the loss looks like a torn end.
+  std::optional<std::size_t> swallowed_checkpoint(std::uint8_t op, std::string_view body, std::size_t at) {
+    constexpr std::size_t kSize = kCheckpointMark.size() + 12;  // bytes of its body
+    if (op == kCheckpoint && body.size() == kSize) return std::nullopt;
+    for (auto mark = body.find(kCheckpointMark); mark != std::string_view::npos;
+         mark = body.find(kCheckpointMark, mark + 1)) {
+      ByteCursor c(body.substr(mark + kCheckpointMark.size()));
+      if (c.get<std::uint64_t>() != checked_to_ || !c.ok()) continue;
+      note(Note::Kind::damage, "record " + std::to_string(op) + " at byte " + std::to_string(at) +
+                                   " runs over the checkpoint behind it and was skipped");
+      if (mark >= 9) return at + mark;  // its body began 9 bytes later: here begins the checkpoint
+      checked_to_ = at + 9 + mark + kSize;
+      return checked_to_;
+    }
+    return std::nullopt;
   }
 
   /// Damage or a torn end at `at`: the next sound chunk, or the end.
@@ -141,10 +162,27 @@ class Scanner {
           note(Note::Kind::damage, "the checksum of the summary does not match");
         break;
       }
+      case kCheckpoint:
+        return checkpoint(c, at, body.size());
       default:
         break;  // indexes; we scan instead
     }
     return c.ok();
+  }
+
+  bool checkpoint(ByteCursor& c, std::size_t at, std::size_t size) {
+    if (size != kCheckpointMark.size() + 12 || c.take(kCheckpointMark.size()) != kCheckpointMark) return true;
+    const auto from = c.get<std::uint64_t>();
+    const auto crc = c.get<std::uint32_t>();
+    if (from != checked_to_)
+      note(Note::Kind::damage,
+           "the checkpoint at byte " + std::to_string(at) + " does not follow the one before");
+    else if (crc32_of(bytes_.substr(checked_to_, at - checked_to_)) != crc)
+      note(Note::Kind::damage, "the checksum over bytes " + std::to_string(checked_to_) + " to " +
+                                   std::to_string(at) +
+                                   " does not match: what was read or left out there may be damaged");
+    checked_to_ = at + 9 + size;
+    return true;
   }
 
   bool schema(ByteCursor& c) {
@@ -271,6 +309,7 @@ class Scanner {
            "the summary tells of " + std::to_string(*statistics_messages_) + " messages, " +
                std::to_string(content.messages) + " were read",
            *statistics_messages_ > read ? *statistics_messages_ - read : 0);
+    content.closed = footer_;
     content.complete = footer_ && content.notes.empty();
   }
 
@@ -285,7 +324,7 @@ class Scanner {
   std::map<std::uint16_t, McapSchema> schemas_;
   std::string records_, lost_why_;
   bool finished_ = false, data_end_ = false, footer_ = false, lost_chunk_ = false;
-  std::size_t summary_at_ = 0;
+  std::size_t summary_at_ = 0, checked_to_ = 0;
   std::uint64_t last_ns_ = 0, homeless_ = 0, unpacked_ = 0, attached_ = 0, chunks_ = 0;
   std::uint64_t lost_messages_ = 0, lost_total_ = 0, lost_from_ns_ = 0, lost_to_ns_ = 0;
   std::optional<std::uint64_t> statistics_messages_;

@@ -25,8 +25,16 @@ enum Op : std::uint8_t {
   kMetadata,
   kMetadataIndex,
   kSummaryOffset,
-  kDataEnd
+  kDataEnd,
+  /// Ours, of the range that the format leaves to applications (readers skip it): kCheckpointMark, where the
+  /// checked bytes begin (u64) and their CRC32 (u32), from the end of the checkpoint before, or the start of
+  /// the file, up to this one. Schemas, channels, metadata, opcodes and lengths have no checksum of their own
+  /// until the file is closed.
+  kCheckpoint = 0x80
 };
+
+/// Tells our checkpoints from what other programs put under the same opcode.
+inline constexpr std::string_view kCheckpointMark{"omnicrc1", 8};
 
 /// Appends little-endian values to a byte string.
 class Bytes {

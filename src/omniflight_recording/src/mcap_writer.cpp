@@ -43,8 +43,10 @@ struct McapWriter::State {
   McapWriterOptions options;
   int fd = -1;
   bool regular = false, closed = false;
-  std::uint64_t offset = 0;    // of the end of the file
-  std::uint32_t data_crc = 0;  // over everything from the leading magic on
+  std::uint64_t offset = 0;         // of the end of the file
+  std::uint32_t data_crc = 0;       // over everything from the leading magic on
+  std::uint64_t checked_to = 0;     // end of the last checkpoint
+  std::uint32_t unchecked_crc = 0;  // over everything since
   std::optional<Error> broken;
   std::vector<Channel> channels;  // id = position + 1
   std::string chunk;              // open chunk, uncompressed
@@ -73,8 +75,20 @@ struct McapWriter::State {
     }
     offset += bytes.size();
     data_crc = mcap::crc32_of(bytes, data_crc);
+    unchecked_crc = mcap::crc32_of(bytes, unchecked_crc);
     if (options.sync && ::fdatasync(fd) != 0) return give_up("sync");
     return {};
+  }
+
+  /// Appends records and a checkpoint behind them in one write: most carry no checksum, and that of a chunk
+  /// does not cover its opcode and length.
+  Status append_checked(const std::string& records) {
+    const std::uint32_t crc = mcap::crc32_of(records, unchecked_crc);
+    auto ok =
+        append(records + mcap::record(mcap::kCheckpoint,
+                                      Bytes().raw(mcap::kCheckpointMark).put(checked_to).put(crc).text()));
+    if (ok) checked_to = offset, unchecked_crc = 0;
+    return ok;
   }
 
   Status give_up(const std::string& step) {
@@ -116,7 +130,7 @@ Status McapWriter::State::flush_chunk() {
   }
   index.index_length = out.size() - index.length;
   chunk.clear();
-  auto written = append(out);
+  auto written = append_checked(out);
   if (written) chunks.push_back(std::move(index));
   return written;
 }
@@ -140,7 +154,7 @@ Result<std::unique_ptr<McapWriter>> McapWriter::create(const std::filesystem::pa
   if (!state->zstd) return fail(ErrorCode::internal, "zstd cannot start", state->path);
   state->chunk.reserve(options.chunk_bytes + 65536);
   const std::string header = mcap::record(mcap::kHeader, Bytes().string("ros2").string("omniflight").text());
-  if (auto ok = state->append(std::string(mcap::kMagic) + header); !ok) return Failure(ok.error());
+  if (auto ok = state->append_checked(std::string(mcap::kMagic) + header); !ok) return Failure(ok.error());
   return std::unique_ptr<McapWriter>(new McapWriter(std::move(state)));
 }
 
@@ -163,7 +177,8 @@ Result<std::uint16_t> McapWriter::add_topic(const McapTopic& topic) {
   channel.channel_record = mcap::record(
       mcap::kChannel, Bytes().put(id).put(id).string(topic.topic).string("cdr").strings(metadata).text());
   if (auto ok = s.flush_chunk(); !ok) return Failure(ok.error());
-  if (auto ok = s.append(channel.schema_record + channel.channel_record); !ok) return Failure(ok.error());
+  if (auto ok = s.append_checked(channel.schema_record + channel.channel_record); !ok)
+    return Failure(ok.error());
   s.channels.push_back(std::move(channel));
   return id;
 }
@@ -225,7 +240,7 @@ Status McapWriter::write_metadata(const std::string& name, const std::map<std::s
   const std::string index =
       mcap::record(mcap::kMetadataIndex,
                    Bytes().put(s.offset).put(static_cast<std::uint64_t>(out.size())).string(name).text());
-  auto ok = s.append(out);
+  auto ok = s.append_checked(out);
   if (ok) {
     ++s.metadata;
     s.metadata_indexes += index;
@@ -245,7 +260,7 @@ Status McapWriter::write_attachment(const std::string& name, const std::string& 
   Bytes index;
   index.put(s.offset).put(static_cast<std::uint64_t>(out.size())).put(log_ns).put(log_ns);
   index.put(static_cast<std::uint64_t>(data.size())).string(name).string(media_type);
-  auto ok = s.append(out);
+  auto ok = s.append_checked(out);
   if (ok) {
     ++s.attachments;
     s.attachment_indexes += mcap::record(mcap::kAttachmentIndex, index.text());

@@ -21,6 +21,14 @@ class RotorLoad {
   /// Load of hovering at an attitude.
   double hover_load(const Quat& q_WB) const;
 
+  /// What a motion needs beyond hovering at the same attitude; with a fixed path it scales with 1/duration^2.
+  struct Inertial {
+    Vec6 unreachable_B;  ///< N, part that no thrusts give (torques divided by a lever arm, about the centre
+                         ///< of mass)
+    double size = 0;     ///< N, norm of the whole
+  };
+  Inertial inertial_wrench(const Reference& motion) const;
+
   double alpha() const { return alpha_; }  ///< rad
   int rank() const {
     return wrenches_.rank();

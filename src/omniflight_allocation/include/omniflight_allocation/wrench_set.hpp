@@ -18,6 +18,15 @@ class WrenchSet {
   /// give it, or it is not finite. wrench: force [N], then torque [Nm] about the centre of mass, body axes.
   double load(const Vec6& wrench) const;
 
+  /// Part of a wrench (or of a change of one) that no thrusts of any size give: its projection on the
+  /// complement of the range of the allocation matrix. Zero at rank 6. Torques divided by the lever arm, so
+  /// that all is in N.
+  Vec6 unreachable(const Vec6& wrench) const { return outside_ * wrench; }
+  /// Norm of a wrench [N], torques divided by the same lever arm.
+  double scaled_norm(const Vec6& wrench) const {
+    return std::hypot(wrench.head<3>().norm(), wrench.tail<3>().norm() / lever_);
+  }
+
   int rank() const { return rank_; }  ///< 6: force and torque can be chosen independently near the centre
 
   Polytope force_at_torque(const Vec3& torque) const;  ///< N, the forces that leave exactly this torque [Nm]

@@ -19,7 +19,11 @@ Result<std::string> read_file(const std::filesystem::path& path, std::size_t max
 /// A truncated or corrupt gzip stream is an error.
 Result<std::string> read_gzip_or_plain(const std::filesystem::path& path, std::size_t max_bytes);
 
-/// Inflates a gzip stream held in memory; `name` is used in errors.
+/// Inflates a gzip stream held in memory; `name` is used in errors. Its size is counted before anything is
+/// kept, and counting stops at max_bytes, or where more than kSmallEnough has come out at more than
+/// kMostGzipRatio bytes a byte.
+inline constexpr std::size_t kSmallEnough = 32 * kMegabyte;
+inline constexpr std::size_t kMostGzipRatio = 100;  ///< logs come to 3 to 40; deflate can do 1032
 Result<std::string> gunzip(std::string_view bytes, std::size_t max_bytes, const std::string& name);
 
 /// Writes content beside the path, syncs it and renames it over the path: after an error (full disk, missing

@@ -9,6 +9,7 @@
 
 #include "omniflight_core/frames.hpp"
 #include "omniflight_core/result.hpp"
+#include "omniflight_planning/deadline.hpp"
 
 namespace octomap {
 class OcTree;
@@ -22,6 +23,7 @@ enum class UnknownSpace { occupied, free };
 struct MapOptions {
   UnknownSpace unknown = UnknownSpace::occupied;  ///< inside the box that the known voxels span
   double max_distance = 1.0;                      ///< m, distances are cut off here
+  Deadline deadline = {};                         ///< loading gives up once it has passed
 };
 
 /// Immutable after construction and safe from several threads. World frame, metres. Everything outside the
@@ -69,9 +71,11 @@ class DistanceMap {
 };
 
 /// Exact squared distances, in (half voxel)^2, from voxel centres to the boxes of the occupied voxels of a
-/// grid (x fastest); `limit` or more is written as `limit`. Separable lower envelopes of parabolas
-/// (Felzenszwalb and Huttenlocher, 2012) with three sites a voxel: its centre and its two faces.
+/// grid (x fastest); `limit` or more is written as `limit`. Empty once the deadline has passed. Separable
+/// lower envelopes of parabolas (Felzenszwalb and Huttenlocher, 2012) with three sites a voxel: its centre
+/// and its two faces.
 std::vector<float> squared_distances_to_boxes(const std::vector<std::uint8_t>& occupied,
-                                              const std::array<int, 3>& size, float limit);
+                                              const std::array<int, 3>& size, float limit,
+                                              const Deadline& deadline = {});
 
 }  // namespace omniflight::planning

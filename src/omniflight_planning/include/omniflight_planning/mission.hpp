@@ -14,10 +14,10 @@ namespace omniflight::planning {
 struct Waypoint {
   std::string name;  ///< for messages; "waypoint 3" when the file gives none
   Pose pose;
-  double hold_s = 0.0;          ///< s at rest there; only for stops
-  bool stop = true;             ///< false: flown through
+  double hold_s = 0.0;               ///< s at rest there; only for stops
+  bool stop = true;                  ///< false: flown through
   std::optional<double> alpha = {};  ///< rad, tilt to move to on arrival, before holding; only for stops
-  std::string where;            ///< file:line
+  std::string where;                 ///< file:line
 };
 
 struct Mission {
@@ -28,11 +28,14 @@ struct Mission {
   std::optional<double> alpha;        ///< rad, at the start; nothing = search
   std::vector<Waypoint> waypoints;    ///< the first one is the start
   MotionLimits limits;
-  double clearance = 0.05;  ///< m that every point of the vehicle keeps from the map's voxels
+  std::optional<double>
+      tracking_position;  ///< m, position error that the flight may reach; nothing: see tube_of
+  std::optional<double> tracking_attitude;  ///< rad, likewise
+  double clearance = 0.05;                  ///< m that every point of the vehicle keeps from the map's voxels
   std::uint64_t seed = 1;
-  double budget_s = 2.0;  ///< s for finding paths
-  std::string file;       ///< where it was read from
-  std::string sha256;     ///< of that file
+  double budget_s = 10.0;  ///< s for the whole plan, see plan()
+  std::string file;        ///< where it was read from
+  std::string sha256;      ///< of that file
 };
 
 /// Reads a mission: a path, or a name under configs/missions. Errors name file, line, field and unit.

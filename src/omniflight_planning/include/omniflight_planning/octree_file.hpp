@@ -21,13 +21,18 @@ struct OctreeHeader {
   double resolution = 0.0;     ///< m
   std::size_t data_begin = 0;  ///< offset of the first node byte
   bool has_occupied = false;
+  /// Voxels of the finest level that the box of known space spans: what a distance field of it holds.
+  std::uint64_t voxels = 0;
 };
 
-inline constexpr std::uint64_t kMaxOctreeNodes = 20'000'000;  ///< about 800 MB in memory
+// A map within these limits takes less than 100 MB and is known to be within them before anything is
+// allocated.
+inline constexpr std::uint64_t kMaxOctreeNodes = 1'000'000;  ///< 41 bytes each (OctoMap 1.9)
+inline constexpr std::uint64_t kMaxMapVoxels = 10'000'000;   ///< 5 bytes each: a distance and a flag
 
 /// Checks a whole .bt file held in memory: header of at most 64 kB, id OcTree, resolution in [1e-3, 10] m, at
 /// most 16 levels, node count equal to the header's, nothing missing and nothing left over, at least one
-/// occupied node. `name` appears in errors.
+/// occupied node, no more nodes and voxels than the limits above. `name` appears in errors.
 Result<OctreeHeader> scan_octree(std::string_view bytes, const std::string& name);
 
 struct OctreeFile {
@@ -35,7 +40,7 @@ struct OctreeFile {
   std::string sha256;  ///< of the file's bytes
 };
 
-/// Reads a .bt file of at most 256 MB into a temporary tree and hands it out only when everything agrees.
+/// Reads a .bt file of at most 16 MB into a temporary tree and hands it out only when everything agrees.
 Result<OctreeFile> read_octree(const std::filesystem::path& path);
 
 /// The .bt bytes of a tree (maximum-likelihood form, pruned).

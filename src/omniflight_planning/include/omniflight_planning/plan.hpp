@@ -12,6 +12,16 @@
 
 namespace omniflight::planning {
 
+/// How far a flight may be from its reference at any time: what the certificate leaves to the controller.
+struct Tube {
+  double position = 0.0;  ///< m, of the body origin
+  double attitude = 0.0;  ///< rad
+};
+
+/// The mission's tracking bounds. Where it gives none: the position error that uses up the clearance, and the
+/// turn that moves the vehicle's outermost point by as much; clearances below 2 cm count as 2 cm.
+Tube tube_of(const Mission& mission, const vehicle::Vehicle& vehicle);
+
 /// What was checked, with which inputs, and the worst values found. Stored as certificate.json.
 struct Certificate {
   std::string verdict = "certified";  ///< certified | rejected
@@ -19,12 +29,14 @@ struct Certificate {
   std::string mission, vehicle;       ///< names
   std::string mission_file, vehicle_file, map_file;
   std::string mission_sha256, vehicle_sha256, map_sha256;
-  double vehicle_mass = 0.0;  ///< kg
+  std::vector<std::string> vehicle_set;  ///< overrides of its fields, "mass=1.4" (kg)
+  double vehicle_mass = 0.0;             ///< kg
   std::uint64_t seed = 0;
   double alpha = 0.0;                          ///< rad, at the start
   double alpha_lowest = 0, alpha_highest = 0;  ///< rad, on the way
   bool alpha_searched = false;
   double duration = 0.0;           ///< s
+  Tube tube;                       ///< that the flight must keep within
   double clearance_asked = 0.0;    ///< m; no point of the curve is nearer to an occupied voxel
   double min_clearance = 0.0;      ///< m, least on the knots (lower bound; cut off at clearance_horizon)
   double min_clearance_at = 0.0;   ///< s
@@ -41,23 +53,27 @@ struct Plan {
 
 struct PlanOptions {
   std::optional<std::uint64_t> seed;  ///< instead of the mission's
-  std::optional<double> budget_s;     ///< s, instead of the mission's
+  std::optional<double> budget_s;     ///< s for the whole plan, instead of the mission's
   const TestBed* names = nullptr;     ///< to name what is hit in messages; may be absent
   std::string map_file;               ///< recorded in the certificate
+  std::string vehicle;                ///< instead of the mission's; as load_vehicle takes it
+  std::vector<std::string> set;       ///< overrides of the vehicle's fields, as load_vehicle takes them
 };
 
-/// Plans every leg, rounds it, times it and checks the curve itself. Deterministic for a seed as long as the
-/// budget suffices. Errors begin with the kind of failure (PathFailure or alpha_out_of_range, curve_blocked,
+/// Plans every leg, rounds it, times it and checks the curve itself. All of that ends within the budget and
+/// 100 ms, with a plan or with why there is none. Deterministic for a seed as long as the budget suffices.
+/// Errors begin with the kind of failure (PathFailure or alpha_out_of_range, curve_blocked,
 /// ...), name the waypoint, and carry code bad_input, incomplete (no path in time) or impossible (proven).
 Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const DistanceMap& map,
                   const PlanOptions& options = {});
 
-/// Loads vehicle, map and names of the mission and plans.
+/// Loads vehicle, map and names of the mission and plans; the budget begins with loading.
 Result<Plan> plan_mission(const Mission& mission, const PlanOptions& options = {});
 
 /// The tilt [rad] within the vehicle's range, in steps of 1 degree, at which hovering every waypoint with the
 /// mission's acceleration in any world axis needs the smallest share of the rotors' range.
-Result<double> search_alpha(const Mission& mission, const vehicle::Vehicle& vehicle);
+Result<double> search_alpha(const Mission& mission, const vehicle::Vehicle& vehicle,
+                            const Deadline& deadline = {});
 
 /// A few sentences for people: what was planned and how near the limits it comes, or why there is no plan.
 std::string explain(const Result<Plan>& plan);
@@ -69,6 +85,10 @@ Status write_plan(const Plan& plan, const std::filesystem::path& dir);
 /// Reads trajectory.json and certificate.json; every number is checked to be finite and within wide bounds,
 /// and the trajectory's hash must be the one in the certificate.
 Result<Plan> read_plan(const std::filesystem::path& dir);
+
+/// That a plan was made for this mission, vehicle and map: their hashes and the mass are the certificate's.
+/// The error tells every difference. `vehicle` is the one that shall fly, overrides included.
+Status check_match(const Certificate& certificate, const Mission& mission, const vehicle::Vehicle& vehicle);
 
 struct VerifyReport {
   double min_clearance = 0.0;     ///< m, exact distance of the sphere model to the octree's occupied boxes

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "omniflight_planning/deadline.hpp"
 #include "omniflight_planning/state_check.hpp"
 
 namespace omniflight::planning {
@@ -30,8 +31,9 @@ struct PathProblem {
 
 struct PathOptions {
   std::uint64_t seed = 1;
-  double budget_s = 1.0;  ///< s of wall time; RRTConnect stops at most one motion check later
-  int shortcuts = 300;    ///< attempts; a number and not a time, so that results repeat
+  double budget_s = 1.0;   ///< s of wall time; RRTConnect stops at most one motion check later
+  Deadline deadline = {};  ///< of the whole plan: nothing is shortened nor proven after it
+  int shortcuts = 300;     ///< attempts; a number and not a time, so that results repeat
   /// Name of the solid nearest to a point, for messages; may be empty.
   std::function<std::string(const Vec3& p_W)> name_of;
 };
@@ -50,11 +52,14 @@ PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& sta
 
 /// True when no attitude whatever lets the body origin get from a to b: a flood fill of the ball that is
 /// solid vehicle at every attitude (inscribed_radius, plus the margin) does not connect them. Never true by
-/// mistake.
-bool proven_disconnected(const StateCheck& check, const Vec3& a, const Vec3& b);
+/// mistake, and never after the deadline.
+bool proven_disconnected(const StateCheck& check, const Vec3& a, const Vec3& b,
+                         const Deadline& deadline = {});
 
 /// Fewer and shorter motions: replaces stretches by straight motions, in position, in attitude or in both.
-std::vector<Pose> shorten(const StateCheck& check, std::vector<Pose> path, std::uint64_t seed, int attempts);
+/// Stops at the deadline with what it has.
+std::vector<Pose> shorten(const StateCheck& check, std::vector<Pose> path, std::uint64_t seed, int attempts,
+                          const Deadline& deadline = {});
 
 /// Length [m] of a path: way of the origin plus 0.3 m a radian.
 double path_length(const std::vector<Pose>& path);

@@ -5,6 +5,7 @@
 
 #include "omniflight_allocation/rotor_load.hpp"
 #include "omniflight_core/trajectory.hpp"
+#include "omniflight_planning/deadline.hpp"
 #include "omniflight_planning/map.hpp"
 #include "omniflight_planning/vehicle_spheres.hpp"
 
@@ -28,6 +29,7 @@ struct Clearance {
 /// Where a timed curve comes closest, and what it was checked with.
 struct CurveCheck {
   bool free = false;
+  bool out_of_time = false;
   double min_clearance = 0.0;  ///< m, least over knots 0.1 s apart, never below the margin when free
   double at = 0.0;             ///< s, when; the first violation when not free
   Vec3 p_W = Vec3::Zero();     ///< m, the vehicle sphere that comes closest then
@@ -56,7 +58,8 @@ class StateCheck {
   /// at can come closer than the margin. Hovering is checked every 2 degrees.
   bool motion_valid(const Pose& a, const Pose& b) const;
   /// Conservative advancement along the curve itself, with speeds bounded by its Bernstein control points.
-  CurveCheck curve(const Trajectory& trajectory) const;
+  /// Not free and out_of_time when the deadline passes before it is done.
+  CurveCheck curve(const Trajectory& trajectory, const Deadline& deadline = {}) const;
 
   const DistanceMap& map() const { return map_; }
   const VehicleSpheres& spheres() const { return spheres_; }

@@ -40,9 +40,10 @@ inline constexpr double kKnotPeriod = 0.01;  // s
 
 /// Rides a curve from rest to rest with the minimum-jerk law u = L (10 s^3 - 15 s^4 + 6 s^5), in the shortest
 /// time (a whole number of knot periods) that keeps every limit at every knot. Knots start at t = 0.
-/// Fails when an attitude on the curve cannot be hovered with the headroom, which no slowing down can cure.
+/// Fails when an attitude on the curve cannot be hovered with the headroom, or the rotors cannot give the
+/// motion's direction, which no slowing down can cure, and once the deadline has passed.
 Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const allocation::RotorLoad& rotors,
-                                         const MotionLimits& limits);
+                                         const MotionLimits& limits, const Deadline& deadline = {});
 
 /// The largest values on a trajectory, looked at on every knot.
 struct MotionPeaks {

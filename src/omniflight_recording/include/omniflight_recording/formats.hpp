@@ -26,8 +26,9 @@ struct Format {
 };
 const std::vector<Format>& formats();
 
-/// Reads any supported file (also gzipped). A damaged or cut file is read as far as it is sound, and what is
-/// lost stands in the notes; an unknown, empty or unusable file is an error that names it.
+/// Reads any supported file (also gzipped), or the one MCAP file of a rosbag2 folder. A damaged or cut file
+/// is read as far as it is sound, and what is lost stands in the notes; an unknown, empty or unusable file is
+/// an error that names it.
 Result<Recording> load(const std::filesystem::path& path, const LoadOptions& options = {});
 
 /// Writes the canonical CSV of all signals (empty cells where a signal has no sample), whole or not at all.

@@ -40,6 +40,7 @@ struct McapContent {
   std::map<std::string, std::map<std::string, std::string>> metadata;  ///< the last record of each name
   std::vector<McapAttachment> attachments;
   std::uint64_t messages = 0;
+  bool closed = false;      ///< footer present
   bool complete = false;    ///< footer present, all checksums and counts right
   std::vector<Note> notes;  ///< every loss or damage; times are absolute [s]
 };

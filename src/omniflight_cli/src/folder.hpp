@@ -1,0 +1,39 @@
+// Folders of results: one run at a time, and nothing in them overwritten without being asked for.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+
+#include "omniflight_core/result.hpp"
+
+namespace omniflight::cli {
+
+/// "runs/NAME-20261124-201500" in local time; with "-2" and so on where that is there already.
+std::string fresh_folder(const std::string& name);
+
+/// A folder that this process alone writes to, until it goes or dies: flock(2) on a file in it.
+class FolderLock {
+ public:
+  /// Makes the folder where it is missing. Refuses one that another run holds, and tells its process id.
+  static Result<FolderLock> take(const std::filesystem::path& folder);
+  FolderLock(FolderLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  FolderLock& operator=(FolderLock&& other) noexcept;
+  FolderLock() = default;
+  ~FolderLock();
+
+ private:
+  explicit FolderLock(int fd) : fd_(fd) {}
+  int fd_ = -1;
+};
+
+/// Refuses a file that is there, unless `force`.
+Status refuse_overwriting(const std::filesystem::path& file, bool force);
+
+/// A name as part of a file name: letters, digits and "_.@+-" only, no dot first, 1 to 100 characters.
+bool is_plain_name(const std::string& name);
+
+/// `name` with every other character as "_".
+std::string plain_name(std::string name);
+
+}  // namespace omniflight::cli

@@ -1,0 +1,14 @@
+// Whether the rotors can give a motion at all: for vehicles whose allocation matrix has a rank below 6.
+#pragma once
+
+#include "omniflight_allocation/rotor_load.hpp"
+
+namespace omniflight::planning {
+
+/// Refuses knots whose inertial wrench has a part outside the range of the allocation matrix. Slower flight
+/// scales that part with 1/duration^2 and never makes it zero: a quadrotor that is to stay level cannot move
+/// sideways at any speed. Until plans for underactuated vehicles lean into their motion, such a mission has
+/// no plan.
+Status check_actuation(const std::vector<TrajectoryKnot>& knots, const allocation::RotorLoad& rotors);
+
+}  // namespace omniflight::planning

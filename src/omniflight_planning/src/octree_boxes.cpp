@@ -1,0 +1,65 @@
+#include "octree_boxes.hpp"
+
+#include <octomap/OcTree.h>
+
+#include <algorithm>
+
+namespace omniflight::planning {
+namespace {
+
+constexpr double kStep = 0.2;  // m, motion after which the boxes nearby are gathered again
+
+}  // namespace
+
+OctreeBoxes::OctreeBoxes(const octomap::OcTree& tree, UnknownSpace unknown) {
+  tree.getMetricMin(lower_.x(), lower_.y(), lower_.z());
+  tree.getMetricMax(upper_.x(), upper_.y(), upper_.z());
+  const auto visit = [&](const auto& self, const octomap::OcTreeNode* node, const Vec3& center,
+                         double half) -> void {
+    if (((center - upper_).array() >= half).any() || ((lower_ - center).array() >= half).any()) return;
+    if (node == nullptr) {
+      if (unknown == UnknownSpace::occupied) all_.push_back({center, half});
+      return;
+    }
+    if (!tree.nodeHasChildren(node)) {
+      if (tree.isNodeOccupied(node)) all_.push_back({center, half});
+      return;
+    }
+    for (unsigned child = 0; child < 8; ++child) {  // at most 16 levels, see scan_octree
+      const Vec3 side((child & 1u) != 0 ? 1.0 : -1.0, (child & 2u) != 0 ? 1.0 : -1.0,
+                      (child & 4u) != 0 ? 1.0 : -1.0);
+      self(self, tree.nodeChildExists(node, child) ? tree.getNodeChild(node, child) : nullptr,
+           center + 0.5 * half * side, 0.5 * half);
+    }
+  };
+  const double half = tree.getResolution() * static_cast<double>(1u << (tree.getTreeDepth() - 1));
+  visit(visit, tree.getRoot(), Vec3::Zero(), half);
+}
+
+double OctreeBoxes::clearance(const Pose& pose, const VehicleSpheres& vehicle) {
+  gather(pose.p_WB, vehicle.bounding_radius);
+  double best = kBoxHorizon;
+  const Mat3 R = pose.q_WB.toRotationMatrix();
+  for (const auto& group : vehicle.groups) {
+    if (distance(pose.p_WB + R * group.bound.p_BS) - group.bound.radius >= best) continue;
+    for (const auto& s : group.spheres) best = std::min(best, distance(pose.p_WB + R * s.p_BS) - s.radius);
+  }
+  return best;
+}
+
+void OctreeBoxes::gather(const Vec3& center, double radius) {
+  if (gathered_ && (center - around_).norm() < kStep) return;
+  near_.clear();
+  for (const Box& box : all_)
+    if (box.distance(center) <= radius + kBoxHorizon + kStep) near_.push_back(box);
+  around_ = center;
+  gathered_ = true;
+}
+
+double OctreeBoxes::distance(const Vec3& p) const {
+  double best = std::min((p - lower_).minCoeff(), (upper_ - p).minCoeff());
+  for (const Box& box : near_) best = std::min(best, box.distance(p));
+  return best;
+}
+
+}  // namespace omniflight::planning
