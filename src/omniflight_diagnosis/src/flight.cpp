@@ -422,6 +422,9 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
 
   // decimate to the grid
   f.rate_hz = o.grid_hz;
+  for (const Signal* used : {turned ? &turned->seen : attitude_used, spun ? &spun->seen : rotor, acc, gyro,
+                             moved ? &moved->seen : position, velocity})
+    if (used) f.reach_s = std::max(f.reach_s, used->median_period_s());
   const int n = fine / grid.step;
   f.specific_force.resize(n, 3);
   f.rotor_speed.resize(n, speed.cols());

@@ -45,6 +45,7 @@ struct Flight {
   std::vector<std::string> notes;  ///< what a missing signal costs, in sentences
 
   double rate_hz = 0;  ///< of the grid
+  double reach_s = 0;  ///< how far interpolation between samples of the slowest signal reads ahead
   std::vector<double> t;
   std::vector<physics::Situation> situation;  ///< filtered state, rotors and accelerations at every grid time
   std::vector<physics::Situation> smooth;     ///< the same with rotor speeds below effect_cutoff_hz
