@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "omniflight_diagnosis/residual.hpp"
+#include "linear_prediction.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -11,6 +12,42 @@ namespace {
 /// Time constant [s] over which the wrench residual is averaged before it predicts the next acceleration:
 /// some samples, so that sensor noise in it is small, and short against the motion.
 constexpr double kResidualMemory = 0.1;
+
+Vec6 acceleration_of(const physics::Situation& x) {
+  Vec6 a;
+  a << x.a_WB_B, x.dw_WB_B;
+  return a;
+}
+
+/// Speeds and accelerations of rotors as expected from their own past and from what a controller acts on.
+template <class Seen>
+void predict_rotors(std::vector<physics::Situation>& out, int lag, const Seen& seen) {
+  const auto n = static_cast<Eigen::Index>(out.size());
+  constexpr Eigen::Index kState = 15, kOwn = 4;
+  Eigen::MatrixXd known(n, kState + kOwn), targets(n, 2);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const physics::Situation &a = seen(static_cast<int>(i) - lag), &b = seen(static_cast<int>(i) - lag - 1);
+    known.row(i).head<kState>() << a.body.w_WB_B.transpose(), b.body.w_WB_B.transpose(), a.g_B.transpose(),
+        a.v_WB_B.transpose(), a.body.p_WB.transpose();
+  }
+  for (int r = 0; r < out[0].rotor_count; ++r) {
+    const auto rotor = [&](Eigen::Index i) -> const physics::RotorSituation& {
+      return seen(static_cast<int>(i)).rotors[static_cast<std::size_t>(r)];
+    };
+    for (Eigen::Index i = 0; i < n; ++i) {
+      known.row(i).tail<kOwn>() << rotor(i - lag).speed, rotor(i - lag).acceleration,
+          rotor(i - lag - 1).speed, rotor(i - lag - 2).speed;
+      targets.row(i) << rotor(i).speed, rotor(i).acceleration;
+    }
+    const Eigen::MatrixXd predicted = predict_linearly(known, targets);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      physics::RotorSituation& x = out[static_cast<std::size_t>(i)].rotors[static_cast<std::size_t>(r)];
+      x.speed = predicted(i, 0);
+      x.acceleration = predicted(i, 1);
+      x.thrust = x.thrust_coefficient * x.speed * std::abs(x.speed);
+    }
+  }
+}
 
 }  // namespace
 
@@ -20,53 +57,54 @@ int prediction_lag(const Flight& flight, double period) {
 
 std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, const Mat6& inertia,
                                               const Vec3& center_of_mass, double period) {
-  const int lag = prediction_lag(f, period);
+  const int lag = prediction_lag(f, period), n = segment.end - segment.begin;
   const double ahead = lag * period;
   const Eigen::PartialPivLU<Mat6> mass(inertia);
-  const double keep = std::exp(-period / kResidualMemory);
-  Vec6 slow = Vec6::Zero();  // averaged residual up to `lag` samples before
-  std::vector<Vec6> rests;
-  std::vector<physics::Situation> out;
-  out.reserve(static_cast<std::size_t>(segment.end - segment.begin));
-  const auto acceleration_of = [](const physics::Situation& x) {
-    Vec6 a;
-    a << x.a_WB_B, x.dw_WB_B;
-    return a;
+  const auto measured = [&](int i) -> const physics::Situation& {
+    return f.situation[static_cast<std::size_t>(segment.begin + std::max(0, i))];
   };
-  for (int i = segment.begin; i < segment.end; ++i) {
-    const physics::Situation& now = f.situation[static_cast<std::size_t>(i)];
-    physics::Situation s = f.smooth[static_cast<std::size_t>(i)];
-    const int j = std::max(segment.begin, i - lag);
-    const physics::Situation& last = f.smooth[static_cast<std::size_t>(j)];
-    const Vec6 rest = wrench_residual(now, now.a_WB_B - now.g_B, center_of_mass);
-    rests.push_back(rest);
-    const Vec6& known = rests[static_cast<std::size_t>(j - segment.begin)];
-    slow = i == segment.begin ? known : Vec6(keep * slow + (1 - keep) * known);
-    for (int k = 0; k < s.rotor_count; ++k) {  // held: their rate of change is mostly noise
-      physics::RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
-      const physics::RotorSituation& old = last.rotors[static_cast<std::size_t>(k)];
-      r.speed = old.speed;
-      r.acceleration = old.acceleration;
-      r.thrust = r.thrust_coefficient * r.speed * std::abs(r.speed);
-    }
+  const auto seen = [&](int i) -> const physics::Situation& {
+    return f.smooth[static_cast<std::size_t>(segment.begin + std::max(0, i))];
+  };
+  std::vector<Vec6> rest, slow;  // wrench residual, and its average up to this sample
+  const double keep = std::exp(-period / kResidualMemory);
+  for (int i = 0; i < n; ++i) {
+    rest.push_back(wrench_residual(measured(i), measured(i).a_WB_B - measured(i).g_B, center_of_mass));
+    slow.push_back(i == 0 ? rest[0] : Vec6(keep * slow.back() + (1 - keep) * rest.back()));
+  }
+  std::vector<physics::Situation> out(f.smooth.begin() + segment.begin, f.smooth.begin() + segment.end);
+  predict_rotors(out, lag, seen);
+  Eigen::MatrixXd known(n, 18), rates(n, 6);
+  for (int i = 0; i < n; ++i) {
+    physics::Situation& s = out[static_cast<std::size_t>(i)];
+    const physics::Situation &now = measured(i), &then = measured(i - lag), &last = seen(i - lag);
     // acceleration: what the rotors are expected to do, and what was left over so far
     const Vec6 modelled =
-        acceleration_of(now) + mass.solve(physics::rotor_wrench(s) - physics::rotor_wrench(now) - rest);
-    if (i - lag >= segment.begin) {
-      const Vec6 mean = 0.5 * (acceleration_of(f.situation[static_cast<std::size_t>(j)]) + modelled + mass.solve(slow));
-      s.body.w_WB_B = last.body.w_WB_B + ahead * mean.tail<3>();
-      s.body.v_WB_W = last.body.v_WB_W + ahead * (last.R_WB * mean.head<3>());
-      s.body.p_WB = last.body.p_WB + 0.5 * ahead * (last.body.v_WB_W + s.body.v_WB_W);
-      s.body.q_WB = last.body.q_WB * exp_rotation(0.5 * ahead * (last.body.w_WB_B + s.body.w_WB_B));
-      s.R_WB = s.body.q_WB.toRotationMatrix();
-      s.v_WB_B = s.R_WB.transpose() * s.body.v_WB_W;
-      s.g_B = s.R_WB.transpose() * Vec3(0, 0, -s.environment.gravity);
-    }
+        acceleration_of(now) +
+        mass.solve(physics::rotor_wrench(s) - physics::rotor_wrench(now) - rest[static_cast<std::size_t>(i)]);
+    const Vec6& left = slow[static_cast<std::size_t>(std::max(0, i - lag))];
+    const Vec6 mean = 0.5 * (acceleration_of(then) + modelled + mass.solve(left));
+    const Vec3 w = last.body.w_WB_B + ahead * mean.tail<3>();
+    const Vec3 v = last.body.v_WB_W + ahead * (last.R_WB * mean.head<3>());
+    known.row(i) << w.transpose(), v.transpose(), last.body.w_WB_B.transpose(),
+        last.body.v_WB_W.transpose(), left.transpose();
+    rates.row(i) << seen(i).body.w_WB_B.transpose(), seen(i).body.v_WB_W.transpose();
     // Effects that add mass see the model's own acceleration. With the averaged residual in it, a mass of any
     // sign would predict the residual from its own past.
     s.a_WB_B = modelled.head<3>();
     s.dw_WB_B = modelled.tail<3>();
-    out.push_back(s);
+  }
+  const Eigen::MatrixXd predicted = predict_linearly(known, rates);
+  for (int i = lag; i < n; ++i) {
+    physics::Situation& s = out[static_cast<std::size_t>(i)];
+    const physics::Situation& last = seen(i - lag);
+    s.body.w_WB_B = predicted.row(i).head<3>().transpose();
+    s.body.v_WB_W = predicted.row(i).tail<3>().transpose();
+    s.body.p_WB = last.body.p_WB + 0.5 * ahead * (last.body.v_WB_W + s.body.v_WB_W);
+    s.body.q_WB = last.body.q_WB * exp_rotation(0.5 * ahead * (last.body.w_WB_B + s.body.w_WB_B));
+    s.R_WB = s.body.q_WB.toRotationMatrix();
+    s.v_WB_B = s.R_WB.transpose() * s.body.v_WB_W;
+    s.g_B = s.R_WB.transpose() * Vec3(0, 0, -s.environment.gravity);
   }
   return out;
 }
