@@ -52,7 +52,7 @@ void predict_rotors(std::vector<physics::Situation>& out, int lag, const Seen& s
 }  // namespace
 
 int prediction_lag(const Flight& flight, double period) {
-  return 1 + static_cast<int>(std::ceil(flight.reach_s / period));
+  return 1 + static_cast<int>(std::ceil(2 * flight.reach_s / period));
 }
 
 std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, const Mat6& inertia,

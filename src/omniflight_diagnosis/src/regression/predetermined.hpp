@@ -14,7 +14,7 @@ std::vector<physics::Situation> predetermined(const Flight& flight, Segment segm
                                               const Vec3& center_of_mass, double period);
 
 /// Samples to look back so that nothing of the present one is seen: one for its own block mean, and as many as
-/// interpolation between the samples of the slowest signal reads ahead.
+/// interpolation between the samples of the slowest signal reads ahead of then and back from now.
 int prediction_lag(const Flight& flight, double period);
 
 }  // namespace omniflight::diagnosis

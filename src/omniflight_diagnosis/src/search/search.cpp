@@ -8,6 +8,11 @@
 namespace omniflight::diagnosis {
 namespace {
 
+constexpr int kRounds = 4;                   ///< of neighbours of the best set
+constexpr double kNear = 5;                  ///< nat: what is this far behind has less than a hundredth of the mass
+constexpr std::size_t kMostAdditions = 4;    ///< fitted a round
+constexpr std::size_t kMostExchanges = 4;    ///< fitted a member and round
+
 class Search {
  public:
   Search(const Evidence& evidence, const SearchLimits& limits) : evidence_(evidence), limits_(limits) {}
@@ -17,10 +22,11 @@ class Search {
     visit(std::vector<std::vector<SetMember>>(1));
     out.nothing = *fits_.at({});
     if (!seed.empty()) visit({seed});
-    visit(promising_sets(evidence_, limits_));
-    for (int round = 0; round < 3 && !stopped(); ++round) {
+    GridSearch grid(evidence_, limits_);
+    visit(grid.promising_sets());
+    for (int round = 0; round < kRounds && !stopped(); ++round) {
       const double before = best_joint();
-      shrink();
+      visit_neighbours(grid);
       if (best_joint() <= before) break;
     }
     finish(out);
@@ -68,18 +74,31 @@ class Search {
       if (fit && std::isfinite(fit->log_evidence)) fits_[key_of(fit->members)] = std::move(fit);
   }
 
-  /// The best set without each of its members.
-  void shrink() {
+  /// The best set with one more member, without each of its members, and with each exchanged for another.
+  void visit_neighbours(const GridSearch& grid) {
     Key best;
     for (const auto& [key, fit] : fits_)
       if (joint(key) > joint(best)) best = key;
-    const std::vector<SetMember> members = fits_.at(best)->members;
-    std::vector<std::vector<SetMember>> without;
-    for (std::size_t k = 0; k < members.size() && members.size() > 1; ++k) {
-      without.push_back(members);
+    const SetFit& whole = *fits_.at(best);
+    std::vector<std::vector<SetMember>> without, others;
+    const auto join = [&](const SetFit& fit, double least_gain, std::size_t most) {
+      for (Candidate& c : grid.additions(fit, least_gain, most)) {
+        others.push_back(fit.members);
+        others.back().push_back(std::move(c.member));
+      }
+    };
+    if (best.size() < static_cast<std::size_t>(limits_.most_members)) join(whole, -kNear, kMostAdditions);
+    for (std::size_t k = 0; k < whole.members.size(); ++k) {
+      without.push_back(whole.members);
       without.back().erase(without.back().begin() + static_cast<std::ptrdiff_t>(k));
     }
     visit(without);
+    for (const auto& rest : without) {
+      const auto fit = fits_.find(key_of(rest));
+      // an exchange matters when it comes near to what the member brought
+      if (fit != fits_.end()) join(*fit->second, joint(best) - joint(fit->first) - kNear, kMostExchanges);
+    }
+    visit(others);
   }
 
   void finish(Posterior& out) {
