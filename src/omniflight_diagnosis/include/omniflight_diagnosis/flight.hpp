@@ -54,6 +54,9 @@ struct Flight {
   std::vector<physics::Situation> instrument;
   Eigen::MatrixXd specific_force;  ///< n x 3, m/s^2, body
   Eigen::MatrixXd rotor_speed;     ///< n x rotors, rad/s
+  /// n x any number, body frame of the reference: what it asks of the rotors (specific force, angular
+  /// acceleration) and its velocities, as far as it is recorded. No disturbance moves it.
+  Eigen::MatrixXd reference;
   Eigen::MatrixXd tracking_error;  ///< n x 3, m, position minus reference; empty without reference
   std::vector<Segment> segments;
   std::vector<Segment> between_reversals;  ///< where leave_out_reversals() would leave something out

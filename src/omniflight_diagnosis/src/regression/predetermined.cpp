@@ -13,6 +13,14 @@ namespace {
 /// some samples, so that sensor noise in it is small, and short against the motion.
 constexpr double kResidualMemory = 0.1;
 
+/// Time [s] that regressors look back at least. Where the noise model is not exact, what feedback carries of a
+/// disturbance into the motion correlates with what is left of it; that dies out within about this time.
+constexpr double kHorizon = 0.15;
+
+/// The motion of a vehicle follows its reference with some delay: shifts at which it predicts, s.
+constexpr double kReferenceStep = 0.075;
+constexpr int kReferenceShifts = 4;  ///< from one step ahead
+
 Vec6 acceleration_of(const physics::Situation& x) {
   Vec6 a;
   a << x.a_WB_B, x.dw_WB_B;
@@ -21,10 +29,12 @@ Vec6 acceleration_of(const physics::Situation& x) {
 
 /// Speeds and accelerations of rotors as expected from their own past and from what a controller acts on.
 template <class Seen>
-void predict_rotors(std::vector<physics::Situation>& out, int lag, const Seen& seen) {
+void predict_rotors(std::vector<physics::Situation>& out, int lag, const Seen& seen,
+                    const Eigen::MatrixXd& asked) {
   const auto n = static_cast<Eigen::Index>(out.size());
   constexpr Eigen::Index kState = 15, kOwn = 4;
-  Eigen::MatrixXd known(n, kState + kOwn), targets(n, 2);
+  Eigen::MatrixXd known(n, kState + asked.cols() + kOwn), targets(n, 2);
+  known.middleCols(kState, asked.cols()) = asked;
   for (Eigen::Index i = 0; i < n; ++i) {
     const physics::Situation &a = seen(static_cast<int>(i) - lag), &b = seen(static_cast<int>(i) - lag - 1);
     known.row(i).head<kState>() << a.body.w_WB_B.transpose(), b.body.w_WB_B.transpose(), a.g_B.transpose(),
@@ -49,10 +59,25 @@ void predict_rotors(std::vector<physics::Situation>& out, int lag, const Seen& s
   }
 }
 
+/// What the reference asks around each sample, shifted by multiples of kReferenceStep.
+Eigen::MatrixXd reference_around(const Eigen::MatrixXd& reference, Segment segment, double period) {
+  const Eigen::Index n = segment.end - segment.begin, m = reference.cols();
+  const int step = std::max(1, static_cast<int>(std::lround(kReferenceStep / period)));
+  Eigen::MatrixXd out(n, m * kReferenceShifts);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (int k = 0; k < kReferenceShifts; ++k) {
+      const Eigen::Index from =
+          std::clamp<Eigen::Index>(segment.begin + i + (1 - k) * step, 0, reference.rows() - 1);
+      out.row(i).segment(k * m, m) = reference.row(from);
+    }
+  return out;
+}
+
 }  // namespace
 
 int prediction_lag(const Flight& flight, double period) {
-  return 1 + static_cast<int>(std::ceil(2 * flight.reach_s / period));
+  static const double H = getenv("HOR") ? atof(getenv("HOR")) : kHorizon;
+  return 1 + static_cast<int>(std::ceil(std::max(H, 2 * flight.reach_s) / period));
 }
 
 std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, const Mat6& inertia,
@@ -73,8 +98,10 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
     slow.push_back(i == 0 ? rest[0] : Vec6(keep * slow.back() + (1 - keep) * rest.back()));
   }
   std::vector<physics::Situation> out(f.smooth.begin() + segment.begin, f.smooth.begin() + segment.end);
-  predict_rotors(out, lag, seen);
-  Eigen::MatrixXd known(n, 18), rates(n, 6);
+  const Eigen::MatrixXd asked = reference_around(f.reference, segment, period);
+  predict_rotors(out, lag, seen, asked);
+  Eigen::MatrixXd known(n, 18 + asked.cols()), rates(n, 6);
+  known.rightCols(asked.cols()) = asked;
   for (int i = 0; i < n; ++i) {
     physics::Situation& s = out[static_cast<std::size_t>(i)];
     const physics::Situation &now = measured(i), &then = measured(i - lag), &last = seen(i - lag);
@@ -85,10 +112,10 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
     const Vec6& left = slow[static_cast<std::size_t>(std::max(0, i - lag))];
     const Vec6 mean = 0.5 * (acceleration_of(then) + modelled + mass.solve(left));
     const Vec3 w = last.body.w_WB_B + ahead * mean.tail<3>();
-    const Vec3 v = last.body.v_WB_W + ahead * (last.R_WB * mean.head<3>());
-    known.row(i) << w.transpose(), v.transpose(), last.body.w_WB_B.transpose(),
-        last.body.v_WB_W.transpose(), left.transpose();
-    rates.row(i) << seen(i).body.w_WB_B.transpose(), seen(i).body.v_WB_W.transpose();
+    const Vec3 v = last.v_WB_B + ahead * mean.head<3>();  // along the axes of then
+    known.row(i).head<18>() << w.transpose(), v.transpose(), last.body.w_WB_B.transpose(),
+        last.v_WB_B.transpose(), left.transpose();
+    rates.row(i) << seen(i).body.w_WB_B.transpose(), (last.R_WB.transpose() * seen(i).body.v_WB_W).transpose();
     // Effects that add mass see the model's own acceleration. With the averaged residual in it, a mass of any
     // sign would predict the residual from its own past.
     s.a_WB_B = modelled.head<3>();
@@ -99,7 +126,7 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
     physics::Situation& s = out[static_cast<std::size_t>(i)];
     const physics::Situation& last = seen(i - lag);
     s.body.w_WB_B = predicted.row(i).head<3>().transpose();
-    s.body.v_WB_W = predicted.row(i).tail<3>().transpose();
+    s.body.v_WB_W = last.R_WB * Vec3(predicted.row(i).tail<3>().transpose());
     s.body.p_WB = last.body.p_WB + 0.5 * ahead * (last.body.v_WB_W + s.body.v_WB_W);
     s.body.q_WB = last.body.q_WB * exp_rotation(0.5 * ahead * (last.body.w_WB_B + s.body.w_WB_B));
     s.R_WB = s.body.q_WB.toRotationMatrix();
