@@ -118,6 +118,10 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
     rates.row(i) << seen(i).body.w_WB_B.transpose(), (last.R_WB.transpose() * seen(i).body.v_WB_W).transpose();
     // Effects that add mass see the model's own acceleration. With the averaged residual in it, a mass of any
     // sign would predict the residual from its own past.
+    // What loads remember of the motion is driven by the measured one.
+    s.observed = true;
+    s.observed_a_B = now.a_WB_B;
+    s.observed_dw_B = now.dw_WB_B;
     s.a_WB_B = modelled.head<3>();
     s.dw_WB_B = modelled.tail<3>();
   }

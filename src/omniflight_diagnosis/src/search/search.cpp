@@ -15,18 +15,18 @@ constexpr std::size_t kMostExchanges = 4;    ///< fitted a member and round
 
 class Search {
  public:
-  Search(const Evidence& evidence, const SearchLimits& limits) : evidence_(evidence), limits_(limits) {}
+  Search(const Evidence& evidence, GridSearch& grid, const SearchLimits& limits)
+      : evidence_(evidence), grid_(grid), limits_(limits) {}
 
   Posterior run(const std::vector<SetMember>& seed) {
     Posterior out;
     visit(std::vector<std::vector<SetMember>>(1));
     out.nothing = *fits_.at({});
     if (!seed.empty()) visit({seed});
-    GridSearch grid(evidence_, limits_);
-    visit(grid.promising_sets());
+    visit(grid_.promising_sets());
     for (int round = 0; round < kRounds && !stopped(); ++round) {
       const double before = best_joint();
-      visit_neighbours(grid);
+      visit_neighbours();
       if (best_joint() <= before) break;
     }
     finish(out);
@@ -75,14 +75,14 @@ class Search {
   }
 
   /// The best set with one more member, without each of its members, and with each exchanged for another.
-  void visit_neighbours(const GridSearch& grid) {
+  void visit_neighbours() {
     Key best;
     for (const auto& [key, fit] : fits_)
       if (joint(key) > joint(best)) best = key;
     const SetFit& whole = *fits_.at(best);
     std::vector<std::vector<SetMember>> without, others;
     const auto join = [&](const SetFit& fit, double least_gain, std::size_t most) {
-      for (Candidate& c : grid.additions(fit, least_gain, most)) {
+      for (Candidate& c : grid_.additions(fit, least_gain, most)) {
         others.push_back(fit.members);
         others.back().push_back(std::move(c.member));
       }
@@ -106,7 +106,7 @@ class Search {
     double sum = 0;
     for (const auto& [key, fit] : fits_) {
       const double l = joint(key);
-      out.sets.push_back({key, l, std::exp(l - best)});
+      out.sets.push_back({key, fit->members, l, std::exp(l - best)});
       sum += out.sets.back().probability;
     }
     for (const auto& [key, fit] : fits_)
@@ -123,6 +123,7 @@ class Search {
   }
 
   const Evidence& evidence_;
+  GridSearch& grid_;
   const SearchLimits& limits_;
   std::map<Key, std::unique_ptr<SetFit>> fits_;
 };
@@ -138,8 +139,9 @@ double Posterior::inclusion(const std::string& id, const std::vector<Hypothesis>
   return sum;
 }
 
-Posterior search(const Evidence& evidence, const SearchLimits& limits, const std::vector<SetMember>& seed) {
-  return Search(evidence, limits).run(seed);
+Posterior search(const Evidence& evidence, GridSearch& grid, const SearchLimits& limits,
+                 const std::vector<SetMember>& seed) {
+  return Search(evidence, grid, limits).run(seed);
 }
 
 }  // namespace omniflight::diagnosis
