@@ -214,7 +214,15 @@ void judge(const Loop& loop, const std::string& frame, Finding& f, std::vector<M
 
 }  // namespace
 
-void add_control(const recording::Recording& r, const ToldController& told, Diagnosis& d) {
+bool attitude_is_free(const vehicle::Vehicle& vehicle) {
+  constexpr double kParallel = 0.999;  // cosine: mounting errors of a degree or two do not count
+  return std::any_of(vehicle.rotors.begin(), vehicle.rotors.end(), [&](const vehicle::Rotor& r) {
+    return r.tilts || std::abs(r.axis_B.dot(vehicle.rotors.front().axis_B)) < kParallel;
+  });
+}
+
+void add_control(const recording::Recording& r, const ToldController& told, Diagnosis& d,
+                 bool attitude_free) {
   // the state as the controller had it, where it is recorded: noise of the measured one makes gains look
   // small
   const auto seen = [&](const char* estimate, const char* measured) {
@@ -282,7 +290,7 @@ void add_control(const recording::Recording& r, const ToldController& told, Diag
     judge(on_one_clock(loop), "world", f, mismatch);
   }
   const recording::Signal* gyro = seen("est_angular_velocity", "gyro");
-  if (q && ref_q && gyro && gyro->width() == 3) {
+  if (attitude_free && q && ref_q && gyro && gyro->width() == 3) {
     const Eigen::MatrixXd wanted = read(*ref_q), w_ref = optional("ref_angular_velocity"),
                           dw_ref = optional("ref_angular_acceleration");
     const auto loop = [&](const Lateness& late) {
@@ -322,10 +330,10 @@ void add_control(const recording::Recording& r, const ToldController& told, Diag
 }
 
 void add_controls(const std::vector<const recording::Recording*>& recordings, const ToldController& told,
-                  Diagnosis& d) {
+                  Diagnosis& d, bool attitude_free) {
   for (const recording::Recording* r : recordings) {
     Diagnosis one;
-    add_control(*r, told, one);
+    add_control(*r, told, one, attitude_free);
     add_recording(one, r->file, d);
     if (r == recordings.front()) d.controller = one.controller;
   }

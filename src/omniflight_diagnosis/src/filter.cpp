@@ -100,6 +100,27 @@ Eigen::MatrixXd block_mean(const Eigen::MatrixXd& x, int length) {
   return out / length;
 }
 
+Eigen::MatrixXd blur(const Eigen::MatrixXd& x, double variance) {
+  constexpr double kMost = 0.4;  // of one pass of three weights: above 0.5 the highest frequencies change sign
+  const Eigen::Index n = x.rows();
+  if (!(variance > 1e-3) || n < 3) return x;
+  const int passes = static_cast<int>(std::ceil(variance / kMost));
+  const double side = 0.5 * variance / passes;
+  Eigen::MatrixXd out = x;
+  for (Eigen::Index c = 0; c < x.cols(); ++c) {
+    auto y = out.col(c);
+    for (int pass = 0; pass < passes; ++pass) {
+      double before = y[0];
+      for (Eigen::Index i = 0; i < n; ++i) {
+        const double now = y[i], after = y[std::min(i + 1, n - 1)];
+        y[i] = now + side * (before + after - 2 * now);
+        before = now;
+      }
+    }
+  }
+  return out;
+}
+
 Eigen::MatrixXd differentiate(const Eigen::MatrixXd& x, double rate_hz) {
   const Eigen::Index n = x.rows();
   Eigen::MatrixXd d = Eigen::MatrixXd::Zero(n, x.cols());

@@ -51,7 +51,15 @@ struct Channel {
   std::vector<char> valid;
 };
 
-Channel on_grid(const Signal& signal, const Grid& grid, const Options& o) {
+/// Variance [s^2] of the kernel under which a signal reaches the regression besides its block mean: the triangle
+/// of interpolation between its samples, and the box of every central difference.
+double kernel_variance(const Signal& signal, const Grid& grid, int derivatives) {
+  const double period = signal.median_period_s(), step = 1 / grid.rate_hz;
+  return period * period / 6 + derivatives * step * step / 3;
+}
+
+/// `more` [s^2]: variance to add to the signal's kernel.
+Channel on_grid(const Signal& signal, const Grid& grid, const Options& o, double more = 0) {
   Channel c;
   const double gap = std::max(o.max_gap_s, 3.0 * signal.median_period_s());
   c.x = recording::resample(signal, grid.t, gap);
@@ -68,8 +76,37 @@ Channel on_grid(const Signal& signal, const Grid& grid, const Options& o) {
       c.x.row(i) = c.x.row(i < first ? first : i - 1);
   }
   if (recording::is_attitude(signal.name)) make_continuous(c.x);
-  c.x = o.engine == Engine::posterior ? block_mean(c.x, grid.step) : low_pass(c.x, grid.rate_hz, o.cutoff_hz);
+  c.x = o.engine == Engine::posterior
+            ? blur(block_mean(c.x, grid.step), std::max(0.0, more) * grid.rate_hz * grid.rate_hz)
+            : low_pass(c.x, grid.rate_hz, o.cutoff_hz);
   return c;
+}
+
+/// See Flight::reference.
+Eigen::MatrixXd reference_motion(const Recording& recording, const Grid& grid, const Options& o) {
+  const auto fine = static_cast<Eigen::Index>(grid.t.size());
+  const auto given = [&](const char* name, const char* integral) -> Eigen::MatrixXd {
+    if (const Signal* s = recording.find(name)) return on_grid(*s, grid, o).x;
+    const Signal* s = integral ? recording.find(integral) : nullptr;
+    return s ? differentiate(on_grid(*s, grid, o).x, grid.rate_hz) : Eigen::MatrixXd::Zero(fine, 0);
+  };
+  Eigen::MatrixXd v = given("ref_velocity", "ref_position"), a = given("ref_acceleration", "ref_velocity"),
+                  w = given("ref_angular_velocity", nullptr),
+                  dw = given("ref_angular_acceleration", "ref_angular_velocity");
+  if (a.cols() == 0 && v.cols() > 0) a = differentiate(v, grid.rate_hz);
+  const Signal* attitude = recording.find("ref_attitude");
+  if (attitude && w.cols() == 0) w = rate_from_attitude(on_grid(*attitude, grid, o).x, grid.rate_hz);
+  if (w.cols() > 0 && dw.cols() == 0) dw = differentiate(w, grid.rate_hz);
+  a.rowwise() += o.environment.gravity * Eigen::RowVector3d::UnitZ().leftCols(a.cols());
+  if (attitude) {
+    const Eigen::MatrixXd q = on_grid(*attitude, grid, o).x;
+    for (Eigen::Index i = 0; i < fine; ++i)
+      for (Eigen::MatrixXd* x : {&v, &a})
+        if (x->cols() == 3) x->row(i) = (quaternion(q, i).conjugate() * Vec3(x->row(i))).transpose();
+  }
+  Eigen::MatrixXd out(fine, v.cols() + a.cols() + w.cols() + dw.cols());
+  out << v, a, w, dw;
+  return out;
 }
 
 /// Share of the signal's span that lies in gaps longer than max_gap_s.
@@ -248,9 +285,12 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   // what stands on both sides of the regression
   Signal rotor_squares = *rotor;
   rotor_squares.values = squares(rotor->values);
-  const auto turned = gyro ? std::nullopt : halves_of(*attitude_used, o.cutoff_hz);
-  const auto moved = acc || velocity || !position ? std::nullopt : halves_of(*position, o.cutoff_hz);
-  const auto spun = (o.refly.empty() || o.engine == Engine::posterior) && !f.speed_from_command
+  // (the posterior engine needs no halves: its regressors are from before)
+  const bool whole = o.engine == Engine::posterior;
+  const auto turned = gyro || whole ? std::nullopt : halves_of(*attitude_used, o.cutoff_hz);
+  const auto moved =
+      acc || velocity || !position || whole ? std::nullopt : halves_of(*position, o.cutoff_hz);
+  const auto spun = o.refly.empty() && !whole && !f.speed_from_command
                         ? halves_of(rotor_squares, o.cutoff_hz, Repeats::kept)
                         : std::nullopt;
 
@@ -280,6 +320,17 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   const int fine = static_cast<int>((to - from) * grid.rate_hz);
   for (int i = 0; i < fine; ++i) grid.t.push_back(from + i / grid.rate_hz);
 
+  // Both sides of the regression under the same kernel: a slower one takes amplitude from the motion and not
+  // from the rotors, which looks like inertia.
+  double widest = kernel_variance(*rotor, grid, 0);
+  widest = std::max(widest, gyro ? kernel_variance(*gyro, grid, 1) : kernel_variance(*attitude_used, grid, 2));
+  widest = std::max(widest, acc        ? kernel_variance(*acc, grid, 0)
+                            : velocity ? kernel_variance(*velocity, grid, 1)
+                                       : kernel_variance(*position, grid, 2));
+  const auto missing = [&](const Signal& s, int derivatives) {
+    return widest - kernel_variance(s, grid, derivatives);
+  };
+
   // faults and free flight
   f.faults = find_sensor_faults(recording);
   f.faults.insert(f.faults.end(), repaired.faults.begin(), repaired.faults.end());
@@ -297,20 +348,20 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
     exclude(in_windows({w}, grid), grid, o.margin_s, w.why, use, f.excluded);
   for (const Window& w : repaired.clipped)
     exclude(in_windows({w}, grid), grid, kClippedMargin, w.why, use, f.excluded);
-  const auto take = [&](const Signal& s, const std::string& label) {
-    Channel c = on_grid(s, grid, o);
+  const auto take = [&](const Signal& s, const std::string& label, double more = 0) {
+    Channel c = on_grid(s, grid, o, more);
     std::vector<char> gap = negated(c.valid);
     for (std::size_t i = 0; i < gap.size(); ++i) gap[i] = gap[i] && !repeated[i] && !limited[i];
     exclude(gap, grid, o.margin_s, "gap in " + label, use, f.excluded);
     return c.x;
   };
   const Eigen::MatrixXd q = take(turned ? turned->seen : *attitude_used, "attitude");
-  Eigen::MatrixXd speed = roots(take(spun ? spun->subtracted : rotor_squares, rotor->name));
+  Eigen::MatrixXd speed = roots(take(spun ? spun->subtracted : rotor_squares, rotor->name, missing(*rotor, 0)));
   if (f.speed_from_command) speed = modelled_speed(speed, grid.rate_hz, vehicle);
   // momentum goes with the speed itself: the root of a filtered square starts at zero like a wall
   Signal rotor_itself = spun ? spun->subtracted : rotor_squares;
   rotor_itself.values = roots(rotor_itself.values);
-  Eigen::MatrixXd turning = on_grid(rotor_itself, grid, o).x;
+  Eigen::MatrixXd turning = on_grid(rotor_itself, grid, o, missing(*rotor, 1)).x;
   if (f.speed_from_command) turning = modelled_speed(turning, grid.rate_hz, vehicle);
   Eigen::MatrixXd seen_speed = spun ? roots(take(spun->seen, rotor->name)) : speed;
   const Eigen::MatrixXd p =
@@ -326,14 +377,16 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   if (!position) f.notes.push_back("No position: effects that depend on height or place are not offered.");
   if (!velocity && !position) f.notes.push_back("No velocity: drag is not offered.");
   Eigen::MatrixXd w =
-      gyro ? take(*gyro, "gyro")
-           : rate_from_attitude(turned ? on_grid(turned->subtracted, grid, o).x : q, grid.rate_hz);
+      gyro ? take(*gyro, "gyro", missing(*gyro, 1))
+           : rate_from_attitude(on_grid(turned ? turned->subtracted : *attitude_used, grid, o,
+                                        missing(*attitude_used, 2)).x,
+                                grid.rate_hz);
   f.has_gyro = gyro != nullptr;
   const Eigen::MatrixXd dw = differentiate(w, grid.rate_hz);
   Eigen::MatrixXd force;
   f.has_accelerometer = acc != nullptr;
   if (acc) {
-    force = take(*acc, "acc");
+    force = take(*acc, "acc", missing(*acc, 0));
     if ((velocity || position) &&
         force_is_in_world(force, differentiate(v, grid.rate_hz), q, use, o.environment.gravity)) {
       for (Eigen::Index i = 0; i < fine; ++i)
@@ -341,8 +394,12 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
       f.notes.push_back("'acc' follows the world's axes, not the body's: it was turned into the body.");
     }
   } else {
-    force = differentiate(moved ? differentiate(on_grid(moved->subtracted, grid, o).x, grid.rate_hz) : v,
-                          grid.rate_hz);
+    force = velocity
+                ? differentiate(on_grid(*velocity, grid, o, missing(*velocity, 1)).x, grid.rate_hz)
+                : differentiate(differentiate(on_grid(moved ? moved->subtracted : *position, grid, o,
+                                                      missing(*position, 2)).x,
+                                              grid.rate_hz),
+                                grid.rate_hz);
     for (Eigen::Index i = 0; i < fine; ++i)
       force.row(i) =
           (quaternion(q, i).conjugate() * (Vec3(force.row(i)) + o.environment.gravity * Vec3::UnitZ()))
@@ -420,11 +477,18 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
       o.engine == Engine::posterior ? seen_speed
                                     : roots(low_pass(squares(seen_speed), grid.rate_hz, o.effect_cutoff_hz));
 
+  const Eigen::MatrixXd asked =
+      whole ? reference_motion(recording, grid, o) : Eigen::MatrixXd::Zero(fine, 0);
+
   // decimate to the grid
   f.rate_hz = o.grid_hz;
+  for (const Signal* used : {turned ? &turned->seen : attitude_used, spun ? &spun->seen : rotor, acc, gyro,
+                             moved ? &moved->seen : position, velocity})
+    if (used) f.reach_s = std::max(f.reach_s, used->median_period_s());
   const int n = fine / grid.step;
   f.specific_force.resize(n, 3);
   f.rotor_speed.resize(n, speed.cols());
+  f.reference.resize(n, asked.cols());
   if (ref.size() > 0) f.tracking_error.resize(n, 3);
   f.situation.resize(static_cast<std::size_t>(n));
   f.smooth.resize(static_cast<std::size_t>(n));
@@ -462,6 +526,7 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
     y.dw_WB_B = x.dw_WB_B;
     f.specific_force.row(k) = force.row(i);
     f.rotor_speed.row(k) = speed.row(i);
+    f.reference.row(k) = asked.row(i);
     if (ref.size() > 0) f.tracking_error.row(k) = p.row(i) - ref.row(i);
     if (!is_finite(body) || !f.specific_force.row(k).allFinite()) good[static_cast<std::size_t>(k)] = 0;
   }

@@ -14,6 +14,9 @@ Eigen::MatrixXd low_pass(const Eigen::MatrixXd& x, double rate_hz, double cutoff
 /// no sample further away than half a block has a share, unlike a zero-phase low pass.
 Eigen::MatrixXd block_mean(const Eigen::MatrixXd& x, int length);
 
+/// Every column under a symmetric bell-shaped kernel of this variance [samples^2]; the ends are held.
+Eigen::MatrixXd blur(const Eigen::MatrixXd& x, double variance);
+
 /// Central difference of every column (one-sided at the ends), per second.
 Eigen::MatrixXd differentiate(const Eigen::MatrixXd& x, double rate_hz);
 

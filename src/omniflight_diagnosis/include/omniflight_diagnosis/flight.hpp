@@ -45,6 +45,7 @@ struct Flight {
   std::vector<std::string> notes;  ///< what a missing signal costs, in sentences
 
   double rate_hz = 0;  ///< of the grid
+  double reach_s = 0;  ///< how far interpolation between samples of the slowest signal reads ahead
   std::vector<double> t;
   std::vector<physics::Situation> situation;  ///< filtered state, rotors and accelerations at every grid time
   std::vector<physics::Situation> smooth;     ///< the same with rotor speeds below effect_cutoff_hz
@@ -53,6 +54,9 @@ struct Flight {
   std::vector<physics::Situation> instrument;
   Eigen::MatrixXd specific_force;  ///< n x 3, m/s^2, body
   Eigen::MatrixXd rotor_speed;     ///< n x rotors, rad/s
+  /// n x any number, body frame of the reference: what it asks of the rotors (specific force, angular
+  /// acceleration) and its velocities, as far as it is recorded. No disturbance moves it.
+  Eigen::MatrixXd reference;
   Eigen::MatrixXd tracking_error;  ///< n x 3, m, position minus reference; empty without reference
   std::vector<Segment> segments;
   std::vector<Segment> between_reversals;  ///< where leave_out_reversals() would leave something out

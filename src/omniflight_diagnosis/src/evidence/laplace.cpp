@@ -11,6 +11,7 @@ using Law = ParameterPrior::Law;
 
 constexpr int kIterations = 8;
 constexpr double kConverged = 0.1;  ///< nat: the objective may still fall by less
+constexpr double kFar = 1e6;        ///< standard deviations: no bound
 constexpr double kLawKnot = 2.0;    ///< s, least correlation time of a law's relative error
 constexpr int kLawKnots = 8;        ///< at most, a flight
 
@@ -26,12 +27,18 @@ double log_normal_cdf(double x) {
   return -0.5 * x * x - std::log(-x) - 0.5 * std::log(2 * kPi) + std::log1p(-1 / (x * x));
 }
 
+double log_normal_between(double low, double high) {
+  if (low > 0) return log_normal_between(-high, -low);  // the tail that is not near one
+  const double above = log_normal_cdf(high), below = log_normal_cdf(low);
+  return above + std::log1p(-std::exp(std::min(below - above, -1e-15)));
+}
+
 /// Which coordinate is what.
 struct Evidence::Layout {
   struct Coordinate {
     ParameterPrior prior;  ///< of a parameter
     bool half = false;     ///< only u >= 0
-    double low = -1e18, high = 1e18;
+    double low = -1e9, high = 1e9;
   };
   Eigen::Index calibration = 0, total = 0;
   std::vector<Eigen::Index> first;             ///< a member
@@ -259,9 +266,15 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
   const Eigen::VectorXd optimum = u + factor.solve(gradient);  // without bounds
   const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(u.size(), u.size()));
   out.log_evidence = -objective + 0.5 * gradient.dot(factor.solve(gradient)) - 0.5 * log_determinant(factor);
-  for (Eigen::Index k = 0; k < u.size(); ++k)
-    if (layout.all[static_cast<std::size_t>(k)].half)  // the half of the prior that has the physical sign
-      out.log_evidence += std::log(2.0) + log_normal_cdf(optimum[k] / std::sqrt(covariance(k, k)));
+  // share of the posterior within the bounds over that of the prior, a coordinate at a time: what would have to
+  // lie beyond them to explain the residual is no evidence
+  for (Eigen::Index k = 0; k < u.size(); ++k) {
+    const auto& c = layout.all[static_cast<std::size_t>(k)];
+    if (c.low < -kFar && c.high > kFar) continue;
+    const double deviation = std::sqrt(covariance(k, k));
+    out.log_evidence += log_normal_between((c.low - optimum[k]) / deviation, (c.high - optimum[k]) / deviation) -
+                        log_normal_between(c.low, c.high);
+  }
   for (std::size_t m = 0; m < members.size(); ++m)
     for (std::size_t k = 0; k < layout.theta[m].size(); ++k) {
       const Eigen::Index at = layout.first[m] + static_cast<Eigen::Index>(k);

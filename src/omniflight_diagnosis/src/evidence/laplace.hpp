@@ -28,6 +28,8 @@ struct SetFit {
 
 /// ln of the standard normal distribution function.
 double log_normal_cdf(double x);
+/// ln of its mass between two values.
+double log_normal_between(double low, double high);
 
 class Evidence {
  public:

@@ -1,6 +1,10 @@
 #include "predetermined.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "omniflight_diagnosis/residual.hpp"
+#include "linear_prediction.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -9,59 +13,129 @@ namespace {
 /// some samples, so that sensor noise in it is small, and short against the motion.
 constexpr double kResidualMemory = 0.1;
 
+/// Time [s] that regressors look back at least. Where the noise model is not exact, what feedback carries of a
+/// disturbance into the motion correlates with what is left of it; that dies out within about this time.
+constexpr double kHorizon = 0.15;
+
+/// The motion of a vehicle follows its reference with some delay: shifts at which it predicts, s.
+constexpr double kReferenceStep = 0.075;
+constexpr int kReferenceShifts = 4;  ///< from one step ahead
+
+Vec6 acceleration_of(const physics::Situation& x) {
+  Vec6 a;
+  a << x.a_WB_B, x.dw_WB_B;
+  return a;
+}
+
+/// Speeds and accelerations of rotors as expected from their own past and from what a controller acts on.
+template <class Seen>
+void predict_rotors(std::vector<physics::Situation>& out, int lag, const Seen& seen,
+                    const Eigen::MatrixXd& asked) {
+  const auto n = static_cast<Eigen::Index>(out.size());
+  constexpr Eigen::Index kState = 15, kOwn = 4;
+  Eigen::MatrixXd known(n, kState + asked.cols() + kOwn), targets(n, 2);
+  known.middleCols(kState, asked.cols()) = asked;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const physics::Situation &a = seen(static_cast<int>(i) - lag), &b = seen(static_cast<int>(i) - lag - 1);
+    known.row(i).head<kState>() << a.body.w_WB_B.transpose(), b.body.w_WB_B.transpose(), a.g_B.transpose(),
+        a.v_WB_B.transpose(), a.body.p_WB.transpose();
+  }
+  for (int r = 0; r < out[0].rotor_count; ++r) {
+    const auto rotor = [&](Eigen::Index i) -> const physics::RotorSituation& {
+      return seen(static_cast<int>(i)).rotors[static_cast<std::size_t>(r)];
+    };
+    for (Eigen::Index i = 0; i < n; ++i) {
+      known.row(i).tail<kOwn>() << rotor(i - lag).speed, rotor(i - lag).acceleration,
+          rotor(i - lag - 1).speed, rotor(i - lag - 2).speed;
+      targets.row(i) << rotor(i).speed, rotor(i).acceleration;
+    }
+    const Eigen::MatrixXd predicted = predict_linearly(known, targets);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      physics::RotorSituation& x = out[static_cast<std::size_t>(i)].rotors[static_cast<std::size_t>(r)];
+      x.speed = predicted(i, 0);
+      x.acceleration = predicted(i, 1);
+      x.thrust = x.thrust_coefficient * x.speed * std::abs(x.speed);
+    }
+  }
+}
+
+/// What the reference asks around each sample, shifted by multiples of kReferenceStep.
+Eigen::MatrixXd reference_around(const Eigen::MatrixXd& reference, Segment segment, double period) {
+  const Eigen::Index n = segment.end - segment.begin, m = reference.cols();
+  const int step = std::max(1, static_cast<int>(std::lround(kReferenceStep / period)));
+  Eigen::MatrixXd out(n, m * kReferenceShifts);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (int k = 0; k < kReferenceShifts; ++k) {
+      const Eigen::Index from =
+          std::clamp<Eigen::Index>(segment.begin + i + (1 - k) * step, 0, reference.rows() - 1);
+      out.row(i).segment(k * m, m) = reference.row(from);
+    }
+  return out;
+}
+
 }  // namespace
+
+int prediction_lag(const Flight& flight, double period) {
+  static const double H = getenv("HOR") ? atof(getenv("HOR")) : kHorizon;
+  return 1 + static_cast<int>(std::ceil(std::max(H, 2 * flight.reach_s) / period));
+}
 
 std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, const Mat6& inertia,
                                               const Vec3& center_of_mass, double period) {
-  std::vector<physics::Situation> out;
-  out.reserve(static_cast<std::size_t>(segment.end - segment.begin));
+  const int lag = prediction_lag(f, period), n = segment.end - segment.begin;
+  const double ahead = lag * period;
   const Eigen::PartialPivLU<Mat6> mass(inertia);
+  const auto measured = [&](int i) -> const physics::Situation& {
+    return f.situation[static_cast<std::size_t>(segment.begin + std::max(0, i))];
+  };
+  const auto seen = [&](int i) -> const physics::Situation& {
+    return f.smooth[static_cast<std::size_t>(segment.begin + std::max(0, i))];
+  };
+  std::vector<Vec6> rest, slow;  // wrench residual, and its average up to this sample
   const double keep = std::exp(-period / kResidualMemory);
-  Vec6 slow = Vec6::Zero();  // averaged residual of the samples before
-  Vec6 before = Vec6::Zero();
-  for (int i = segment.begin; i < segment.end; ++i) {
-    const physics::Situation& now = f.situation[static_cast<std::size_t>(i)];
-    physics::Situation s = f.smooth[static_cast<std::size_t>(i)];
-    const Vec6 rest = wrench_residual(now, now.a_WB_B - now.g_B, center_of_mass);
-    Vec6 measured;
-    measured << now.a_WB_B, now.dw_WB_B;
-    const bool first = i == segment.begin;
-    if (first) {
-      slow = rest;
-      before = measured;
-    }
-    if (!first) {
-      // The controller answers within a sample, so that rotor speeds of this sample follow its disturbance.
-      const physics::Situation& last = f.smooth[static_cast<std::size_t>(i - 1)];
-      for (int k = 0; k < s.rotor_count; ++k) {
-        physics::RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
-        const physics::RotorSituation& old = last.rotors[static_cast<std::size_t>(k)];
-        r.speed = old.speed + period * old.acceleration;
-        r.thrust = r.thrust_coefficient * r.speed * std::abs(r.speed);
-      }
-    }
+  for (int i = 0; i < n; ++i) {
+    rest.push_back(wrench_residual(measured(i), measured(i).a_WB_B - measured(i).g_B, center_of_mass));
+    slow.push_back(i == 0 ? rest[0] : Vec6(keep * slow.back() + (1 - keep) * rest.back()));
+  }
+  std::vector<physics::Situation> out(f.smooth.begin() + segment.begin, f.smooth.begin() + segment.end);
+  const Eigen::MatrixXd asked = reference_around(f.reference, segment, period);
+  predict_rotors(out, lag, seen, asked);
+  Eigen::MatrixXd known(n, 18 + asked.cols()), rates(n, 6);
+  known.rightCols(asked.cols()) = asked;
+  for (int i = 0; i < n; ++i) {
+    physics::Situation& s = out[static_cast<std::size_t>(i)];
+    const physics::Situation &now = measured(i), &then = measured(i - lag), &last = seen(i - lag);
     // acceleration: what the rotors are expected to do, and what was left over so far
     const Vec6 modelled =
-        measured - mass.solve(rest) + mass.solve(physics::rotor_wrench(s) - physics::rotor_wrench(now));
-    const Vec6 predicted = modelled + mass.solve(slow);
-    if (!first) {
-      const physics::Situation& last = f.smooth[static_cast<std::size_t>(i - 1)];
-      const Vec6 mean = 0.5 * (before + predicted);
-      s.body.w_WB_B = last.body.w_WB_B + period * mean.tail<3>();
-      s.body.v_WB_W = last.body.v_WB_W + period * (last.R_WB * mean.head<3>());
-      s.body.p_WB = last.body.p_WB + 0.5 * period * (last.body.v_WB_W + s.body.v_WB_W);
-      s.body.q_WB = last.body.q_WB * exp_rotation(0.5 * period * (last.body.w_WB_B + s.body.w_WB_B));
-      s.R_WB = s.body.q_WB.toRotationMatrix();
-      s.v_WB_B = s.R_WB.transpose() * s.body.v_WB_W;
-      s.g_B = s.R_WB.transpose() * Vec3(0, 0, -s.environment.gravity);
-    }
+        acceleration_of(now) +
+        mass.solve(physics::rotor_wrench(s) - physics::rotor_wrench(now) - rest[static_cast<std::size_t>(i)]);
+    const Vec6& left = slow[static_cast<std::size_t>(std::max(0, i - lag))];
+    const Vec6 mean = 0.5 * (acceleration_of(then) + modelled + mass.solve(left));
+    const Vec3 w = last.body.w_WB_B + ahead * mean.tail<3>();
+    const Vec3 v = last.v_WB_B + ahead * mean.head<3>();  // along the axes of then
+    known.row(i).head<18>() << w.transpose(), v.transpose(), last.body.w_WB_B.transpose(),
+        last.v_WB_B.transpose(), left.transpose();
+    rates.row(i) << seen(i).body.w_WB_B.transpose(), (last.R_WB.transpose() * seen(i).body.v_WB_W).transpose();
     // Effects that add mass see the model's own acceleration. With the averaged residual in it, a mass of any
     // sign would predict the residual from its own past.
+    // What loads remember of the motion is driven by the measured one.
+    s.observed = true;
+    s.observed_a_B = now.a_WB_B;
+    s.observed_dw_B = now.dw_WB_B;
     s.a_WB_B = modelled.head<3>();
     s.dw_WB_B = modelled.tail<3>();
-    slow = keep * slow + (1 - keep) * rest;
-    before = measured;
-    out.push_back(s);
+  }
+  const Eigen::MatrixXd predicted = predict_linearly(known, rates);
+  for (int i = lag; i < n; ++i) {
+    physics::Situation& s = out[static_cast<std::size_t>(i)];
+    const physics::Situation& last = seen(i - lag);
+    s.body.w_WB_B = predicted.row(i).head<3>().transpose();
+    s.body.v_WB_W = last.R_WB * Vec3(predicted.row(i).tail<3>().transpose());
+    s.body.p_WB = last.body.p_WB + 0.5 * ahead * (last.body.v_WB_W + s.body.v_WB_W);
+    s.body.q_WB = last.body.q_WB * exp_rotation(0.5 * ahead * (last.body.w_WB_B + s.body.w_WB_B));
+    s.R_WB = s.body.q_WB.toRotationMatrix();
+    s.v_WB_B = s.R_WB.transpose() * s.body.v_WB_W;
+    s.g_B = s.R_WB.transpose() * Vec3(0, 0, -s.environment.gravity);
   }
   return out;
 }

@@ -5,11 +5,16 @@
 
 namespace omniflight::diagnosis {
 
-/// Situations of samples [begin, end) of the flight with body state and accelerations predicted one sample
-/// ahead: measured state and low-passed wrench residual of the sample before, nominal wrench of the rotors at
-/// the sample. A disturbance within a sample moves the measured state of that sample; regressors taken from
-/// it would correlate with the noise. `inertia`: nominal, about the body origin (6 x 6).
+/// Situations of samples [begin, end) of the flight with body state, rotors and accelerations as the samples
+/// up to prediction_lag() before predict them: measured state, rotor speeds and low-passed wrench residual
+/// of then, nominal wrench of the rotors in between. A disturbance within a sample moves the measured state of
+/// that sample and, through the controller, its rotors; regressors taken from it would correlate with the
+/// noise. `inertia`: nominal, about the body origin (6 x 6).
 std::vector<physics::Situation> predetermined(const Flight& flight, Segment segment, const Mat6& inertia,
                                               const Vec3& center_of_mass, double period);
+
+/// Samples to look back so that nothing of the present one is seen: one for its own block mean, and as many as
+/// interpolation between the samples of the slowest signal reads ahead of then and back from now.
+int prediction_lag(const Flight& flight, double period);
 
 }  // namespace omniflight::diagnosis

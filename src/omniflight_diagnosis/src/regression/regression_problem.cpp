@@ -13,6 +13,11 @@ namespace {
 /// periods of a pendulum; beyond, small errors of its frequency add up.
 constexpr double kMemoryWindow = 10;
 
+/// Delay [s] between rotor speeds and IMU, one standard deviation: low-pass filters of autopilots cut between
+/// 30 Hz (accelerometer of a Crazyflie) and 200 Hz and delay by 1 to 10 ms; telemetry of rotor speeds is
+/// averaged over some revolutions.
+constexpr double kFilterDelay = 0.005;
+
 /// Relative step of the numerical derivative by an initial state.
 constexpr double kStartStep = 1e-4;
 
@@ -163,7 +168,7 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
   }
   // Stamps and filters of the accelerometer, of the gyroscope, and, where speeds are modelled from commands,
   // the motors' time constants shift the rotors' wrench in time, forces and torques apart.
-  double late = tol.rotor_clock;
+  double late = std::max(tol.rotor_clock, kFilterDelay);
   if (!flights.empty() && flights.front()->speed_from_command)
     for (const vehicle::Rotor& r : vehicle.rotors) late = std::max(late, tol.motor_lag * r.time_constant);
   for (int half = 0; half < 2; ++half)

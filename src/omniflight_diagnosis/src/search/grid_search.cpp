@@ -19,9 +19,12 @@ struct Block {
   std::vector<char> half;  ///< amplitudes of one sign
 };
 
-class GridSearch {
+}  // namespace
+
+class GridSearch::Implementation {
  public:
-  GridSearch(const Evidence& evidence, const SearchLimits& limits) : evidence_(evidence), limits_(limits) {
+  Implementation(const Evidence& evidence, const SearchLimits& limits)
+      : evidence_(evidence), limits_(limits) {
     Eigen::Index total = evidence.calibration_columns().cols();
     fixed_ = total;
     const auto& hypotheses = evidence.hypotheses();
@@ -45,21 +48,18 @@ class GridSearch {
       }
     }
     // single precision: inner products of unit-variance rows, of which the determinant is taken with + I
-    Eigen::MatrixXf C(evidence.whitened_residual().size(), total);
-    C.leftCols(fixed_) = evidence.calibration_columns().cast<float>();
-    for (const Block& b : blocks_) C.middleCols(b.begin, b.size) = columns_of(b).cast<float>();
-    gram_.resize(total, total);
-    constexpr Eigen::Index kTile = 192;
-    const auto tiles = static_cast<std::size_t>((total + kTile - 1) / kTile);
-    parallel_for(tiles, limits.threads, [&](std::size_t t) {
-      const auto first = static_cast<Eigen::Index>(t) * kTile;
-      const Eigen::Index width = std::min(kTile, total - first);
-      gram_.block(0, first, first + width, width).noalias() =
-          C.leftCols(first + width).transpose() * C.middleCols(first, width);
+    columns_.resize(evidence.whitened_residual().size(), total);
+    columns_.leftCols(fixed_) = evidence.calibration_columns().cast<float>();
+    own_.resize(blocks_.size());
+    slab_.resize(blocks_.size());
+    parallel_for(blocks_.size(), limits.threads, [&](std::size_t k) {
+      const Block& b = blocks_[k];
+      auto part = columns_.middleCols(b.begin, b.size);
+      part = columns_of(b).cast<float>();
+      own_[k] = (part.transpose() * part).cast<double>();
     });
-    for (Eigen::Index c = 0; c < total; ++c)
-      for (Eigen::Index r = c + 1; r < total; ++r) gram_(r, c) = gram_(c, r);
-    b_ = (C.transpose() * evidence.whitened_residual().cast<float>()).cast<double>();
+    b_ = (columns_.transpose() * evidence.whitened_residual().cast<float>()).cast<double>();
+    fixed_slab_ = columns_.leftCols(fixed_).transpose() * columns_;
   }
 
   std::vector<std::vector<SetMember>> run() {
@@ -67,6 +67,7 @@ class GridSearch {
     for (int size = 0; size < limits_.most_members; ++size) {
       if (limits_.stop && limits_.stop()) break;
       std::vector<std::vector<State>> found(beam.size());
+      for (const State& state : beam) prepare(state.blocks);
       parallel_for(beam.size(), limits_.threads, [&](std::size_t k) { found[k] = extend(beam[k]); });
       std::vector<State> next;
       std::set<std::vector<int>> seen;
@@ -94,6 +95,21 @@ class GridSearch {
       if (out.size() < kReturned - kSingles) take(s);
     for (const State& s : all)
       if (s.blocks.size() == 1) take(s);
+    return out;
+  }
+
+  std::vector<Candidate> additions(const SetFit& fit, double least_gain, std::size_t most) const {
+    std::set<int> taken;
+    for (const SetMember& m : fit.members) taken.insert(m.hypothesis);
+    const Eigen::MatrixXf own = fit.columns.cast<float>();
+    const Eigen::MatrixXf slab = own.transpose() * columns_;
+    const Eigen::VectorXd left = (columns_.transpose() * fit.rest.cast<float>()).cast<double>();
+    std::vector<Candidate> out;
+    for (const Promise& p : promises(slab, Eigen::LLT<Eigen::MatrixXd>(fit.precision), left, taken)) {
+      if (out.size() >= most || p.gain < least_gain) break;
+      const Block& b = blocks_[static_cast<std::size_t>(p.block)];
+      out.push_back({p.gain, evidence_.member_at(b.hypothesis, b.point, p.mean)});
+    }
     return out;
   }
 
@@ -132,12 +148,34 @@ class GridSearch {
     const auto n = static_cast<Eigen::Index>(s.index.size());
     s.precision.resize(n, n);
     Eigen::VectorXd b(n);
+    std::vector<std::pair<Eigen::Index, Eigen::Index>> missing;
     for (Eigen::Index i = 0; i < n; ++i) {
       b[i] = b_[s.index[static_cast<std::size_t>(i)]];
-      for (Eigen::Index j = 0; j < n; ++j)
-        s.precision(i, j) = gram_(s.index[static_cast<std::size_t>(i)], s.index[static_cast<std::size_t>(j)]);
-      s.precision(i, i) += 1;
     }
+    Eigen::Index row = 0;
+    const auto put = [&](const Eigen::MatrixXf& slab) {
+      for (Eigen::Index r = 0; r < slab.rows(); ++r, ++row)
+        for (Eigen::Index j = 0; j < n; ++j)
+          s.precision(row, j) = slab(r, s.index[static_cast<std::size_t>(j)]);
+    };
+    put(fixed_slab_);
+    // the last block may be new: its inner products with the others are those of the others with it
+    for (const int at : s.blocks) {
+      const Eigen::MatrixXf& slab = slab_[static_cast<std::size_t>(at)];
+      if (slab.size() > 0) {
+        put(slab);
+        continue;
+      }
+      const Block& own = blocks_[static_cast<std::size_t>(at)];
+      s.precision.block(row, row, own.size, own.size) = own_[static_cast<std::size_t>(at)];
+      missing.emplace_back(row, own.size);
+      row += own.size;
+    }
+    for (const auto& [begin, size] : missing)
+      for (Eigen::Index r = begin; r < begin + size; ++r)
+        for (Eigen::Index c = 0; c < n; ++c)
+          if (c < begin || c >= begin + size) s.precision(r, c) = s.precision(c, r);
+    s.precision.diagonal().array() += 1;
     const Eigen::LLT<Eigen::MatrixXd> factor(s.precision);
     s.mean = factor.solve(b);
     double log_evidence = 0.5 * b.dot(s.mean) - factor.matrixLLT().diagonal().array().log().sum();
@@ -152,43 +190,72 @@ class GridSearch {
     return s;
   }
 
-  std::vector<State> extend(const State& s) const {
-    const Eigen::LLT<Eigen::MatrixXd> factor(s.precision);
-    std::vector<std::pair<double, int>> promise;
+  /// Inner products of these blocks with all columns, once each.
+  void prepare(const std::vector<int>& blocks) {
+    for (const int at : blocks) {
+      const Block& b = blocks_[static_cast<std::size_t>(at)];
+      Eigen::MatrixXf& slab = slab_[static_cast<std::size_t>(at)];
+      if (slab.size() == 0) slab = columns_.middleCols(b.begin, b.size).transpose() * columns_;
+    }
+  }
+
+  struct Promise {
+    double gain = 0;  ///< ln evidence plus ln prior that it adds
+    int block = 0;
+    Eigen::VectorXd mean;
+  };
+  /// What each block outside `taken` would add to a model whose columns have these inner products with all
+  /// columns, this posterior precision, and leave these inner products with the residual; the best point of
+  /// every hypothesis, the most promising first.
+  std::vector<Promise> promises(const Eigen::MatrixXf& slab, const Eigen::LLT<Eigen::MatrixXd>& factor,
+                                const Eigen::VectorXd& left, const std::set<int>& taken) const {
+    std::map<int, Promise> best;
     for (std::size_t k = 0; k < blocks_.size(); ++k) {
       const Block& b = blocks_[k];
-      const bool in = std::any_of(s.blocks.begin(), s.blocks.end(), [&](int other) {
-        return blocks_[static_cast<std::size_t>(other)].hypothesis == b.hypothesis;
-      });
-      if (in) continue;
-      Eigen::MatrixXd cross(static_cast<Eigen::Index>(s.index.size()), b.size);
-      for (std::size_t i = 0; i < s.index.size(); ++i)
-        cross.row(static_cast<Eigen::Index>(i)) =
-            gram_.row(s.index[i]).segment(b.begin, b.size).cast<double>();
-      Eigen::MatrixXd A = gram_.block(b.begin, b.begin, b.size, b.size).cast<double>();
-      const Eigen::MatrixXd half = factor.matrixL().solve(cross);
+      if (taken.contains(b.hypothesis)) continue;
+      const Eigen::MatrixXd half =
+          factor.matrixL().solve(slab.middleCols(b.begin, b.size).cast<double>());
+      Eigen::MatrixXd A = own_[k];
       A -= half.transpose() * half;
       A.diagonal().array() += 1;
-      const Eigen::VectorXd g = b_.segment(b.begin, b.size) - cross.transpose() * s.mean;
+      const Eigen::VectorXd g = left.segment(b.begin, b.size);
       const Eigen::LLT<Eigen::MatrixXd> own(A);
-      const Eigen::VectorXd mean = own.solve(g);
-      double gain = 0.5 * g.dot(mean) - own.matrixLLT().diagonal().array().log().sum();
+      Promise p;
+      p.block = static_cast<int>(k);
+      p.mean = own.solve(g);
+      p.gain = 0.5 * g.dot(p.mean) - own.matrixLLT().diagonal().array().log().sum();
       const Eigen::MatrixXd covariance = own.solve(Eigen::MatrixXd::Identity(b.size, b.size));
       for (std::size_t i = 0; i < b.half.size(); ++i)
         if (const auto at = static_cast<Eigen::Index>(i); b.half[i])
-          gain += std::log(2.0) + log_normal_cdf(mean[at] / std::sqrt(covariance(at, at)));
-      gain += evidence_.hypotheses()[static_cast<std::size_t>(b.hypothesis)].log_odds;
-      if (std::isfinite(gain)) promise.emplace_back(gain, static_cast<int>(k));
+          p.gain += std::log(2.0) + log_normal_cdf(p.mean[at] / std::sqrt(covariance(at, at)));
+      p.gain += evidence_.hypotheses()[static_cast<std::size_t>(b.hypothesis)].log_odds;
+      if (!std::isfinite(p.gain)) continue;
+      const auto known = best.find(b.hypothesis);
+      if (known == best.end() || known->second.gain < p.gain) best[b.hypothesis] = std::move(p);
     }
-    std::sort(promise.rbegin(), promise.rend());
+    std::vector<Promise> out;
+    for (auto& [hypothesis, p] : best) out.push_back(std::move(p));
+    std::stable_sort(out.begin(), out.end(), [](const Promise& x, const Promise& y) { return x.gain > y.gain; });
+    return out;
+  }
+
+  std::vector<State> extend(const State& s) const {
+    Eigen::MatrixXf slab(static_cast<Eigen::Index>(s.index.size()), columns_.cols());
+    slab.topRows(fixed_) = fixed_slab_;
+    Eigen::Index row = fixed_;
+    std::set<int> taken;
+    for (const int at : s.blocks) {
+      const Eigen::MatrixXf& own = slab_[static_cast<std::size_t>(at)];
+      slab.middleRows(row, own.rows()) = own;
+      row += own.rows();
+      taken.insert(blocks_[static_cast<std::size_t>(at)].hypothesis);
+    }
+    const Eigen::VectorXd left = b_ - (slab.transpose() * s.mean.cast<float>()).cast<double>();
     std::vector<State> out;
-    std::map<int, int> of_hypothesis;
-    for (const auto& [gain, k] : promise) {
-      if (out.size() >= kChildren || gain < -3) break;
-      const int h = blocks_[static_cast<std::size_t>(k)].hypothesis;
-      if (++of_hypothesis[h] > 1) continue;
+    for (const Promise& p : promises(slab, Eigen::LLT<Eigen::MatrixXd>(s.precision), left, taken)) {
+      if (out.size() >= kChildren || p.gain < -3) break;
       std::vector<int> blocks = s.blocks;
-      blocks.insert(std::upper_bound(blocks.begin(), blocks.end(), k), k);
+      blocks.insert(std::upper_bound(blocks.begin(), blocks.end(), p.block), p.block);
       out.push_back(solve(std::move(blocks)));
     }
     return out;
@@ -209,14 +276,21 @@ class GridSearch {
   const SearchLimits& limits_;
   Eigen::Index fixed_ = 0;
   std::vector<Block> blocks_;
-  Eigen::MatrixXf gram_;
-  Eigen::VectorXd b_;
+  Eigen::MatrixXf columns_;            ///< calibration, then all blocks
+  Eigen::MatrixXf fixed_slab_;         ///< inner products of calibration with all columns
+  std::vector<Eigen::MatrixXf> slab_;  ///< of a block with all columns; empty until it is needed
+  std::vector<Eigen::MatrixXd> own_;   ///< of a block with itself
+  Eigen::VectorXd b_;                  ///< of all columns with the residual
 };
 
-}  // namespace
+GridSearch::GridSearch(const Evidence& evidence, const SearchLimits& limits)
+    : implementation_(std::make_unique<Implementation>(evidence, limits)) {}
+GridSearch::~GridSearch() = default;
 
-std::vector<std::vector<SetMember>> promising_sets(const Evidence& evidence, const SearchLimits& limits) {
-  return GridSearch(evidence, limits).run();
+std::vector<std::vector<SetMember>> GridSearch::promising_sets() { return implementation_->run(); }
+
+std::vector<Candidate> GridSearch::additions(const SetFit& fit, double least_gain, std::size_t most) const {
+  return implementation_->additions(fit, least_gain, most);
 }
 
 }  // namespace omniflight::diagnosis

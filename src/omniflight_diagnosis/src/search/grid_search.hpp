@@ -6,8 +6,27 @@
 
 namespace omniflight::diagnosis {
 
-/// Starting values of sets, the most promising first: the best of every size, found by a beam search that
-/// adds members one by one. The empty set is not among them.
-std::vector<std::vector<SetMember>> promising_sets(const Evidence& evidence, const SearchLimits& limits);
+/// A hypothesis that may join a set.
+struct Candidate {
+  double gain = 0;  ///< ln evidence plus ln prior that it would add, at a point of its grid
+  SetMember member;
+};
+
+class GridSearch {
+ public:
+  GridSearch(const Evidence& evidence, const SearchLimits& limits);
+  ~GridSearch();
+
+  /// Starting values of sets, the most promising first: the best of every size, found by a beam search that
+  /// adds members one by one. The empty set is not among them.
+  std::vector<std::vector<SetMember>> promising_sets();
+
+  /// What would add at least `least_gain` to a fitted set, the most promising first.
+  std::vector<Candidate> additions(const SetFit& fit, double least_gain, std::size_t most) const;
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
 
 }  // namespace omniflight::diagnosis

@@ -127,8 +127,7 @@ bool has_constant_columns(const Effect& effect) {
 }
 
 std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const NoiseModel& noise,
-                                        const std::vector<const Effect*>& effects, int threads,
-                                        const std::function<bool()>& stop) {
+                                        const std::vector<const Effect*>& effects, int threads) {
   std::vector<Hypothesis> out;
   // an effect of each rotor by itself shares the rate of the whole
   std::map<std::string, double> share;
@@ -151,7 +150,6 @@ std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const 
     h.log_odds = std::log(kExpectedUnknown / static_cast<double>(patterns.size()));
     out.push_back(std::move(h));
   }
-  (void)stop;
   whiten(problem, noise, threads, out);
   return out;
 }

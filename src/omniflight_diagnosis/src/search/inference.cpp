@@ -3,12 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "grid_search.hpp"
+#include "parallel.hpp"
+
 namespace omniflight::diagnosis {
 namespace {
 
-/// Times that the noise is estimated beside the best set so far: laws that are not linear, and whatever else
+/// Times at most that the noise is estimated beside the best set so far: laws that are not linear, and whatever else
 /// is not a slow function of place, count as noise until they are known.
-constexpr int kRounds = 3;
+constexpr int kRounds = 6;
+constexpr double kHidden = 30;     ///< nat: by how much noise that contains an effect may speak against it
+constexpr double kRival = 12;      ///< nat: rivals that are this far behind are asked in their own noise
+constexpr double kWorth = 1e-3;    ///< nat
+constexpr std::size_t kTried = 6;  ///< sets that are asked in their own noise at once
 
 /// ln evidence plus ln prior of a set in the noise that it leaves itself, and that set in it.
 struct Profile {
@@ -55,6 +62,64 @@ class Profiler {
   const Options& o_;
 };
 
+/// The best of these sets, each in its own noise.
+Profile best_of(const Profiler& profiler, const std::vector<std::vector<SetMember>>& sets, const Options& o) {
+  std::vector<Profile> all(sets.size());
+  parallel_for(
+      sets.size(), o.threads, [&](std::size_t k) { all[k] = profiler.of(sets[k]); }, o.stop);
+  return std::move(*std::max_element(all.begin(), all.end(), [](const Profile& a, const Profile& b) {
+    return a.joint < b.joint;
+  }));
+}
+
+/// Drops what is not worth its place when the noise may take over what it does.
+void without_idle_members(const Profiler& profiler, Profile& best) {
+  for (bool dropped = true; dropped && !best.fit.members.empty();) {
+    dropped = false;
+    Profile better;
+    for (std::size_t k = 0; k < best.fit.members.size(); ++k) {
+      std::vector<SetMember> rest = best.fit.members;
+      rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
+      Profile without = profiler.of(std::move(rest));
+      if (without.joint > best.joint && without.joint > better.joint) better = std::move(without);
+    }
+    if (better.joint > best.joint) {
+      best = std::move(better);
+      dropped = true;
+    }
+  }
+}
+
+/// A set loses by the noise of another one. Nothing at all, and the likeliest rivals, count in their own.
+void in_own_noise(const Profiler& profiler, const Profile& nothing, const Profile& best, Posterior& p,
+                  const Options& o) {
+  std::vector<SetPosterior*> rivals;
+  for (SetPosterior& s : p.sets) {
+    if (s.hypotheses.empty() && !best.fit.members.empty())
+      s.log_joint = std::max(s.log_joint, nothing.joint - best.joint + p.joint_of_best);
+    else if (s.log_joint > p.joint_of_best - kRival && rivals.size() < kTried &&
+             s.hypotheses != p.sets.front().hypotheses)
+      rivals.push_back(&s);
+  }
+  parallel_for(
+      rivals.size(), o.threads,
+      [&](std::size_t k) {
+        SetPosterior& s = *rivals[k];
+        s.log_joint =
+            std::max(s.log_joint, profiler.of(s.members).joint - best.joint + p.joint_of_best);
+      },
+      o.stop);
+  double sum = 0;
+  for (SetPosterior& s : p.sets) {
+    s.probability = std::exp(std::min(50.0, s.log_joint - p.joint_of_best));
+    sum += s.probability;
+  }
+  for (SetPosterior& s : p.sets) {
+    s.probability /= sum;
+    if (s.hypotheses.empty()) p.probability_of_nothing = s.probability;
+  }
+}
+
 }  // namespace
 
 Eigen::VectorXd wrench_of_set(const RegressionProblem& problem, const std::vector<Hypothesis>& hypotheses,
@@ -82,58 +147,36 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
   limits.threads = o.threads;
   limits.stop = o.stop;
   limits.most_members = 8;
+  std::unique_ptr<GridSearch> grid;
   const auto use = [&](std::unique_ptr<NoiseModel> noise, const std::vector<SetMember>& seed) {
     if (out.hypotheses.empty())
-      out.hypotheses = make_hypotheses(problem, *noise, effects, o.threads, o.stop);
+      out.hypotheses = make_hypotheses(problem, *noise, effects, o.threads);
     else
       whiten(problem, *noise, o.threads, out.hypotheses);
     out.evidence = std::make_unique<Evidence>(problem, *noise, out.hypotheses, o.law_error);
     out.noise = std::move(noise);
-    out.posterior = search(*out.evidence, limits, seed);
+    grid = std::make_unique<GridSearch>(*out.evidence, limits);
+    out.posterior = search(*out.evidence, *grid, limits, seed);
   };
   use(estimate_noise(problem, slow, Eigen::VectorXd::Zero(problem.rows()), o.temperature), {});
   const Profiler profiler(problem, out.hypotheses, slow, o);
   const Profile nothing = profiler.of({});
-  for (int round = 0; round < kRounds && !out.posterior.best.members.empty() && !o.stopped(); ++round) {
-    Profile best = profiler.of(out.posterior.best.members);
-    // a member must be worth its place also when the noise may take over what it does
-    for (bool dropped = true; dropped && !best.fit.members.empty();) {
-      dropped = false;
-      Profile better;
-      for (std::size_t k = 0; k < best.fit.members.size(); ++k) {
-        std::vector<SetMember> rest = best.fit.members;
-        rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
-        Profile without = profiler.of(std::move(rest));
-        if (without.joint > best.joint && without.joint > better.joint) better = std::move(without);
-      }
-      if (better.joint > best.joint) {
-        best = std::move(better);
-        dropped = true;
-      }
+  Profile current = profiler.of({});
+  for (int round = 0; round < kRounds && !o.stopped(); ++round) {
+    // what the search found, and what may come out only when the noise no longer contains it
+    std::vector<std::vector<SetMember>> tried{out.posterior.best.members};
+    const SetFit here = out.evidence->fit(current.fit.members);
+    for (Candidate& c : grid->additions(here, -kHidden, kTried)) {
+      tried.push_back(here.members);
+      tried.back().push_back(std::move(c.member));
     }
-    std::vector<int> before, after;
-    for (const SetMember& m : best.fit.members) before.push_back(m.hypothesis);
-    const std::vector<SetMember> seed = best.fit.members;
-    const double joint = best.joint;
-    use(std::move(best.noise), seed);
-    // nothing at all, in its own noise
-    Posterior& p = out.posterior;
-    double sum = 0;
-    for (SetPosterior& s : p.sets) {
-      if (s.hypotheses.empty() && !seed.empty())
-        s.log_joint = std::max(s.log_joint, nothing.joint - joint + p.joint_of_best);
-      s.probability = std::exp(std::min(50.0, s.log_joint - p.joint_of_best));
-      sum += s.probability;
-    }
-    for (SetPosterior& s : p.sets) {
-      s.probability /= sum;
-      if (s.hypotheses.empty()) p.probability_of_nothing = s.probability;
-    }
-    for (const SetMember& m : p.best.members) after.push_back(m.hypothesis);
-    std::sort(before.begin(), before.end());
-    std::sort(after.begin(), after.end());
-    if (before == after) break;
+    Profile best = best_of(profiler, tried, o);
+    without_idle_members(profiler, best);
+    if (!(best.joint > current.joint + kWorth)) break;
+    current = std::move(best);
+    use(std::move(current.noise), current.fit.members);
   }
+  in_own_noise(profiler, nothing, current, out.posterior, o);
   return out;
 }
 

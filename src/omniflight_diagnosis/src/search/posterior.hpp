@@ -11,6 +11,7 @@ namespace omniflight::diagnosis {
 /// One set that was asked, with its share of the posterior.
 struct SetPosterior {
   std::vector<int> hypotheses;  ///< sorted indices
+  std::vector<SetMember> members;
   double log_joint = 0;         ///< ln evidence plus ln prior
   double probability = 0;
 };
@@ -27,6 +28,8 @@ struct Posterior {
   double inclusion(const std::string& id, const std::vector<Hypothesis>& hypotheses) const;
 };
 
+class GridSearch;
+
 struct SearchLimits {
   int most_members = 5;
   int threads = 1;
@@ -35,7 +38,7 @@ struct SearchLimits {
 
 /// Sets that promise on the grid of shapes (promising_sets), and `seed`, fitted; then the best set without
 /// each of its members. Every set that is visited is kept.
-Posterior search(const Evidence& evidence, const SearchLimits& limits,
+Posterior search(const Evidence& evidence, GridSearch& grid, const SearchLimits& limits,
                  const std::vector<SetMember>& seed = {});
 
 }  // namespace omniflight::diagnosis

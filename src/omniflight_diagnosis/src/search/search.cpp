@@ -8,19 +8,25 @@
 namespace omniflight::diagnosis {
 namespace {
 
+constexpr int kRounds = 4;                   ///< of neighbours of the best set
+constexpr double kNear = 5;                  ///< nat: what is this far behind has less than a hundredth of the mass
+constexpr std::size_t kMostAdditions = 4;    ///< fitted a round
+constexpr std::size_t kMostExchanges = 4;    ///< fitted a member and round
+
 class Search {
  public:
-  Search(const Evidence& evidence, const SearchLimits& limits) : evidence_(evidence), limits_(limits) {}
+  Search(const Evidence& evidence, GridSearch& grid, const SearchLimits& limits)
+      : evidence_(evidence), grid_(grid), limits_(limits) {}
 
   Posterior run(const std::vector<SetMember>& seed) {
     Posterior out;
     visit(std::vector<std::vector<SetMember>>(1));
     out.nothing = *fits_.at({});
     if (!seed.empty()) visit({seed});
-    visit(promising_sets(evidence_, limits_));
-    for (int round = 0; round < 3 && !stopped(); ++round) {
+    visit(grid_.promising_sets());
+    for (int round = 0; round < kRounds && !stopped(); ++round) {
       const double before = best_joint();
-      shrink();
+      visit_neighbours();
       if (best_joint() <= before) break;
     }
     finish(out);
@@ -68,18 +74,31 @@ class Search {
       if (fit && std::isfinite(fit->log_evidence)) fits_[key_of(fit->members)] = std::move(fit);
   }
 
-  /// The best set without each of its members.
-  void shrink() {
+  /// The best set with one more member, without each of its members, and with each exchanged for another.
+  void visit_neighbours() {
     Key best;
     for (const auto& [key, fit] : fits_)
       if (joint(key) > joint(best)) best = key;
-    const std::vector<SetMember> members = fits_.at(best)->members;
-    std::vector<std::vector<SetMember>> without;
-    for (std::size_t k = 0; k < members.size() && members.size() > 1; ++k) {
-      without.push_back(members);
+    const SetFit& whole = *fits_.at(best);
+    std::vector<std::vector<SetMember>> without, others;
+    const auto join = [&](const SetFit& fit, double least_gain, std::size_t most) {
+      for (Candidate& c : grid_.additions(fit, least_gain, most)) {
+        others.push_back(fit.members);
+        others.back().push_back(std::move(c.member));
+      }
+    };
+    if (best.size() < static_cast<std::size_t>(limits_.most_members)) join(whole, -kNear, kMostAdditions);
+    for (std::size_t k = 0; k < whole.members.size(); ++k) {
+      without.push_back(whole.members);
       without.back().erase(without.back().begin() + static_cast<std::ptrdiff_t>(k));
     }
     visit(without);
+    for (const auto& rest : without) {
+      const auto fit = fits_.find(key_of(rest));
+      // an exchange matters when it comes near to what the member brought
+      if (fit != fits_.end()) join(*fit->second, joint(best) - joint(fit->first) - kNear, kMostExchanges);
+    }
+    visit(others);
   }
 
   void finish(Posterior& out) {
@@ -87,7 +106,7 @@ class Search {
     double sum = 0;
     for (const auto& [key, fit] : fits_) {
       const double l = joint(key);
-      out.sets.push_back({key, l, std::exp(l - best)});
+      out.sets.push_back({key, fit->members, l, std::exp(l - best)});
       sum += out.sets.back().probability;
     }
     for (const auto& [key, fit] : fits_)
@@ -104,6 +123,7 @@ class Search {
   }
 
   const Evidence& evidence_;
+  GridSearch& grid_;
   const SearchLimits& limits_;
   std::map<Key, std::unique_ptr<SetFit>> fits_;
 };
@@ -119,8 +139,9 @@ double Posterior::inclusion(const std::string& id, const std::vector<Hypothesis>
   return sum;
 }
 
-Posterior search(const Evidence& evidence, const SearchLimits& limits, const std::vector<SetMember>& seed) {
-  return Search(evidence, limits).run(seed);
+Posterior search(const Evidence& evidence, GridSearch& grid, const SearchLimits& limits,
+                 const std::vector<SetMember>& seed) {
+  return Search(evidence, grid, limits).run(seed);
 }
 
 }  // namespace omniflight::diagnosis

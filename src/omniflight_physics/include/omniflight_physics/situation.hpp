@@ -44,6 +44,10 @@ struct Situation {
   Vec3 v_WB_B = Vec3::Zero();   ///< m/s, velocity in body axes
   Vec3 a_WB_B = Vec3::Zero();   ///< m/s^2, coordinate acceleration of the body origin in body axes
   Vec3 dw_WB_B = Vec3::Zero();  ///< rad/s^2
+  /// Acceleration that was observed, where a_WB_B and dw_WB_B are predictions: it drives what an effect remembers,
+  /// which acts on the vehicle only later. See memory_acceleration().
+  bool observed = false;
+  Vec3 observed_a_B = Vec3::Zero(), observed_dw_B = Vec3::Zero();
   Vec3 g_B = Vec3::Zero();      ///< m/s^2, gravity in body axes: R_WB^T (0, 0, -g)
   double alpha = 0;             ///< rad
   double mass = 0;              ///< kg, nominal
@@ -55,6 +59,9 @@ struct Situation {
   /// Who else flies here; set_neighbours() fills it from tracks, prepare() leaves it alone.
   int neighbour_count = 0;
   std::array<Neighbour, kMaxNeighbours> neighbours;
+
+  const Vec3& memory_acceleration() const { return observed ? observed_a_B : a_WB_B; }
+  const Vec3& memory_turn() const { return observed ? observed_dw_B : dw_WB_B; }  ///< rad/s^2
 
   std::span<const RotorSituation> all_rotors() const {
     return {rotors.data(), static_cast<std::size_t>(rotor_count)};

@@ -41,7 +41,7 @@ class CablePendulum final : public MemoryEffect<CablePendulum, 4> {
   std::vector<double> start_spread(const double*) const override { return {0.1, 0.1, 0.4, 0.4}; }
   template <class T>
   void rate(const Situation& s, const T* theta, const T* x, T* dx) const {
-    const Vec3 a = s.R_WB * s.a_WB_B;
+    const Vec3 a = s.R_WB * s.memory_acceleration();
     const T square = squared_frequency(s, theta);
     using std::sqrt;
     for (int k = 0; k < 2; ++k) {

@@ -113,7 +113,7 @@ class SlungLoad final : public MemoryEffect<SlungLoad, 6, 1> {
     using V = Eigen::Matrix<T, 3, 1>;
     const V r(theta[3], theta[4], theta[5]);
     const V w = s.body.w_WB_B.cast<T>();
-    const V a_A = s.a_WB_B.cast<T>() + s.dw_WB_B.cast<T>().cross(r) + w.cross(w.cross(r));
+    const V a_A = s.memory_acceleration().cast<T>() + s.memory_turn().cast<T>().cross(r) + w.cross(w.cross(r));
     return s.R_WB.cast<T>() * V(s.g_B.cast<T>() - a_A);
   }
   /// What keeps |q| = 1 [1/s^2]: the centripetal part, and a spring and damper that vanish on it. These catch
