@@ -238,7 +238,7 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
   for (const SetMember& m : fit.members) members.push_back(m.hypothesis);
   const std::set<std::string> best = names_of(in, members);
   const double* deviation = fit.theta_deviation.data();
-  const bool something = !fit.members.empty();  // the likeliest set is not the empty one
+  const bool something = in.posterior.alarm();
   for (const SetMember& member : fit.members) {
     const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
     if (h.pattern) {
