@@ -13,6 +13,7 @@ namespace omniflight::diagnosis {
 namespace {
 
 constexpr double kCredible = 0.95;  ///< posterior mass of a credible set
+constexpr double kNamed = 0.5;      ///< inclusion below which a member of the likeliest set is not named
 constexpr double kExplained = 0.8;  ///< of one set, that it is called the explanation
 constexpr std::array<const char*, 6> kNames{"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
 
@@ -238,7 +239,7 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
   for (const SetMember& m : fit.members) members.push_back(m.hypothesis);
   const std::set<std::string> best = names_of(in, members);
   const double* deviation = fit.theta_deviation.data();
-  const bool something = !fit.members.empty();  // the likeliest set is not the empty one
+  const bool something = in.posterior.alarm();
   for (const SetMember& member : fit.members) {
     const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
     if (h.pattern) {
@@ -247,7 +248,7 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
     }
     const double* own = deviation;
     deviation += member.theta.size();
-    if (!something) continue;
+    if (!something || in.posterior.inclusion(h.id, in.hypotheses) < kNamed) continue;
     Finding f = finding_of(in, member, own, sets, best);
     Eigen::VectorXd value;
     problem.wrench_of({h.effect, member.theta, member.start}, value, nullptr, nullptr);

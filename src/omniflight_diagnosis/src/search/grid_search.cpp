@@ -98,8 +98,11 @@ class GridSearch::Implementation {
     return out;
   }
 
-  std::vector<Candidate> additions(const SetFit& fit, double least_gain, std::size_t most) const {
+  std::vector<Candidate> additions(const SetFit& fit, double least_gain, std::size_t most, Kind kind) const {
     std::set<int> taken;
+    const auto& hypotheses = evidence_.hypotheses();
+    for (std::size_t h = 0; h < hypotheses.size(); ++h)
+      if ((hypotheses[h].pattern != nullptr) != (kind == Kind::pattern)) taken.insert(static_cast<int>(h));
     for (const SetMember& m : fit.members) taken.insert(m.hypothesis);
     const Eigen::MatrixXf own = fit.columns.cast<float>();
     const Eigen::MatrixXf slab = own.transpose() * columns_;
@@ -289,8 +292,9 @@ GridSearch::~GridSearch() = default;
 
 std::vector<std::vector<SetMember>> GridSearch::promising_sets() { return implementation_->run(); }
 
-std::vector<Candidate> GridSearch::additions(const SetFit& fit, double least_gain, std::size_t most) const {
-  return implementation_->additions(fit, least_gain, most);
+std::vector<Candidate> GridSearch::additions(const SetFit& fit, double least_gain, std::size_t most,
+                                             Kind kind) const {
+  return implementation_->additions(fit, least_gain, most, kind);
 }
 
 }  // namespace omniflight::diagnosis

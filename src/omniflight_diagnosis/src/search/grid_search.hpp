@@ -21,8 +21,10 @@ class GridSearch {
   /// adds members one by one. The empty set is not among them.
   std::vector<std::vector<SetMember>> promising_sets();
 
-  /// What would add at least `least_gain` to a fitted set, the most promising first.
-  std::vector<Candidate> additions(const SetFit& fit, double least_gain, std::size_t most) const;
+  /// What would add at least `least_gain` to a fitted set, the most promising first. A law of several shapes
+  /// shows only a part of its gain at a point of its grid, a pattern all of it: they are asked apart.
+  enum class Kind { law, pattern };
+  std::vector<Candidate> additions(const SetFit& fit, double least_gain, std::size_t most, Kind kind) const;
 
  private:
   class Implementation;

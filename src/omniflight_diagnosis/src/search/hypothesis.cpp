@@ -17,7 +17,7 @@ using physics::ParameterPrior;
 /// Expected number of effects that a vehicle file leaves out, and of phenomena that are in no library; with
 /// the first, nothing at all has a prior probability of one half.
 const double kExpectedEffects = std::log(2.0);
-constexpr double kExpectedUnknown = 0.05;
+constexpr double kExpectedUnknown = 0.02;
 
 /// Points at which shapes are tried: quantiles of their priors, a low-discrepancy set where there are
 /// several.

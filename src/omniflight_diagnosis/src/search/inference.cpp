@@ -91,12 +91,13 @@ void without_idle_members(const Profiler& profiler, Profile& best) {
 }
 
 /// A set loses by the noise of another one. Nothing at all, and the likeliest rivals, count in their own.
-void in_own_noise(const Profiler& profiler, const Profile& nothing, const Profile& best, Posterior& p,
+/// `log_scale`: of the noise of the posterior.
+void in_own_noise(const Profiler& profiler, const Profile& nothing, double log_scale, Posterior& p,
                   const Options& o) {
   std::vector<SetPosterior*> rivals;
   for (SetPosterior& s : p.sets) {
-    if (s.hypotheses.empty() && !best.fit.members.empty())
-      s.log_joint = std::max(s.log_joint, nothing.joint - best.joint + p.joint_of_best);
+    if (s.hypotheses.empty())
+      s.log_joint = std::max(s.log_joint, nothing.joint + log_scale);
     else if (s.log_joint > p.joint_of_best - kRival && rivals.size() < kTried &&
              s.hypotheses != p.sets.front().hypotheses)
       rivals.push_back(&s);
@@ -105,8 +106,7 @@ void in_own_noise(const Profiler& profiler, const Profile& nothing, const Profil
       rivals.size(), o.threads,
       [&](std::size_t k) {
         SetPosterior& s = *rivals[k];
-        s.log_joint =
-            std::max(s.log_joint, profiler.of(s.members).joint - best.joint + p.joint_of_best);
+        s.log_joint = std::max(s.log_joint, profiler.of(s.members).joint + log_scale);
       },
       o.stop);
   double sum = 0;
@@ -166,17 +166,18 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
     // what the search found, and what may come out only when the noise no longer contains it
     std::vector<std::vector<SetMember>> tried{out.posterior.best.members};
     const SetFit here = out.evidence->fit(current.fit.members);
-    for (Candidate& c : grid->additions(here, -kHidden, kTried)) {
-      tried.push_back(here.members);
-      tried.back().push_back(std::move(c.member));
-    }
+    for (const auto kind : {GridSearch::Kind::law, GridSearch::Kind::pattern})
+      for (Candidate& c : grid->additions(here, -kHidden, kind == GridSearch::Kind::law ? kTried : 1, kind)) {
+        tried.push_back(here.members);
+        tried.back().push_back(std::move(c.member));
+      }
     Profile best = best_of(profiler, tried, o);
     without_idle_members(profiler, best);
     if (!(best.joint > current.joint + kWorth)) break;
     current = std::move(best);
     use(std::move(current.noise), current.fit.members);
   }
-  in_own_noise(profiler, nothing, current, out.posterior, o);
+  in_own_noise(profiler, nothing, out.noise->log_scale(), out.posterior, o);
   return out;
 }
 

@@ -16,6 +16,10 @@ struct SetPosterior {
   double probability = 0;
 };
 
+/// An alarm is raised when the probability that nothing was left out is below this: at most one alarm in twenty
+/// is false where probabilities are calibrated.
+inline constexpr double kAlarm = 0.05;
+
 struct Posterior {
   std::vector<SetPosterior> sets;  ///< the likeliest first
   SetFit nothing, best;
@@ -24,6 +28,7 @@ struct Posterior {
   std::vector<std::pair<int, double>> alone;  ///< hypothesis, gain of its set of one against nothing [nat]
   bool finished = true;                       ///< false: stopped before the search had ended
 
+  bool alarm() const { return !best.members.empty() && probability_of_nothing < kAlarm; }
   /// Probability that an effect with this id is there.
   double inclusion(const std::string& id, const std::vector<Hypothesis>& hypotheses) const;
 };

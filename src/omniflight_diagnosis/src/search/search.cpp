@@ -10,6 +10,7 @@ namespace {
 
 constexpr int kRounds = 4;                   ///< of neighbours of the best set
 constexpr double kNear = 5;                  ///< nat: what is this far behind has less than a hundredth of the mass
+constexpr double kGridShare = 0.3;           ///< of a gain, at the best point of a grid at least
 constexpr std::size_t kMostAdditions = 4;    ///< fitted a round
 constexpr std::size_t kMostExchanges = 4;    ///< fitted a member and round
 
@@ -81,13 +82,17 @@ class Search {
       if (joint(key) > joint(best)) best = key;
     const SetFit& whole = *fits_.at(best);
     std::vector<std::vector<SetMember>> without, others;
-    const auto join = [&](const SetFit& fit, double least_gain, std::size_t most) {
-      for (Candidate& c : grid_.additions(fit, least_gain, most)) {
+    using Kind = GridSearch::Kind;
+    const auto join = [&](const SetFit& fit, double least_gain, std::size_t most, Kind kind) {
+      for (Candidate& c : grid_.additions(fit, least_gain, most, kind)) {
         others.push_back(fit.members);
         others.back().push_back(std::move(c.member));
       }
     };
-    if (best.size() < static_cast<std::size_t>(limits_.most_members)) join(whole, -kNear, kMostAdditions);
+    if (best.size() < static_cast<std::size_t>(limits_.most_members)) {
+      join(whole, -kNear, kMostAdditions, Kind::law);
+      join(whole, 0, 1, Kind::pattern);
+    }
     for (std::size_t k = 0; k < whole.members.size(); ++k) {
       without.push_back(whole.members);
       without.back().erase(without.back().begin() + static_cast<std::ptrdiff_t>(k));
@@ -95,8 +100,11 @@ class Search {
     visit(without);
     for (const auto& rest : without) {
       const auto fit = fits_.find(key_of(rest));
+      if (fit == fits_.end()) continue;
       // an exchange matters when it comes near to what the member brought
-      if (fit != fits_.end()) join(*fit->second, joint(best) - joint(fit->first) - kNear, kMostExchanges);
+      const double brought = joint(best) - joint(fit->first);
+      join(*fit->second, kGridShare * brought - kNear, kMostExchanges, Kind::law);
+      join(*fit->second, brought - kNear, 1, Kind::pattern);
     }
     visit(others);
   }
