@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "pilot_words.hpp"
+
 namespace omniflight::cli {
 namespace {
 
@@ -15,15 +17,16 @@ std::string list(const std::vector<std::string>& items) {
   return out.empty() ? "-" : out;
 }
 
-report::Tone tone(Verdict v) {
-  switch (v) {
+report::Tone tone(const Diagnosis& d) {
+  switch (d.verdict) {
     case Verdict::nothing_missing:
-      return report::Tone::ok;
     case Verdict::explained:
       return report::Tone::ok;
     case Verdict::ambiguous:
+    case Verdict::unfinished:
       return report::Tone::warn;
     case Verdict::unexplained:
+    case Verdict::checked:
       return report::Tone::unknown;
     case Verdict::unusable:
       return report::Tone::bad;
@@ -31,21 +34,8 @@ report::Tone tone(Verdict v) {
   return report::Tone::unknown;
 }
 
-std::string headline(const Diagnosis& d) {
-  switch (d.verdict) {
-    case Verdict::nothing_missing:
-      return "The model explains this flight";
-    case Verdict::explained:
-      return "Left-out physics found";
-    case Verdict::ambiguous:
-      return "Left-out physics found; some of it cannot be told apart";
-    case Verdict::unexplained:
-      return "Something differs that no effect of the library explains";
-    case Verdict::unusable:
-      return d.intake.sensors.empty() ? "This recording cannot be used" : "Only the sensors can be judged";
-  }
-  return {};
-}
+/// Whether a model was asked at all.
+bool asked(const Diagnosis& d) { return d.verdict != Verdict::unusable && d.verdict != Verdict::checked; }
 
 void mismatches(report::Page& page, const Diagnosis& d) {
   report::Table t;
@@ -57,8 +47,9 @@ void mismatches(report::Page& page, const Diagnosis& d) {
         {physics::to_string(m.stage), m.channel, m.frame, m.rms, m.noise_rms, m.unit, m.p_value, m.where});
   page.section("What differs, and where");
   if (t.rows.empty())
-    page.paragraph(d.verdict == Verdict::unusable ? "Nothing was compared with a model."
-                                                  : "No stage differs significantly from the model.");
+    page.paragraph(!asked(d)                          ? "Nothing was compared with a model."
+                   : d.verdict == Verdict::unfinished ? "Not known: the search was stopped."
+                                                      : "No stage differs significantly from the model.");
   else
     page.table(t);
   if (!d.tracking_rms.empty()) {
@@ -75,9 +66,12 @@ void mismatches(report::Page& page, const Diagnosis& d) {
 void findings(report::Page& page, const Diagnosis& d) {
   page.section("Which physics");
   if (d.findings.empty())
-    page.paragraph(d.verdict == Verdict::unusable ? "Not asked." : "No effect of the library is named.");
+    page.paragraph(!asked(d)                          ? "Not asked."
+                   : d.verdict == Verdict::unfinished ? "Not known: the search was stopped."
+                                                      : "No effect of the library is named.");
   report::Bars bars{.title = "Probability of each named effect", .full = 1.0};
   for (const auto& f : d.findings) {
+    if (!std::isfinite(f.probability)) continue;  // of an answer that is not finished
     bars.bars.push_back(
         {.name = f.effect,
          .value = f.probability,
@@ -92,7 +86,12 @@ void findings(report::Page& page, const Diagnosis& d) {
                 "); cannot be told apart on this flight from: " + list(f.cannot_be_told_apart_from);
     t.columns = {{.name = "parameter"}, {.name = "symbol"}, {.name = "value"},
                  {.name = "95 % from"}, {.name = "to"},     {.name = "unit"}};
-    for (const auto& p : f.parameters) t.rows.push_back({p.name, p.symbol, p.value, p.low, p.high, p.unit});
+    for (const auto& p : f.parameters) {
+      if (identifiable(f.effect, p))
+        t.rows.push_back({p.name, p.symbol, p.value, p.low, p.high, p.unit});
+      else
+        t.rows.push_back({p.name, p.symbol, "not identifiable", "", "", p.unit});
+    }
     page.table(t);
   }
   report::Bars gains{.title = "What each candidate alone gains (log-likelihood, whitened)"};
@@ -313,14 +312,14 @@ void intake_section(report::Page& page, const Intake& in, bool named) {
 Status write_page(const Diagnosis& d, const Refit& refit, const recording::Recording& flown,
                   const std::string& title, const std::string& path) {
   report::Page page(title, d.inputs.empty() ? "" : d.inputs.front().file);
-  page.verdict(tone(d.verdict), headline(d), d.summary);
+  page.verdict(tone(d), first_sentence(d), d.summary);
   std::vector<report::Fact> facts;
   for (const auto& in : d.inputs) facts.push_back({in.file, fmt::format("{:.1f}", in.duration_s), "s"});
   page.facts(facts);
   mismatches(page, d);
   findings(page, d);
   unknown_physics(page, d);
-  const bool fitted = d.verdict != Verdict::unusable;
+  const bool fitted = asked(d);
   if (fitted) fits(page, d);
   if (refit.flown) {
     page.section("The simulator with the model found");

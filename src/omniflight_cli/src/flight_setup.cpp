@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "omniflight_allocation/rotor_load.hpp"
+#include "omniflight_core/progress.hpp"
 #include "omniflight_diagnosis/neighbour_file.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_files/yaml.hpp"
@@ -372,6 +373,7 @@ Result<Setup> prepare(const FlightOptions& o) {
   planning::PlanOptions for_this_vehicle;
   for_this_vehicle.vehicle = o.vehicle;
   for_this_vehicle.set = o.set;
+  for_this_vehicle.stop = interrupted;
   auto plan =
       o.plan.empty() ? planning::plan_mission(s.mission, for_this_vehicle) : planning::read_plan(o.plan);
   if (!plan) return Failure(plan.error());

@@ -28,6 +28,7 @@ Status diagnose(const std::vector<std::string>& recordings, const std::string& v
                 const FlightOptions& o, const std::string& out) {
   Common common;
   common.quiet = true;
+  common.embedded = true;
   common.out = out;
   CLI::App verb;
   const Action action = add_diagnose(verb, common);

@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
+#include <iostream>
 #include <thread>
 
 #include "ablation.hpp"
+#include "bounded_diagnosis.hpp"
 #include "diagnosis_page.hpp"
 #include "flight.hpp"
 #include "folder.hpp"
@@ -16,6 +20,7 @@
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/plan.hpp"
 #include "omniflight_recording/formats.hpp"
+#include "pilot_words.hpp"
 #include "reflight.hpp"
 #include "refly_recorded.hpp"
 #include "verbs.hpp"
@@ -194,7 +199,10 @@ Status write_next_flight(const Options& o, const std::string& out, diagnosis::Di
         why = mission.error().text();
         break;
       }
-      const auto plan = planning::plan_mission(*mission, {});
+      planning::PlanOptions until;
+      until.stop = interrupted;
+      const auto plan = planning::plan_mission(*mission, until);
+      if (interrupted()) break;
       if (plan) {
         d.next_flight.mission = "next_flight.yaml";
         d.next_flight.predicted_separation_sigma = f.separation_sigma;
@@ -231,6 +239,96 @@ void say_intake(const Common& common, const diagnosis::Intake& in) {
   for (const auto& f : in.sensors)
     say(common, fmt::format("  sensor: {:14} {:32} {:.4g} {}", f.signal, f.quantity, f.value, f.unit));
   for (const auto& m : in.missing) say(common, fmt::format("  missing: {}: {}", m.signal, m.costs));
+}
+
+/// The answer on the console.
+void tell(const Options& o, const Common& common, const diagnosis::Diagnosis& d, const Refit& refit,
+          const std::string& out) {
+  say(common, "verdict: " + to_string(d.verdict) + "\n" + d.summary);
+  for (const auto& m : d.mismatch)
+    say(common,
+        fmt::format("  differs: {} {} ({} frame): {}{}", physics::to_string(m.stage), m.channel, m.frame,
+                    m.rms > 0 ? fmt::format("{:.4g} {} RMS, noise {:.4g}; ", m.rms, m.unit, m.noise_rms) : "",
+                    m.where));
+  for (const auto& f : d.findings) {
+    say(common,
+        "  " + f.effect +
+            (std::isfinite(f.probability) ? fmt::format(" (probability {:.2f})", f.probability) : ""));
+    for (const auto& p : f.parameters)
+      say(common, identifiable(f.effect, p) ? fmt::format("    {:16} {:.5g} [{:.5g}, {:.5g}] {}", p.name,
+                                                          p.value, p.low, p.high, p.unit)
+                                            : fmt::format("    {:16} not identifiable", p.name));
+    std::string aliases;
+    for (const auto& a : f.cannot_be_told_apart_from) aliases += " " + a;
+    if (!aliases.empty()) say(common, "    cannot be told apart on this flight from:" + aliases);
+  }
+  for (const auto& c : d.fit.held_out)
+    say(common, fmt::format("  held out: {} {}: {:.4g} -> {:.4g} {}, R2 {:.3f} -> {:.3f}", c.recording,
+                            c.channel, c.rms_before, c.rms_after, c.unit, c.r2_before, c.r2_after));
+  for (const auto& c : d.fit.closed_loop)
+    if (std::isfinite(c.integral.real))
+      say(common,
+          fmt::format("  integral action {:5}: {:.4g} recorded, {:.4g} -> {:.4g} simulated, RMS", c.channel,
+                      c.integral.real, c.integral.simulated_before, c.integral.simulated_after));
+  if (refit.flown) {
+    say(common, "nominal simulation against the recording:\n" + to_text(refit.before));
+    say(common, "simulation with the model found against the recording:\n" + to_text(refit.after));
+  }
+  if (o.check) {
+    say_intake(common, d.intake);
+    for (const auto& in : d.further) say_intake(common, in);
+    for (const auto& in : d.inputs)
+      for (const auto& w : in.excluded)
+        say(common, fmt::format("  cut: {:.2f} s to {:.2f} s, {}", w.from_s, w.to_s, w.why));
+  }
+  if (!d.next_flight.mission.empty())
+    say(common, fmt::format("  next flight: {}/{}, predicted separation {:.1f} sigma", out,
+                            d.next_flight.mission, d.next_flight.predicted_separation_sigma));
+  if (const std::string left = diagnosis::stay_together(d.next_flight); !left.empty())
+    say(common, "  it would hardly tell apart: " + left);
+  say(common, fmt::format("diagnosed in {:.1f} s; report: {}/report.html", d.runtime_s, out));
+}
+
+/// Writes and tells the answer: the exit code.
+Result<int> conclude(const Options& o, Common& common, const vehicle::Vehicle& vehicle,
+                     const recording::Recording& flown, const diagnosis::Options& options,
+                     std::chrono::steady_clock::time_point begin, diagnosis::Diagnosis& d) {
+  const bool answered =
+      d.verdict != diagnosis::Verdict::checked && d.verdict != diagnosis::Verdict::unfinished;
+  d.runtime_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const std::string out = common.out.empty() ? fresh_folder("diagnosis") : common.out;
+  if (auto ok = make_folder(out); !ok) return Failure(ok.error());
+  if (auto ok = files::write_file_atomic(out + "/model.yaml", diagnosis::model_yaml(d)); !ok)
+    return Failure(ok.error());
+  if (auto ok = write_next_flight(o, out, d, common); !ok) return Failure(ok.error());
+  Refit refit;
+  if (!o.refly.empty() && answered) {
+    auto again = refly(o, out, flown, common, d);
+    if (!again) return Failure(again.error());
+    refit = std::move(*again);
+  }
+  if (o.refly_recorded && answered) {
+    const std::string file = o.told.empty() ? diagnosis::told_beside(o.recordings.front()) : o.told;
+    const auto told = file.empty() ? Result<diagnosis::Told>(diagnosis::Told{}) : diagnosis::load_told(file);
+    if (!told) return Failure(told.error());
+    if (auto ok = refly_recorded(flown, vehicle, *told, options, d); !ok)
+      say(common, "  not flown again: " + ok.error().text());
+  }
+  if (auto ok = write_page(d, refit, flown, "Diagnosis of " + vehicle.name, out + "/report.html"); !ok)
+    return Failure(ok.error());
+  d.summary = first_sentence(d) + ". " + d.summary;
+  const std::string json = diagnosis::to_json(d);
+  if (auto ok = files::write_file_atomic(out + "/diagnosis.json", json); !ok) return Failure(ok.error());
+  if (common.json) print_json(common, nlohmann::json::parse(json));
+  tell(o, common, d, refit, out);
+  switch (d.verdict) {
+    case diagnosis::Verdict::unexplained:
+    case diagnosis::Verdict::unusable:
+    case diagnosis::Verdict::unfinished:
+      return static_cast<int>(ErrorCode::incomplete);
+    default:
+      return 0;
+  }
 }
 
 }  // namespace
@@ -289,80 +387,24 @@ Action add_diagnose(CLI::App& verb, Common& common) {
       // the answer itself is written within what is left
       return interrupted() || (o->budget_s > 0 && elapsed() > 0.8 * o->budget_s);
     };
-    auto d = o->check ? diagnosis::check(*fit, *vehicle, options)
+    const auto work = [&, fit = &*fit, held_out = &*held_out] {
+      return o->check ? diagnosis::check(*fit, *vehicle, options)
                       : diagnosis::diagnose(*fit, *held_out, *vehicle, options);
-    if (!d) return Failure(d.error());
-    progress.finish();
-    d->runtime_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    const std::string out = common.out.empty() ? fresh_folder("diagnosis") : common.out;
-    if (auto ok = make_folder(out); !ok) return Failure(ok.error());
-    if (auto ok = files::write_file_atomic(out + "/model.yaml", diagnosis::model_yaml(*d)); !ok)
-      return Failure(ok.error());
-    if (auto ok = write_next_flight(*o, out, *d, common); !ok) return Failure(ok.error());
-    Refit refit;
-    if (!o->refly.empty() && !o->check) {
-      auto flown = refly(*o, out, fit->front(), common, *d);
-      if (!flown) return Failure(flown.error());
-      refit = std::move(*flown);
+    };
+    Bounded bounded = common.embedded ? Bounded{work(), true} : within_time(work, *fit, [&] {
+      return interrupted() || (o->budget_s > 0 && elapsed() > 0.95 * o->budget_s);
+    });
+    if (bounded.ended) progress.finish();
+    const auto code = bounded.answer
+                          ? conclude(*o, common, *vehicle, fit->front(), options, begin, *bounded.answer)
+                          : Result<int>(Failure(bounded.answer.error()));
+    if (!bounded.ended) {  // its thread still works on what this function owns
+      if (!code) std::fprintf(stderr, "omniflight diagnose: %s\n", code.error().text().c_str());
+      std::cout.flush();
+      std::fflush(nullptr);
+      std::_Exit(code ? *code : static_cast<int>(code.error().code));
     }
-    if (o->refly_recorded && !o->check) {
-      const std::string file = o->told.empty() ? diagnosis::told_beside(o->recordings.front()) : o->told;
-      const auto told =
-          file.empty() ? Result<diagnosis::Told>(diagnosis::Told{}) : diagnosis::load_told(file);
-      if (!told) return Failure(told.error());
-      if (auto ok = refly_recorded(fit->front(), *vehicle, *told, options, *d); !ok)
-        say(common, "  not flown again: " + ok.error().text());
-    }
-    const std::string json = diagnosis::to_json(*d);
-    if (auto ok = files::write_file_atomic(out + "/diagnosis.json", json); !ok) return Failure(ok.error());
-    if (auto ok = write_page(*d, refit, fit->front(), "Diagnosis of " + vehicle->name, out + "/report.html");
-        !ok)
-      return Failure(ok.error());
-    if (common.json) print_json(common, nlohmann::json::parse(json));
-    say(common, "verdict: " + to_string(d->verdict) + "\n" + d->summary);
-    for (const auto& m : d->mismatch)
-      say(common,
-          fmt::format(
-              "  differs: {} {} ({} frame): {}{}", physics::to_string(m.stage), m.channel, m.frame,
-              m.rms > 0 ? fmt::format("{:.4g} {} RMS, noise {:.4g}; ", m.rms, m.unit, m.noise_rms) : "",
-              m.where));
-    for (const auto& f : d->findings) {
-      say(common, fmt::format("  {} (probability {:.2f})", f.effect, f.probability));
-      for (const auto& p : f.parameters)
-        say(common,
-            fmt::format("    {:16} {:.5g} [{:.5g}, {:.5g}] {}", p.name, p.value, p.low, p.high, p.unit));
-      std::string aliases;
-      for (const auto& a : f.cannot_be_told_apart_from) aliases += " " + a;
-      if (!aliases.empty()) say(common, "    cannot be told apart on this flight from:" + aliases);
-    }
-    for (const auto& c : d->fit.held_out)
-      say(common, fmt::format("  held out: {} {}: {:.4g} -> {:.4g} {}, R2 {:.3f} -> {:.3f}", c.recording,
-                              c.channel, c.rms_before, c.rms_after, c.unit, c.r2_before, c.r2_after));
-    for (const auto& c : d->fit.closed_loop)
-      if (std::isfinite(c.integral.real))
-        say(common,
-            fmt::format("  integral action {:5}: {:.4g} recorded, {:.4g} -> {:.4g} simulated, RMS", c.channel,
-                        c.integral.real, c.integral.simulated_before, c.integral.simulated_after));
-    if (refit.flown) {
-      say(common, "nominal simulation against the recording:\n" + to_text(refit.before));
-      say(common, "simulation with the model found against the recording:\n" + to_text(refit.after));
-    }
-    if (o->check) {
-      say_intake(common, d->intake);
-      for (const auto& in : d->further) say_intake(common, in);
-      for (const auto& in : d->inputs)
-        for (const auto& w : in.excluded)
-          say(common, fmt::format("  cut: {:.2f} s to {:.2f} s, {}", w.from_s, w.to_s, w.why));
-    }
-    if (!d->next_flight.mission.empty())
-      say(common, fmt::format("  next flight: {}/{}, predicted separation {:.1f} sigma", out,
-                              d->next_flight.mission, d->next_flight.predicted_separation_sigma));
-    if (const std::string left = diagnosis::stay_together(d->next_flight); !left.empty())
-      say(common, "  it would hardly tell apart: " + left);
-    say(common, fmt::format("diagnosed in {:.1f} s; report: {}/report.html", d->runtime_s, out));
-    return d->verdict == diagnosis::Verdict::unexplained || d->verdict == diagnosis::Verdict::unusable
-               ? static_cast<int>(ErrorCode::incomplete)
-               : 0;
+    return code;
   };
 }
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "folder.hpp"
+#include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/plan.hpp"
 #include "verbs.hpp"
@@ -55,6 +56,7 @@ Action add_plan(CLI::App& verb, Common& common) {
       if (auto ok = refuse_overwriting(std::filesystem::path(common.out) / "certificate.json", o->force); !ok)
         return Failure(ok.error());
     planning::PlanOptions options;
+    options.stop = interrupted;
     options.vehicle = o->vehicle;
     options.set = o->set;
     options.seed = o->seed;

@@ -12,9 +12,10 @@ namespace omniflight::cli {
 
 /// Options that every verb has.
 struct Common {
-  bool json = false;   ///< result as JSON on stdout, everything else on stderr
-  bool quiet = false;  ///< no progress, no summary
-  std::string out;     ///< folder for results
+  bool json = false;      ///< result as JSON on stdout, everything else on stderr
+  bool quiet = false;     ///< no progress, no summary
+  std::string out;        ///< folder for results
+  bool embedded = false;  ///< runs inside another verb, which goes on after it
 };
 
 /// What a verb does when it is chosen: the exit code, or an error.

@@ -1,6 +1,7 @@
 """The main job: a nominal and a tethered flight of trajectory 2, compared, diagnosed, and the model flown again."""
 
 import csv
+import re
 import unittest
 
 import system
@@ -43,6 +44,14 @@ class MainJob(system.SystemTest):
         vertical = [m for m in found["mismatch"] if m["channel"] == "Fz"]
         self.assertTrue(vertical, "the vertical force must differ")
         self.assertIn("height", vertical[0]["where"])
+        page = (self.dir / "diagnosis/report.html").read_text()
+        first = re.search(r"<h2>(.*?)</h2>", page).group(1)
+        self.assertRegex(first, r"(?i)0\.\d\d kg too heavy")
+        self.assertRegex(first, r"(?i)a cable of 0\.\d\d kg/m from \d\.\d\d m up")
+        self.assertTrue(found["summary"].startswith(first), found["summary"])
+        self.assertIn("not identifiable", page, "the length of a cable whose end never leaves the floor")
+        length = [p for f in found["findings"] for p in f["parameters"] if p["name"] == "length"]
+        self.assertEqual([p["identifiable"] for p in length], [False])
         # ambiguous: it names what this flight cannot tell apart
         self.assertIn(found["verdict"], ("explained", "ambiguous"))
         aliases = [a for f in found["findings"] for a in f["cannot_be_told_apart_from"]]

@@ -16,6 +16,7 @@ using recording::Recording;
 
 Diagnosis check_motors(const Recording& r, const vehicle::Vehicle& vehicle, const Options& o) {
   Diagnosis d = judge_sensors_of(r, vehicle, o);
+  d.verdict = Verdict::checked;
   d.summary =
       "No attitude or no force: only the balance of the motors in steady flight can be judged, that is a "
       "weak or damaged rotor and an offset centre of mass.";
@@ -36,6 +37,7 @@ Result<Diagnosis> check_one(const Recording& recorded, const vehicle::Vehicle& v
   auto flight = prepare_repaired(known, vehicle, o);
   if (!flight) return tl::unexpected(flight.error());
   const Flight& f = *flight;
+  d.verdict = Verdict::checked;
   d.inputs.push_back({f.file, f.sha256, f.duration_s, f.signals, f.excluded});
   const std::vector<const Flight*> used{&f};
   const Problem problem(used, vehicle, o);
@@ -68,6 +70,7 @@ Result<Diagnosis> check(std::span<const Recording> recordings, const vehicle::Ve
   if (auto valid = vehicle::validate(vehicle); !valid) return tl::unexpected(valid.error());
   if (recordings.size() == 1) return check_one(recordings[0], vehicle, o);
   Diagnosis d;
+  d.verdict = Verdict::checked;
   std::optional<Error> refused;
   int good = 0;
   for (const Recording& r : recordings) {

@@ -237,6 +237,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     add_other_stages(fitted, flights, vehicle, late, of_sensors, o, others);
     add_judged(others, vehicle, o, d);
     d.tracking_rms = tracking_rms_of(flights[0]);
+    if (o.stopped()) mark_unfinished(d);
     d.summary = summarise(d, flights);
     return d;
   }
@@ -341,6 +342,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     d.verdict = Verdict::explained;
   else
     d.verdict = Verdict::nothing_missing;
+  if (o.stopped()) mark_unfinished(d);
   d.summary = summarise(d, flights);
   return d;
 }

@@ -14,11 +14,13 @@ namespace {
 
 using physics::ActiveEffect;
 
-std::string values_in_words(const std::vector<ParameterValue>& parameters) {
+std::string values_in_words(const std::string& effect, const std::vector<ParameterValue>& parameters) {
   std::string out;
   for (const ParameterValue& p : parameters)
-    out += format("%s%s = %.4g %s (95 %%: %.4g to %.4g)", out.empty() ? "" : ", ", p.name.c_str(), p.value,
-                  p.unit == "1" ? "" : p.unit.c_str(), p.low, p.high);
+    out += (out.empty() ? "" : ", ") +
+           (identifiable(effect, p) ? format("%s = %.4g %s (95 %%: %.4g to %.4g)", p.name.c_str(), p.value,
+                                             p.unit == "1" ? "" : p.unit.c_str(), p.low, p.high)
+                                    : p.name + " not identifiable");
   return out;
 }
 
@@ -62,7 +64,7 @@ void add_wrench_findings(const Problem& problem, const Naming& naming, Diagnosis
       f.parameters.push_back({info_p.name, info_p.symbol, info_p.unit, e.theta[p],
                               std::max(info_p.lower, low), std::min(info_p.upper, high)});
     }
-    f.sentence = info.term + ": " + values_in_words(f.parameters) + ".";
+    f.sentence = info.term + ": " + values_in_words(f.effect, f.parameters) + ".";
     if (f.rivals == 0 && !f.cannot_be_told_apart_from.empty()) {
       f.sentence += " Nearly alike on this flight, but less likely:";
       for (const std::string& id : f.cannot_be_told_apart_from) f.sentence += " " + id;
@@ -178,7 +180,12 @@ void drop_what_a_sensor_explains(Diagnosis& d) {
 
 std::string summarise(const Diagnosis& d, const std::vector<Flight>& flights) {
   std::string s;
-  if (d.findings.empty() && d.unexplained.empty() && d.mismatch.empty())
+  const bool unfinished = d.verdict == Verdict::unfinished;
+  if (unfinished) {
+    s = "Not finished: stopped, or the time was up. Still open: ";
+    for (std::size_t k = 0; k < d.left_out.size(); ++k) s += (k > 0 ? ", " : "") + d.left_out[k];
+    s += ". What follows is where it stood and no answer. ";
+  } else if (d.findings.empty() && d.unexplained.empty() && d.mismatch.empty())
     s = "Nothing is missing: the rotors, the mass and the inertia of the vehicle file explain what was "
         "measured, "
         "within the noise and the tolerances of the sensors. ";
@@ -190,7 +197,7 @@ std::string summarise(const Diagnosis& d, const std::vector<Flight>& flights) {
       s += format("%s (%s frame) differs by %.3g %s where %.3g is noise%s%s. ", m.channel.c_str(),
                   m.frame.c_str(), m.rms, m.unit.c_str(), m.noise_rms, m.where.empty() ? "" : ": ",
                   m.where.c_str());
-  for (const Finding& f : d.findings) s += "Found " + f.sentence + " ";
+  for (const Finding& f : d.findings) s += (unfinished ? "Tried " : "Found ") + f.sentence + " ";
   for (const Unexplained& u : d.unexplained) {
     s += format(
         "Something in %s (%s frame) is not in the library: %.0f %% of what remains can still be "
@@ -199,7 +206,7 @@ std::string summarise(const Diagnosis& d, const std::vector<Flight>& flights) {
     if (!u.correction.empty()) s += ", first by " + in_words(u.correction.front());
     s += ". ";
   }
-  if (!d.left_out.empty()) {
+  if (!d.left_out.empty() && !unfinished) {
     s += "Time was up; left out: ";
     for (std::size_t k = 0; k < d.left_out.size(); ++k) s += (k > 0 ? ", " : "") + d.left_out[k];
     s += ". ";

@@ -55,6 +55,7 @@ Json findings(const Diagnosis& d) {
                             {"symbol", p.symbol},
                             {"value", number(p.value)},
                             {"unit", p.unit},
+                            {"identifiable", identifiable(f.effect, p)},
                             {"interval95", {number(p.low), number(p.high)}}});
     out.push_back({{"effect", f.effect},
                    {"probability", number(f.probability)},
@@ -224,6 +225,10 @@ std::string to_string(Verdict verdict) {
       return "unexplained";
     case Verdict::unusable:
       return "unusable";
+    case Verdict::checked:
+      return "checked";
+    case Verdict::unfinished:
+      return "unfinished";
   }
   return "unusable";
 }

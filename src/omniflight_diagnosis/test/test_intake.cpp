@@ -88,6 +88,7 @@ TEST(Intake, CheckTellsWhatAFlightCannotShowInSeconds) {
   const recording::Recording r = test::fly(v, {}, hover);
   const auto c = check(std::span(&r, 1), v);
   ASSERT_TRUE(c) << c.error().text();
+  EXPECT_EQ(c->verdict, Verdict::checked) << "nothing was asked, so nothing can be missing or not";
   EXPECT_TRUE(c->findings.empty());
   EXPECT_FALSE(c->intake.signals.empty());
   EXPECT_FALSE(c->intake.excitation.empty());
@@ -112,8 +113,23 @@ TEST(Intake, StopsInTimeAndSaysWhatIsLeftOut) {
   const auto d = diagnose(std::span(&r, 1), {}, v, o);
   ASSERT_TRUE(d) << d.error().text();
   ASSERT_FALSE(d->left_out.empty());
-  EXPECT_NE(d->summary.find("Time was up; left out: further candidates"), std::string::npos) << d->summary;
+  EXPECT_EQ(d->verdict, Verdict::unfinished);
+  EXPECT_EQ(d->summary.find("Not finished"), 0u) << d->summary;
+  EXPECT_NE(d->summary.find("Still open: further candidates"), std::string::npos) << d->summary;
+  for (const char* word : {"Found", "Nothing is missing"})
+    EXPECT_EQ(d->summary.find(word), std::string::npos) << d->summary;
+  for (const Finding& f : d->findings) EXPECT_TRUE(std::isnan(f.probability)) << f.effect;
+  EXPECT_NE(to_json(*d).find("\"verdict\": \"unfinished\""), std::string::npos);
   EXPECT_FALSE(d->fit.in_sample.empty());
+}
+
+TEST(Intake, AParameterThatMayHaveAnyValueIsNotIdentifiable) {
+  const ParameterValue whole{"start_height", "h_0", "m", 1.0, -1.0, 3.0};
+  ParameterValue bounded = whole;
+  bounded.low = 0.9;
+  EXPECT_FALSE(identifiable("hung_cable", whole));
+  EXPECT_TRUE(identifiable("hung_cable", bounded));
+  EXPECT_TRUE(identifiable("no_such_effect", whole));
 }
 
 TEST(Intake, TakesWhatIsToldAndRefusesWhatIsNoNumber) {

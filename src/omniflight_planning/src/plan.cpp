@@ -421,7 +421,7 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& mission, const 
 }
 
 Deadline deadline_of(const Mission& mission, const PlanOptions& options) {
-  return Deadline(options.budget_s.value_or(mission.budget_s));
+  return Deadline(options.budget_s.value_or(mission.budget_s), options.stop);
 }
 
 }  // namespace

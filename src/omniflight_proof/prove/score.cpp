@@ -84,7 +84,7 @@ Judged judge(const Truth& t, const Answer& given) {
   j.verdict = a.given ? a.verdict : "no answer: " + a.problem;
   j.said = a.findings.empty() ? (a.unknown.empty() ? "nothing" : "unknown") : joined(said);
   j.named = a.findings.empty() ? j.said : joined(own_names(a.findings));
-  j.refused = !a.given || a.verdict == "unusable";
+  j.refused = !a.given || a.verdict == "unusable" || a.verdict == "unfinished";
   j.explained = std::nan("");
   j.alarm = !j.refused && (a.verdict != "nothing_missing" || !a.findings.empty() || !a.unknown.empty());
   if (t.effects.empty()) {

@@ -11,7 +11,8 @@
 
 namespace omniflight::diagnosis {
 
-enum class Verdict { nothing_missing, explained, ambiguous, unexplained, unusable };
+/// checked: nothing was fitted. unfinished: stopped or out of time; there are no probabilities then.
+enum class Verdict { nothing_missing, explained, ambiguous, unexplained, unusable, checked, unfinished };
 std::string to_string(Verdict verdict);
 
 struct Input {
@@ -33,7 +34,7 @@ struct Mismatch {
 
 struct Finding {
   std::string effect;
-  double probability = 0;
+  double probability = 0;  ///< not a number in an unfinished answer
   /// The first `rivals` explain the flight as well; the others look nearly the same but need more numbers, or
   /// explain it a little worse.
   std::vector<std::string> cannot_be_told_apart_from;
@@ -44,6 +45,9 @@ struct Finding {
   std::vector<ParameterValue> parameters;  ///< of a sensor: in the first of `recordings`
   std::vector<std::string> recordings;     ///< files in which a sensor shows it; empty: fitted over all
 };
+
+/// Whether the flight bounds the parameter: its 95 % interval is not the whole range that the effect allows.
+bool identifiable(const std::string& effect, const ParameterValue& parameter);
 
 /// A term of the smallest correction that predicts what no effect explains: coefficient * (words - its mean).
 struct CorrectionTerm {
@@ -228,16 +232,19 @@ struct Diagnosis {
 /// Locates, names, models. `fit` recordings are fitted together; `held_out` ones are only predicted. With no
 /// held-out recording the last third of a single flight is held out as a block, and named so. Recordings that
 /// lack what a wrench needs are judged by what they have: the balance of the motors, or the sensors alone,
-/// and then the verdict is unusable. Errors: no recording, or one that prepare_flight refuses.
+/// and then the verdict is unusable. Once Options::stop has said so, the verdict is unfinished. Errors: no recording, or one that prepare_flight refuses.
 Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
                            std::span<const recording::Recording> held_out, const vehicle::Vehicle& vehicle,
                            const Options& options = {});
 
 /// Only looks: signals, rates, clocks, excitation, faults, and which effects this flight could show or tell
 /// apart, of every recording. Takes seconds; fits nothing. findings holds sensor faults only; verdict is
-/// unusable (of one recording at least, which the summary names) or nothing_missing (nothing was asked).
+/// unusable (of one recording at least, which the summary names) or checked.
 Result<Diagnosis> check(std::span<const recording::Recording> recordings, const vehicle::Vehicle& vehicle,
                         const Options& options = {});
+
+/// Makes an answer that was stopped an unfinished one: no probabilities, and what is still open in left_out.
+void mark_unfinished(Diagnosis& diagnosis);
 
 /// diagnosis.json, schema omniflight.diagnosis/1, pretty-printed.
 std::string to_json(const Diagnosis& diagnosis);

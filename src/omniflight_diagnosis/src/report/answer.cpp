@@ -88,6 +88,10 @@ Finding finding_of(const Inference& in, const SetMember& member, const double* d
     }
     f.parameters.push_back(
         {p.name, p.symbol, p.unit, value, std::max(p.lower, low), std::min(p.upper, high)});
+    if (!identifiable(info.id, f.parameters.back())) {
+      values += (values.empty() ? "" : ", ") + p.name + " not identifiable";
+      continue;
+    }
     values +=
         format("%s%s = %.4g %s (95 %%: %.4g to %.4g)", values.empty() ? "" : ", ", p.name.c_str(), value,
                p.unit == "1" ? "" : p.unit.c_str(), f.parameters.back().low, f.parameters.back().high);

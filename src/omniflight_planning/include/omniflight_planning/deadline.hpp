@@ -13,19 +13,23 @@ namespace omniflight::planning {
 class Deadline {
  public:
   Deadline() = default;
-  explicit Deadline(double seconds) : begin_(Clock::now()), limit_(seconds) {}
+  /// `stop` (may be null) ends the work before, once it is true.
+  explicit Deadline(double seconds, bool (*stop)() = nullptr)
+      : begin_(Clock::now()), limit_(seconds), stop_(stop) {}
 
   double limit() const { return limit_; }  ///< s, from its construction
   double left() const {                    ///< s; negative once it has passed
     return limit_ - std::chrono::duration<double>(Clock::now() - begin_).count();
   }
-  bool passed() const { return limit_ < kNever && left() <= 0.0; }
+  bool stopped() const { return stop_ != nullptr && stop_(); }
+  bool passed() const { return stopped() || (limit_ < kNever && left() <= 0.0); }
 
  private:
   using Clock = std::chrono::steady_clock;
   static constexpr double kNever = std::numeric_limits<double>::infinity();
   Clock::time_point begin_ = {};
   double limit_ = kNever;
+  bool (*stop_)() = nullptr;
 };
 
 /// The error of a plan that is not finished in time; `phase` is what it was at.

@@ -54,6 +54,7 @@ struct Plan {
 struct PlanOptions {
   std::optional<std::uint64_t> seed;  ///< instead of the mission's
   std::optional<double> budget_s;     ///< s for the whole plan, instead of the mission's
+  bool (*stop)() = nullptr;           ///< ends planning once it is true; may be absent
   const TestBed* names = nullptr;     ///< to name what is hit in messages; may be absent
   std::string map_file;               ///< recorded in the certificate
   std::string vehicle;                ///< instead of the mission's; as load_vehicle takes it

@@ -1,0 +1,102 @@
+"""What a diagnosis may say: checked is no answer, stopped is unfinished, and the page begins in a pilot's words."""
+
+import html
+import re
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+import system
+
+PROMISED_S = 1.0  # from Ctrl-C to the end of the process
+
+
+# Measures a page in a frame that is as wide as a telephone: how wide it wants to be, and how wide it is.
+MEASURE = """<script>addEventListener("load", () => setTimeout(() => {
+const p = parent.document.createElement("pre"); p.id = "width";
+p.textContent = document.documentElement.scrollWidth + " " + innerWidth; parent.document.body.append(p)}, 500))</script></body>"""
+
+
+class Answers(system.SystemTest):
+    def setUp(self):
+        super().setUp()
+        self.fly("trajectory_2", "--in-process", "--sensors", "laboratory", "--seed", "2", "--effects", "tether", out="t")
+
+    def begin(self, *arguments):
+        shutil.rmtree(self.dir / "d", ignore_errors=True)
+        return self.start_command("diagnose", "t/flight.mcap", "--vehicle", "omnimorph", "--out", "d", *arguments)
+
+    def check_unfinished(self, text):
+        found = self.json("d/diagnosis.json")
+        self.assertEqual(found["verdict"], "unfinished", text)
+        self.assertTrue(found["summary"].startswith("Not finished"), found["summary"])
+        self.assertTrue(found["left_out"], "what is still open is named")
+        self.assertIn(found["left_out"][0], found["summary"])
+        self.assertEqual({f["probability"] for f in found["findings"]} - {None}, set())
+        page = (self.dir / "d/report.html").read_text()
+        first = re.search(r'<div class="verdict (\w+)">.*?<h2>(.*?)</h2>', page)
+        self.assertEqual(first.group(1), "warn")
+        self.assertIn("Not finished", first.group(2))
+        for claim in ("The model explains", "Nothing is missing", "Probability of each named effect"):
+            self.assertNotIn(claim, page)
+        self.assertIn("verdict: unfinished", text)
+        return found
+
+    def test_a_check_is_no_answer(self):
+        done = self.run_command("diagnose", "t/flight.mcap", "--vehicle", "omnimorph", "--check", "--out", "d")
+        self.assertIn("verdict: checked", done.stdout)
+        found = self.json("d/diagnosis.json")
+        self.assertEqual(found["verdict"], "checked")
+        page = (self.dir / "d/report.html").read_text()
+        self.assertRegex(page, r'<div class="verdict unknown">.*?<h2>Only looked at: nothing was fitted')
+        for text in (done.stdout, found["summary"], page):
+            for claim in ("nothing_missing", "Nothing is missing", "The model explains", "\u2713"):
+                self.assertNotIn(claim, text)
+
+    def test_control_c_ends_it_within_a_second(self):
+        for engine in ("selection", "posterior"):
+            for after in (0.4, 1.5):
+                took = []
+                for _ in range(3):  # a busy machine may be late once, an engine that does not listen is so every time
+                    process = self.begin("--engine", engine)
+                    time.sleep(after)
+                    self.assertIsNone(process.poll(), "it ended before it could be stopped")
+                    begin = time.monotonic()
+                    process.send_signal(signal.SIGINT)
+                    text = "".join(process.communicate(timeout=30))
+                    took.append(time.monotonic() - begin)
+                    self.assertEqual(process.returncode, 2, text)
+                    self.check_unfinished(text)
+                    if took[-1] < PROMISED_S:
+                        break
+                print(f"\n{engine}, stopped after {after} s: ended {took[-1]:.2f} s later", end="")
+                self.assertLess(min(took), PROMISED_S)
+
+    def test_out_of_time_is_unfinished(self):
+        for engine in ("selection", "posterior"):
+            done = self.run_command("diagnose", "t/flight.mcap", "--vehicle", "omnimorph", "--budget-s", "1", "--engine", engine,
+                                    "--out", "d", expect=2)
+            found = self.check_unfinished(done.stdout)
+            self.assertLess(found["runtime_s"], 3)
+
+    def test_long_pages_fit_a_telephone(self):
+        if not shutil.which("chromium"):
+            self.skipTest("chromium is not installed")
+        self.run_command("diagnose", "t/flight.mcap", "--vehicle", "omnimorph", "--budget-s", "12", "--out", "d", expect=None)
+        self.run_command("compare", "t/flight.mcap", "t/flight.mcap", "--vehicle", "omnimorph", "--out", "c")
+        for page in ("d/report.html", "c/report.html"):
+            text = (self.dir / page).read_text().replace("</body>", MEASURE)
+            frame = self.write("frame.html", '<!doctype html><body><iframe style="width:390px;height:3000px;border:0" srcdoc="'
+                               + html.escape(text) + '"></iframe></body>')
+            done = subprocess.run(["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--window-size=600,844",
+                                   "--virtual-time-budget=8000", "--dump-dom", frame.as_uri()], capture_output=True, text=True,
+                                  timeout=120)
+            wants, has = map(int, re.search(r'<pre id="width">(\d+) (\d+)</pre>', done.stdout).groups())
+            self.assertEqual(has, 390)
+            self.assertLessEqual(wants, has, page)
+
+
+if __name__ == "__main__":
+    unittest.main()
