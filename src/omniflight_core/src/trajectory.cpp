@@ -53,6 +53,7 @@ Result<Trajectory> Trajectory::create(std::vector<TrajectoryKnot> knots) {
   if (knots.front().t != 0.0)
     return bad_input("the first knot is at t = " + std::to_string(knots.front().t) + " s, not 0 s", "knot 0");
   Trajectory out;
+  out.intervals_.reserve(knots.size() - 1);
   for (std::size_t k = 0; k < knots.size(); ++k) {
     if (!std::isfinite(knots[k].t) || !finite(knots[k].reference))
       return bad_input("a value is not finite or the quaternion is not a unit one",
