@@ -17,7 +17,7 @@ Status PlantPublisher::imu(const simulation::ImuSample& s) {
   imu_message_->header.stamp = bus::stamp(to_ns(s.t));
   put(imu_message_->linear_acceleration, s.specific_force_B);
   put(imu_message_->angular_velocity, s.gyro_B);
-  ++tick_message_->imu_count;
+  tick_message_->imu_count += counted_;
   return imu_->publish(*imu_message_, to_ns(s.t));
 }
 
@@ -25,7 +25,7 @@ Status PlantPublisher::mocap(const simulation::MocapSample& s, double now_s) {
   mocap_message_->header.stamp = bus::stamp(to_ns(s.t));
   put(mocap_message_->pose.position, s.p_WB);
   put_quaternion(mocap_message_->pose.orientation, s.q_WB);
-  ++tick_message_->mocap_count;
+  tick_message_->mocap_count += counted_;
   return mocap_->publish(*mocap_message_, to_ns(now_s));
 }
 

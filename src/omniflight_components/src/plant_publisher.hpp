@@ -26,6 +26,7 @@ class PlantPublisher {
       auto made = advertise(slot, topic, qos);
       return made;
     };
+    counted_ = part == Part::all;
     Status ok;
     const auto need = [&](Part of, auto& slot, const char* topic, int depth) {
       if (ok && (part == Part::all || part == of)) ok = make(slot, topic, bus::Qos::bulk(depth));
@@ -81,6 +82,9 @@ class PlantPublisher {
   Slot<msgs::sensor_msgs::BatteryState> battery_;
   Slot<msgs::omniflight_msgs::Tick> tick_;
   Slot<msgs::omniflight_msgs::TruthState> truth_;
+  /// Ticks tell how many samples belong to them. Boards fly in real time: there a sample that was lost, or sent
+  /// before the controller listened, must not be waited for.
+  bool counted_ = true;
   bus::Message<msgs::sensor_msgs::Imu> imu_message_;
   bus::Message<msgs::geometry_msgs::PoseStamped> mocap_message_;
   bus::Message<msgs::omniflight_msgs::RotorTelemetry> rotor_message_;
