@@ -21,7 +21,7 @@ class Search {
 
   Posterior run(const std::vector<SetMember>& seed) {
     Posterior out;
-    visit(std::vector<std::vector<SetMember>>(1));
+    fits_[{}] = std::make_unique<SetFit>(evidence_.fit({}));  // also when there is no time for any other
     out.nothing = *fits_.at({});
     if (!seed.empty()) visit({seed});
     visit(grid_.promising_sets());
