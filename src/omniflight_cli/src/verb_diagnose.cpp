@@ -394,7 +394,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     Bounded bounded = common.embedded ? Bounded{work(), true} : within_time(work, *fit, [&] {
       return interrupted() || (o->budget_s > 0 && elapsed() > 0.95 * o->budget_s);
     });
-    if (bounded.ended) progress.finish();
+    if (bounded.ended && bounded.answer) progress.finish();
     const auto code = bounded.answer
                           ? conclude(*o, common, *vehicle, fit->front(), options, begin, *bounded.answer)
                           : Result<int>(Failure(bounded.answer.error()));
