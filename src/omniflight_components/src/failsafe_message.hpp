@@ -48,7 +48,7 @@ inline std::optional<safety::Action> failsafe_action(const msgs::diagnostic_msgs
 inline safety::Wish wish_of_ladder(const msgs::diagnostic_msgs::DiagnosticArray& m) {
   const auto statuses = bus::view(m.status);
   const std::string_view words = statuses.empty() ? std::string_view() : bus::text(statuses[0].message);
-  if (words.ends_with(to_string(safety::Fault::operator_cut))) return safety::Wish::cut;
+  if (words.ends_with(to_string(safety::Fault::emergency_stop))) return safety::Wish::cut;
   if (words.ends_with(to_string(safety::Fault::operator_stop))) return safety::Wish::stop;
   return safety::Wish::none;
 }

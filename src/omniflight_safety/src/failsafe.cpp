@@ -13,7 +13,7 @@ constexpr std::array<std::string_view, kFaults> kFaultNames = {
     "recorder_lost",     "planner_lost",  "periods_missed", "operator_hold", "battery_low",
     "pose_lost",         "geofence_left", "operator_land",  "battery_empty", "imu_lost",
     "estimate_diverged", "geofence_far",  "commands_lost",  "board_lost",    "board_emergency",
-    "operator_stop",     "clock_broken",  "operator_cut"};
+    "operator_stop",     "clock_broken",  "emergency_stop"};
 
 /// Share of its rate at which accumulated presence drains (PX4: the start delay refills at a quarter).
 constexpr double kDrain = 0.25;
@@ -77,7 +77,7 @@ LadderConfig LadderConfig::standard() {
   set(Fault::board_emergency, Action::ramp_down, 0.0);
   set(Fault::operator_stop, Action::ramp_down, 0.0);
   set(Fault::clock_broken, Action::off, 0.0);
-  set(Fault::operator_cut, Action::off, 0.0);
+  set(Fault::emergency_stop, Action::off, 0.0);
   return c;
 }
 

@@ -29,7 +29,7 @@ FaultSet judge(const Limits& limits, const Vitals& v) {
   put(Fault::operator_hold, v.wish == Wish::hold);
   put(Fault::operator_land, v.wish == Wish::land);
   put(Fault::operator_stop, v.wish == Wish::stop);
-  put(Fault::operator_cut, v.wish == Wish::cut);
+  put(Fault::emergency_stop, v.wish == Wish::cut);
   put(Fault::battery_low, under(v.battery_V, limits.battery_low_V));
   put(Fault::battery_empty, under(v.battery_V, limits.battery_empty_V));
   put(Fault::pose_lost, over(v.pose_age_s, limits.pose_stale_s));

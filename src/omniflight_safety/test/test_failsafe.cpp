@@ -103,7 +103,7 @@ TEST(Ladder, ArmingIsRefusedWithTheNamesOfWhatIsWrong) {
   EXPECT_FALSE(arm(config, {}, 0.0, only(Fault::planner_lost)));
   EXPECT_FALSE(arm(config, {}, kNaN, {}));
   EXPECT_FALSE(arm(config, armed(config), 1.0, {}));
-  const LadderState off = step(config, armed(config), 1.0, only(Fault::operator_cut));
+  const LadderState off = step(config, armed(config), 1.0, only(Fault::emergency_stop));
   ASSERT_EQ(off.action, Action::off);
   const auto again = arm(config, off, 2.0, {});
   ASSERT_TRUE(again);

@@ -51,7 +51,7 @@ TEST(Vitals, EachLimitIsAFaultOfItsOwn) {
   EXPECT_EQ(with([](auto& v) { v.wish = Wish::hold; }), only(Fault::operator_hold));
   EXPECT_EQ(with([](auto& v) { v.wish = Wish::land; }), only(Fault::operator_land));
   EXPECT_EQ(with([](auto& v) { v.wish = Wish::stop; }), only(Fault::operator_stop));
-  EXPECT_EQ(with([](auto& v) { v.wish = Wish::cut; }), only(Fault::operator_cut));
+  EXPECT_EQ(with([](auto& v) { v.wish = Wish::cut; }), only(Fault::emergency_stop));
 }
 
 TEST(Vitals, WhatIsNotJudgedIsNoFault) {
