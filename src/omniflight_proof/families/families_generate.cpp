@@ -114,7 +114,7 @@ Status publish(const Options& o, const std::vector<FamilyPlan>& plans) {
 
 /// A case that is lost at every vigour, or too small to count, is drawn anew in another place, up to this
 /// often.
-constexpr int kRedraws = 6;
+constexpr int kRedraws = 24;
 
 Status stage_or_redraw(const Options& o, const LoaderKnows& loader, const FamilyPlan& plan) {
   Status last;

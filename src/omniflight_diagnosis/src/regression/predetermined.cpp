@@ -76,8 +76,7 @@ Eigen::MatrixXd reference_around(const Eigen::MatrixXd& reference, Segment segme
 }  // namespace
 
 int prediction_lag(const Flight& flight, double period) {
-  static const double H = getenv("HOR") ? atof(getenv("HOR")) : kHorizon;
-  return 1 + static_cast<int>(std::ceil(std::max(H, 2 * flight.reach_s) / period));
+  return 1 + static_cast<int>(std::ceil(std::max(kHorizon, 2 * flight.reach_s) / period));
 }
 
 std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, const Mat6& inertia,
