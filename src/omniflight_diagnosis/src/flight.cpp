@@ -9,6 +9,7 @@
 #include "ground.hpp"
 #include "halves.hpp"
 #include "neighbours.hpp"
+#include "outliers.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 #include "omniflight_diagnosis/residual.hpp"
 #include "repair.hpp"
@@ -62,7 +63,7 @@ double kernel_variance(const Signal& signal, const Grid& grid, int derivatives) 
 Channel on_grid(const Signal& signal, const Grid& grid, const Options& o, double more = 0) {
   Channel c;
   const double gap = std::max(o.max_gap_s, 3.0 * signal.median_period_s());
-  c.x = recording::resample(signal, grid.t, gap);
+  c.x = recording::resample(o.engine == Engine::posterior ? without_outliers(signal) : signal, grid.t, gap);
   c.valid.assign(grid.t.size(), 1);
   const Eigen::Index n = c.x.rows();
   Eigen::Index first = 0;
@@ -327,6 +328,7 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   widest = std::max(widest, acc        ? kernel_variance(*acc, grid, 0)
                             : velocity ? kernel_variance(*velocity, grid, 1)
                                        : kernel_variance(*position, grid, 2));
+  f.kernel_s = std::sqrt(widest + 1 / (12 * o.grid_hz * o.grid_hz));
   const auto missing = [&](const Signal& s, int derivatives) {
     return widest - kernel_variance(s, grid, derivatives);
   };

@@ -143,7 +143,10 @@ void apply(const Told& told, Options& o) {
     return v.size() == 3 ? Vec3(v[0], v[1], v[2]) : Vec3::Constant(v[0]);
   };
   if (const auto* v = get("environment.floor_z_m")) o.environment.floor_z = (*v)[0], o.floor_told = true;
-  if (const auto* v = get("environment.air_density_kgpm3")) o.environment.air_density = (*v)[0];
+  if (const auto* v = get("environment.air_density_kgpm3")) {
+    o.environment.air_density = (*v)[0];
+    o.tolerance.air_density = 0;
+  }
   // a bias that is told is the size up to which one is no finding
   if (const auto* v = get("sensors.accelerometer.bias_mps2")) {
     const double b = std::max(0.001, largest(*v));

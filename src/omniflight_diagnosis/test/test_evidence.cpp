@@ -34,7 +34,7 @@ struct Setting {
     options.engine = Engine::posterior;
     flight = flown(vehicle, options, world, duration_s);
     const Flight* one[] = {&flight};
-    problem = std::make_unique<RegressionProblem>(one, vehicle, options);
+    problem = std::make_unique<RegressionProblem>(one, vehicle, options, 0.15);
     std::vector<const physics::Effect*> effects;
     for (const std::string& id : ids) effects.push_back(find_effect(id));
     noise = estimate_noise(*problem, slow_columns(*problem), Eigen::VectorXd::Zero(problem->rows()), 1);

@@ -13,10 +13,6 @@ namespace {
 /// some samples, so that sensor noise in it is small, and short against the motion.
 constexpr double kResidualMemory = 0.1;
 
-/// Time [s] that regressors look back at least. Where the noise model is not exact, what feedback carries of a
-/// disturbance into the motion correlates with what is left of it; that dies out within about this time.
-constexpr double kHorizon = 0.15;
-
 /// The motion of a vehicle follows its reference with some delay: shifts at which it predicts, s.
 constexpr double kReferenceStep = 0.075;
 constexpr int kReferenceShifts = 4;  ///< from one step ahead
@@ -75,13 +71,11 @@ Eigen::MatrixXd reference_around(const Eigen::MatrixXd& reference, Segment segme
 
 }  // namespace
 
-int prediction_lag(const Flight& flight, double period) {
-  return 1 + static_cast<int>(std::ceil(std::max(kHorizon, 2 * flight.reach_s) / period));
-}
+double least_horizon(const Flight& flight) { return std::max(6 * flight.kernel_s, 2 * flight.reach_s); }
 
 std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, const Mat6& inertia,
-                                              const Vec3& center_of_mass, double period) {
-  const int lag = prediction_lag(f, period), n = segment.end - segment.begin;
+                                              const Vec3& center_of_mass, double period, int lag) {
+  const int n = segment.end - segment.begin;
   const double ahead = lag * period;
   const Eigen::PartialPivLU<Mat6> mass(inertia);
   const auto measured = [&](int i) -> const physics::Situation& {

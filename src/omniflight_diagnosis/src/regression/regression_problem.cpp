@@ -24,13 +24,14 @@ constexpr double kStartStep = 1e-4;
 }  // namespace
 
 RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
-                                     const Options& options)
+                                     const Options& options, double horizon_s)
     : flight_count_(static_cast<int>(flights.size())),
       period_(1.0 / options.grid_hz),
       size_(physics::size_of(vehicle, options.environment.gravity)) {
   const Mat3 c = skew(vehicle.center_of_mass);
   inertia_ << vehicle.mass * Mat3::Identity(), -vehicle.mass * c, vehicle.mass * c,
       vehicle.inertia - vehicle.mass * c * c;
+  const int lag = std::max(1, static_cast<int>(std::ceil(horizon_s / period_ - 1e-9)));
   std::vector<Vec6> rest;
   lowest_.setConstant(1e18);
   highest_.setConstant(-1e18);
@@ -39,7 +40,7 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
     forces_only_ = forces_only_ || f.thrust_modelled;
     for (const Segment& segment : f.segments) {
       std::vector<physics::Situation> ahead =
-          predetermined(f, segment, inertia_, vehicle.center_of_mass, period_);
+          predetermined(f, segment, inertia_, vehicle.center_of_mass, period_, lag);
       stretches_.push_back({n_, n_ + segment.end - segment.begin, k});
       for (int i = segment.begin; i < segment.end; ++i, ++n_) {
         const physics::Situation& now = f.situation[static_cast<std::size_t>(i)];
@@ -88,7 +89,7 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
   using physics::Situation;
   const char* const axis[] = {"x", "y", "z"};
   const bool modelled = forces_only_;
-  add("thrust_scale", modelled ? 0.1 * tol.modelled_scale : tol.thrust_scale,
+  add("thrust_scale", modelled ? 0.1 * tol.modelled_scale : std::hypot(tol.thrust_scale, tol.air_density),
       [](const Situation& s, int) { return physics::rotor_wrench(s); });
   for (int k = 0; k < 3; ++k) {
     const double torque = tol.torque_trim * size_.weight * size_.arm;

@@ -38,8 +38,9 @@ struct Calibration {
 /// body.
 class RegressionProblem {
  public:
+  /// Regressors are predicted over horizon_s [s].
   RegressionProblem(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
-                    const Options& options);
+                    const Options& options, double horizon_s);
 
   int samples() const { return n_; }
   int rows() const { return 6 * n_; }

@@ -13,7 +13,7 @@ namespace omniflight::diagnosis {
 namespace {
 
 constexpr double kCredible = 0.95;  ///< posterior mass of a credible set
-constexpr double kNamed = 0.5;      ///< inclusion below which a member of the likeliest set is not named
+constexpr double kNamed = 0.5;      ///< inclusion below which further members of the likeliest set are not named
 constexpr double kExplained = 0.8;  ///< of one set, that it is called the explanation
 constexpr std::array<const char*, 6> kNames{"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
 
@@ -186,6 +186,12 @@ void add_decisions(const Inference& in, const std::set<std::string>& best, Diagn
       odds[name] = h.log_odds;
     }
   }
+  for (const HorizonTest& t : in.horizon.tests)
+    d.decisions.push_back({format("horizon %.3f s", t.horizon_s), "estimates against those of longer horizons, " + t.about,
+                           t.statistic, kHorizonsDisagree, "Hausman's test, chi-square of one degree of freedom",
+                           t.statistic < kHorizonsDisagree ? "chosen"
+                           : t.horizon_s < in.horizon.horizon_s ? "refused: feedback biases it"
+                                                                 : "chosen: the longest"});
   for (const auto& [name, g] : gain) {
     const double p = in.posterior.inclusion(name, in.hypotheses);
     d.decisions.push_back({name, "evidence alone against nothing", g, -odds[name],
@@ -244,6 +250,11 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
   const std::set<std::string> best = names_of(in, members);
   const double* deviation = fit.theta_deviation.data();
   const bool something = in.posterior.alarm();
+  // the likeliest effect is always named, with what it cannot be told apart from
+  double named = kNamed, likeliest = 0;
+  for (const std::string& name : best)
+    if (name != "unknown") likeliest = std::max(likeliest, in.posterior.inclusion(name, in.hypotheses));
+  if (!best.contains("unknown")) named = std::min(named, likeliest);
   for (const SetMember& member : fit.members) {
     const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
     if (h.pattern) {
@@ -252,7 +263,7 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
     }
     const double* own = deviation;
     deviation += member.theta.size();
-    if (!something || in.posterior.inclusion(h.id, in.hypotheses) < kNamed) continue;
+    if (!something || in.posterior.inclusion(h.id, in.hypotheses) < named) continue;
     Finding f = finding_of(in, member, own, sets, best);
     Eigen::VectorXd value;
     problem.wrench_of({h.effect, member.theta, member.start}, value, nullptr, nullptr);

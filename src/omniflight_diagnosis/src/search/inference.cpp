@@ -140,7 +140,7 @@ Eigen::VectorXd wrench_of_set(const RegressionProblem& problem, const std::vecto
 Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
                 const std::vector<const physics::Effect*>& effects, const Options& o) {
   Inference out;
-  out.problem = std::make_unique<RegressionProblem>(flights, vehicle, o);
+  out.problem = problem_of_consistent_horizon(flights, vehicle, o, out.horizon);
   const RegressionProblem& problem = *out.problem;
   const Eigen::MatrixXd slow = slow_columns(problem);
   SearchLimits limits;

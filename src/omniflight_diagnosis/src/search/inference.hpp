@@ -3,10 +3,12 @@
 
 #include "../evidence/noise_estimate.hpp"
 #include "posterior.hpp"
+#include "prediction_horizon.hpp"
 
 namespace omniflight::diagnosis {
 
 struct Inference {
+  HorizonChoice horizon;
   std::unique_ptr<RegressionProblem> problem;
   std::unique_ptr<NoiseModel> noise;
   std::vector<Hypothesis> hypotheses;

@@ -13,7 +13,7 @@ class RotorInertia final : public WrenchEffect<RotorInertia> {
         .equation = "dM = sum J_r s_i (dOmega_i n_i + w x Omega_i n_i)",
         .latex = R"(\Delta\tau = \sum_i J_r s_i\,(\dot\Omega_i n_i + \omega \times \Omega_i n_i))",
         .source = "angular momentum balance; sign: a rotor with spin +1 turns against the torque it exerts",
-        .parameters = {{"inertia", "J_r", "kg m2", -1e-07, 0.001, 2e-05, 0, true}},
+        .parameters = {{"inertia", "J_r", "kg m2", 0, 0.001, 2e-05, 0, true}},
         .signals = {"rotor_speed", "gyro"},
         .channels = {"Mx", "My", "Mz"},
         .stage = Stage::wrench,

@@ -1,0 +1,86 @@
+#include "prediction_horizon.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "../evidence/noise_estimate.hpp"
+#include "../regression/predetermined.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+/// Horizons [s] that are asked besides the shortest that the sensors' kernels allow; controllers of multirotors answer
+/// within about 0.1 s, so that little of a disturbance is left in what was predicted 0.3 s before.
+constexpr std::array<double, 3> kHorizons{0.075, 0.15, 0.3};
+
+constexpr std::array<const char*, 12> kAsked{
+    "Fx of rotors", "Fy of rotors", "Fz of rotors", "Mx of rotors", "My of rotors", "Mz of rotors",
+    "drag along x", "drag along y", "drag along z", "drag about x", "drag about y", "drag about z"};
+
+/// The vector whose product with the whitened residual is the estimate of a coefficient; empty: not excited.
+using Estimator = Eigen::VectorXd;
+
+std::array<Estimator, 12> estimators(const RegressionProblem& p, const NoiseModel& noise) {
+  std::array<Estimator, 12> out;
+  const int n = p.samples();
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(p.rows(), 2);
+  for (std::size_t k = 0; k < 12; ++k) {
+    const int c = static_cast<int>(k % 6);
+    if (p.forces_only() && c >= 3) continue;
+    columns.setZero();
+    for (int i = 0; i < n; ++i) {
+      const physics::Situation& s = p.situation(i);
+      columns(c * n + i, 0) = k < 6   ? physics::rotor_wrench(s)[c]
+                              : c < 3 ? s.v_WB_B[c]
+                                      : s.body.w_WB_B[c - 3];
+      columns(c * n + i, 1) = p.scale(c);
+    }
+    const Eigen::MatrixXd x = noise.apply(columns);
+    const double constant = x.col(1).squaredNorm();
+    if (!(constant > 0)) continue;
+    const Eigen::VectorXd own = x.col(0) - x.col(1) * (x.col(1).dot(x.col(0)) / constant);
+    const double information = own.squaredNorm();
+    if (information > 1e-12 * x.col(0).squaredNorm()) out[k] = own / information;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::unique_ptr<RegressionProblem> problem_of_consistent_horizon(std::span<const Flight* const> flights,
+                                                                 const vehicle::Vehicle& vehicle,
+                                                                 const Options& o, HorizonChoice& choice) {
+  double least = 0;
+  for (const Flight* f : flights) least = std::max(least, least_horizon(*f));
+  std::vector<double> horizons{least};
+  for (const double h : kHorizons)
+    if (h > horizons.back() + 0.5 / o.grid_hz) horizons.push_back(h);
+  std::vector<std::unique_ptr<RegressionProblem>> problems;
+  for (const double h : horizons) problems.push_back(std::make_unique<RegressionProblem>(flights, vehicle, o, h));
+  const RegressionProblem& first = *problems.front();
+  const auto noise =
+      estimate_noise(first, slow_columns(first), Eigen::VectorXd::Zero(first.rows()), 1.0);
+  const Eigen::VectorXd z = noise->apply(first.residual());
+  std::vector<std::array<Estimator, 12>> all;
+  for (const auto& p : problems) all.push_back(estimators(*p, *noise));
+  std::size_t chosen = 0;
+  for (; chosen < horizons.size(); ++chosen) {
+    HorizonTest test{horizons[chosen], 0, ""};
+    for (std::size_t longer = chosen + 1; longer < horizons.size(); ++longer)
+      for (std::size_t k = 0; k < 12; ++k) {
+        const Estimator &here = all[chosen][k], &there = all[longer][k];
+        if (here.size() == 0 || there.size() == 0) continue;
+        const Eigen::VectorXd difference = here - there;
+        const double statistic = std::pow(difference.dot(z), 2) / difference.squaredNorm();
+        if (statistic > test.statistic) test = {horizons[chosen], statistic, kAsked[k]};
+      }
+    choice.tests.push_back(test);
+    if (test.statistic < kHorizonsDisagree) break;
+  }
+  chosen = std::min(chosen, horizons.size() - 1);
+  choice.horizon_s = horizons[chosen];
+  return std::move(problems[chosen]);
+}
+
+}  // namespace omniflight::diagnosis
