@@ -107,6 +107,9 @@ void finish(FamilyPlan& p) {
     if (hidden_effects()[h].unseen) p.unseen.emplace_back("mechanism");
 }
 
+/// Times that a case is drawn in another place before its effect is realised in another way.
+constexpr int kOtherRealisation = 6;
+
 double some_sigma(BoxRandom& random) {
   const double at = static_cast<double>(random.bits() >> 11) * 0x1.0p-53;
   return at < 0.25 ? kSigmas[0] : at < 0.65 ? kSigmas[1] : kSigmas[2];
@@ -195,6 +198,12 @@ FamilyPlan draw_again(const FamilyPlan& plan, const FamilyDrawOptions& options, 
   Dealer dealer(options);
   dealer.random = BoxRandom(draw(options.salt, plan.id + fmt::format(" again {}", attempt)), options.box);
   FamilyPlan out = plan;
+  if (attempt >= kOtherRealisation)  // this one cannot be flown anywhere: the next of the same effect
+    for (std::size_t& h : out.hidden) {
+      const auto& same = dealer.realisations[hidden_effects()[h].id];
+      const auto at = std::find(same.begin(), same.end(), h) - same.begin();
+      if (!same.empty()) h = same[(static_cast<std::size_t>(at) + 1) % same.size()];
+    }
   if (!dealer.place(out)) return plan;
   finish(out);
   return out;
