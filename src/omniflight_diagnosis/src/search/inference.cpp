@@ -13,6 +13,8 @@ namespace {
 /// is not a slow function of place, count as noise until they are known.
 constexpr int kRounds = 6;
 constexpr double kHidden = 30;     ///< nat: by how much noise that contains an effect may speak against it
+constexpr double kFarHidden = 300;  ///< nat: the same of a load that swings, with its initial states
+constexpr std::size_t kLoads = 2;   ///< of these
 constexpr double kRival = 12;      ///< nat: rivals that are this far behind are asked in their own noise
 constexpr double kWorth = 1e-3;    ///< nat
 constexpr std::size_t kTried = 6;  ///< sets that are asked in their own noise at once
@@ -166,11 +168,20 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
     // what the search found, and what may come out only when the noise no longer contains it
     std::vector<std::vector<SetMember>> tried{out.posterior.best.members};
     const SetFit here = out.evidence->fit(current.fit.members);
-    for (const auto kind : {GridSearch::Kind::law, GridSearch::Kind::pattern})
-      for (Candidate& c : grid->additions(here, -kHidden, kind == GridSearch::Kind::law ? kTried : 1, kind)) {
-        tried.push_back(here.members);
-        tried.back().push_back(std::move(c.member));
+    const auto ask = [&](Candidate& c) {
+      tried.push_back(here.members);
+      tried.back().push_back(std::move(c.member));
+    };
+    for (Candidate& c : grid->additions(here, -kHidden, 1, GridSearch::Kind::pattern)) ask(c);
+    // loads that swing are noise before they are known, and their initial states weigh against them: always asked
+    std::size_t laws = 0, loads = 0;
+    for (Candidate& c : grid->additions(here, -kFarHidden, out.hypotheses.size(), GridSearch::Kind::law)) {
+      const bool load = c.member.start.size() > 0;
+      if ((laws < kTried && c.gain > -kHidden) || (load && loads < kLoads)) {
+        ++(load ? loads : laws);
+        ask(c);
       }
+    }
     Profile best = best_of(profiler, tried, o);
     without_idle_members(profiler, best);
     if (!(best.joint > current.joint + kWorth)) break;
