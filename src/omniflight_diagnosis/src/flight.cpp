@@ -9,9 +9,9 @@
 #include "ground.hpp"
 #include "halves.hpp"
 #include "neighbours.hpp"
-#include "outliers.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 #include "omniflight_diagnosis/residual.hpp"
+#include "outliers.hpp"
 #include "repair.hpp"
 #include "segments.hpp"
 #include "thrust_source.hpp"
@@ -52,8 +52,8 @@ struct Channel {
   std::vector<char> valid;
 };
 
-/// Variance [s^2] of the kernel under which a signal reaches the regression besides its block mean: the triangle
-/// of interpolation between its samples, and the box of every central difference.
+/// Variance [s^2] of the kernel under which a signal reaches the regression besides its block mean: the
+/// triangle of interpolation between its samples, and the box of every central difference.
 double kernel_variance(const Signal& signal, const Grid& grid, int derivatives) {
   const double period = signal.median_period_s(), step = 1 / grid.rate_hz;
   return period * period / 6 + derivatives * step * step / 3;
@@ -289,8 +289,7 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   // (the posterior engine needs no halves: its regressors are from before)
   const bool whole = o.engine == Engine::posterior;
   const auto turned = gyro || whole ? std::nullopt : halves_of(*attitude_used, o.cutoff_hz);
-  const auto moved =
-      acc || velocity || !position || whole ? std::nullopt : halves_of(*position, o.cutoff_hz);
+  const auto moved = acc || velocity || !position || whole ? std::nullopt : halves_of(*position, o.cutoff_hz);
   const auto spun = o.refly.empty() && !whole && !f.speed_from_command
                         ? halves_of(rotor_squares, o.cutoff_hz, Repeats::kept)
                         : std::nullopt;
@@ -324,7 +323,8 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   // Both sides of the regression under the same kernel: a slower one takes amplitude from the motion and not
   // from the rotors, which looks like inertia.
   double widest = kernel_variance(*rotor, grid, 0);
-  widest = std::max(widest, gyro ? kernel_variance(*gyro, grid, 1) : kernel_variance(*attitude_used, grid, 2));
+  widest =
+      std::max(widest, gyro ? kernel_variance(*gyro, grid, 1) : kernel_variance(*attitude_used, grid, 2));
   widest = std::max(widest, acc        ? kernel_variance(*acc, grid, 0)
                             : velocity ? kernel_variance(*velocity, grid, 1)
                                        : kernel_variance(*position, grid, 2));
@@ -358,7 +358,8 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
     return c.x;
   };
   const Eigen::MatrixXd q = take(turned ? turned->seen : *attitude_used, "attitude");
-  Eigen::MatrixXd speed = roots(take(spun ? spun->subtracted : rotor_squares, rotor->name, missing(*rotor, 0)));
+  Eigen::MatrixXd speed =
+      roots(take(spun ? spun->subtracted : rotor_squares, rotor->name, missing(*rotor, 0)));
   if (f.speed_from_command) speed = modelled_speed(speed, grid.rate_hz, vehicle);
   // momentum goes with the speed itself: the root of a filtered square starts at zero like a wall
   Signal rotor_itself = spun ? spun->subtracted : rotor_squares;
@@ -380,9 +381,9 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   if (!velocity && !position) f.notes.push_back("No velocity: drag is not offered.");
   Eigen::MatrixXd w =
       gyro ? take(*gyro, "gyro", missing(*gyro, 1))
-           : rate_from_attitude(on_grid(turned ? turned->subtracted : *attitude_used, grid, o,
-                                        missing(*attitude_used, 2)).x,
-                                grid.rate_hz);
+           : rate_from_attitude(
+                 on_grid(turned ? turned->subtracted : *attitude_used, grid, o, missing(*attitude_used, 2)).x,
+                 grid.rate_hz);
   f.has_gyro = gyro != nullptr;
   const Eigen::MatrixXd dw = differentiate(w, grid.rate_hz);
   Eigen::MatrixXd force;
@@ -398,10 +399,11 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   } else {
     force = velocity
                 ? differentiate(on_grid(*velocity, grid, o, missing(*velocity, 1)).x, grid.rate_hz)
-                : differentiate(differentiate(on_grid(moved ? moved->subtracted : *position, grid, o,
-                                                      missing(*position, 2)).x,
-                                              grid.rate_hz),
-                                grid.rate_hz);
+                : differentiate(
+                      differentiate(
+                          on_grid(moved ? moved->subtracted : *position, grid, o, missing(*position, 2)).x,
+                          grid.rate_hz),
+                      grid.rate_hz);
     for (Eigen::Index i = 0; i < fine; ++i)
       force.row(i) =
           (quaternion(q, i).conjugate() * (Vec3(force.row(i)) + o.environment.gravity * Vec3::UnitZ()))
@@ -479,8 +481,7 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
       o.engine == Engine::posterior ? seen_speed
                                     : roots(low_pass(squares(seen_speed), grid.rate_hz, o.effect_cutoff_hz));
 
-  const Eigen::MatrixXd asked =
-      whole ? reference_motion(recording, grid, o) : Eigen::MatrixXd::Zero(fine, 0);
+  const Eigen::MatrixXd asked = whole ? reference_motion(recording, grid, o) : Eigen::MatrixXd::Zero(fine, 0);
 
   // decimate to the grid
   f.rate_hz = o.grid_hz;

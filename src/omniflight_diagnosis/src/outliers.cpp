@@ -11,8 +11,8 @@ namespace {
 constexpr double kFar = 10;
 constexpr Eigen::Index kLocal = 50;  ///< samples over which the mean is taken: motion differs along a flight
 
-/// Distance of a sample from the nearest of what both neighbours, the two before and the two after let expect: small on
-/// a slope, on both sides of a step, and beside an outlier.
+/// Distance of a sample from the nearest of what both neighbours, the two before and the two after let
+/// expect: small on a slope, on both sides of a step, and beside an outlier.
 double distance(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen::Index i) {
   const double expected[] = {0.5 * (x[i - 1] + x[i + 1]), 2 * x[i - 1] - x[i - 2], 2 * x[i + 1] - x[i + 2]};
   double nearest = std::abs(x[i] - expected[0]);
@@ -47,7 +47,8 @@ recording::Signal without_outliers(const recording::Signal& signal) {
       double near = 0;
       for (Eigen::Index k = std::max<Eigen::Index>(0, b - 1); k <= std::min(b + 1, blocks - 1); ++k)
         near = std::max(near, scale[static_cast<std::size_t>(k)]);
-      if (near > 0 && far[static_cast<std::size_t>(i)] > kFar * near) out.values(i, c) = 0.5 * (x[i - 1] + x[i + 1]);
+      if (near > 0 && far[static_cast<std::size_t>(i)] > kFar * near)
+        out.values(i, c) = 0.5 * (x[i - 1] + x[i + 1]);
     }
   }
   return out;

@@ -34,7 +34,8 @@ TEST(Outliers, LoneOnesAreReplacedByTheirNeighbours) {
   ASSERT_GT(outliers.size(), 20U);
   const recording::Signal out = without_outliers(s);
   for (const Eigen::Index i : outliers)
-    EXPECT_NEAR(out.values(i, 0), std::sin(0.02 * static_cast<double>(i)) + (i > 2000 ? 0.5 : 0.0), 5e-3) << i;
+    EXPECT_NEAR(out.values(i, 0), std::sin(0.02 * static_cast<double>(i)) + (i > 2000 ? 0.5 : 0.0), 5e-3)
+        << i;
 }
 
 TEST(Outliers, NoiseMotionAndStepsStay) {

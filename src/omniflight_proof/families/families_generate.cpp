@@ -112,8 +112,8 @@ Status publish(const Options& o, const std::vector<FamilyPlan>& plans) {
   return commit_family_run(o.out, o.seal, std::move(seal));
 }
 
-/// A case that is lost at every vigour, or too small to count, is drawn anew in another place and then with another
-/// realisation, up to this often.
+/// A case that is lost at every vigour, or too small to count, is drawn anew in another place and then with
+/// another realisation, up to this often.
 constexpr int kRedraws = 18;
 
 Status stage_or_redraw(const Options& o, const LoaderKnows& loader, const FamilyPlan& plan) {

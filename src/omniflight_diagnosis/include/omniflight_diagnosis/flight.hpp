@@ -46,7 +46,8 @@ struct Flight {
 
   double rate_hz = 0;  ///< of the grid
   double reach_s = 0;  ///< how far interpolation between samples of the slowest signal reads ahead
-  /// Standard deviation [s] of the kernel, block mean included, under which signals reach a sample of the grid.
+  /// Standard deviation [s] of the kernel, block mean included, under which signals reach a sample of the
+  /// grid.
   double kernel_s = 0;
   std::vector<double> t;
   std::vector<physics::Situation> situation;  ///< filtered state, rotors and accelerations at every grid time

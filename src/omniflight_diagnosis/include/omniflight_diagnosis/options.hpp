@@ -27,8 +27,8 @@ struct Tolerance {
   double rotor_clock = 0.0015;  ///< s, rotor speeds against accelerometer and gyro; on instruments
   /// Of the vehicle file, where nothing is told (posterior only): numbers of a vehicle that was measured with
   /// ordinary means. `told` scales them as the told thrust scale is to the default one.
-  /// 1, of the day against the one at which thrust was measured: pressure and temperature by 2 % each; nothing where
-  /// the density is told. Posterior only.
+  /// 1, of the day against the one at which thrust was measured: pressure and temperature by 2 % each;
+  /// nothing where the density is told. Posterior only.
   double air_density = 0.025;
   double inertia = 0.08;         ///< 1, each principal moment of inertia
   double center_of_mass = 0.02;  ///< 1, over the largest arm

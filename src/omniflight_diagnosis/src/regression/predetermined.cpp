@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "omniflight_diagnosis/residual.hpp"
 #include "linear_prediction.hpp"
+#include "omniflight_diagnosis/residual.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -108,7 +108,8 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
     const Vec3 v = last.v_WB_B + ahead * mean.head<3>();  // along the axes of then
     known.row(i).head<18>() << w.transpose(), v.transpose(), last.body.w_WB_B.transpose(),
         last.v_WB_B.transpose(), left.transpose();
-    rates.row(i) << seen(i).body.w_WB_B.transpose(), (last.R_WB.transpose() * seen(i).body.v_WB_W).transpose();
+    rates.row(i) << seen(i).body.w_WB_B.transpose(),
+        (last.R_WB.transpose() * seen(i).body.v_WB_W).transpose();
     // Effects that add mass see the model's own acceleration. With the averaged residual in it, a mass of any
     // sign would predict the residual from its own past.
     // What loads remember of the motion is driven by the measured one.

@@ -13,7 +13,7 @@ namespace omniflight::diagnosis {
 namespace {
 
 constexpr double kCredible = 0.95;  ///< posterior mass of a credible set
-constexpr double kNamed = 0.5;      ///< inclusion below which further members of the likeliest set are not named
+constexpr double kNamed = 0.5;  ///< inclusion below which further members of the likeliest set are not named
 constexpr double kExplained = 0.8;  ///< of one set, that it is called the explanation
 constexpr std::array<const char*, 6> kNames{"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
 
@@ -187,11 +187,12 @@ void add_decisions(const Inference& in, const std::set<std::string>& best, Diagn
     }
   }
   for (const HorizonTest& t : in.horizon.tests)
-    d.decisions.push_back({format("horizon %.3f s", t.horizon_s), "estimates against those of longer horizons, " + t.about,
-                           t.statistic, kHorizonsDisagree, "Hausman's test, chi-square of one degree of freedom",
-                           t.statistic < kHorizonsDisagree ? "chosen"
+    d.decisions.push_back({format("horizon %.3f s", t.horizon_s),
+                           "estimates against those of longer horizons, " + t.about, t.statistic,
+                           kHorizonsDisagree, "Hausman's test, chi-square of one degree of freedom",
+                           t.statistic < kHorizonsDisagree      ? "chosen"
                            : t.horizon_s < in.horizon.horizon_s ? "refused: feedback biases it"
-                                                                 : "chosen: the longest"});
+                                                                : "chosen: the longest"});
   for (const auto& [name, g] : gain) {
     const double p = in.posterior.inclusion(name, in.hypotheses);
     d.decisions.push_back({name, "evidence alone against nothing", g, -odds[name],

@@ -9,15 +9,15 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// Times at most that the noise is estimated beside the best set so far: laws that are not linear, and whatever else
-/// is not a slow function of place, count as noise until they are known.
+/// Times at most that the noise is estimated beside the best set so far: laws that are not linear, and
+/// whatever else is not a slow function of place, count as noise until they are known.
 constexpr int kRounds = 6;
-constexpr double kHidden = 30;     ///< nat: by how much noise that contains an effect may speak against it
+constexpr double kHidden = 30;      ///< nat: by how much noise that contains an effect may speak against it
 constexpr double kFarHidden = 300;  ///< nat: the same of a load that swings, with its initial states
 constexpr std::size_t kLoads = 2;   ///< of these
-constexpr double kRival = 12;      ///< nat: rivals that are this far behind are asked in their own noise
-constexpr double kWorth = 1e-3;    ///< nat
-constexpr std::size_t kTried = 6;  ///< sets that are asked in their own noise at once
+constexpr double kRival = 12;       ///< nat: rivals that are this far behind are asked in their own noise
+constexpr double kWorth = 1e-3;     ///< nat
+constexpr std::size_t kTried = 6;   ///< sets that are asked in their own noise at once
 
 /// ln evidence plus ln prior of a set in the noise that it leaves itself, and that set in it.
 struct Profile {
@@ -69,9 +69,8 @@ Profile best_of(const Profiler& profiler, const std::vector<std::vector<SetMembe
   std::vector<Profile> all(sets.size());
   parallel_for(
       sets.size(), o.threads, [&](std::size_t k) { all[k] = profiler.of(sets[k]); }, o.stop);
-  return std::move(*std::max_element(all.begin(), all.end(), [](const Profile& a, const Profile& b) {
-    return a.joint < b.joint;
-  }));
+  return std::move(*std::max_element(all.begin(), all.end(),
+                                     [](const Profile& a, const Profile& b) { return a.joint < b.joint; }));
 }
 
 /// Drops what is not worth its place when the noise may take over what it does.
@@ -173,7 +172,8 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
       tried.back().push_back(std::move(c.member));
     };
     for (Candidate& c : grid->additions(here, -kHidden, 1, GridSearch::Kind::pattern)) ask(c);
-    // loads that swing are noise before they are known, and their initial states weigh against them: always asked
+    // loads that swing are noise before they are known, and their initial states weigh against them: always
+    // asked
     std::size_t laws = 0, loads = 0;
     for (Candidate& c : grid->additions(here, -kFarHidden, out.hypotheses.size(), GridSearch::Kind::law)) {
       const bool load = c.member.start.size() > 0;

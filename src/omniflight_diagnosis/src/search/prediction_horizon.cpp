@@ -10,13 +10,14 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// Horizons [s] that are asked besides the shortest that the sensors' kernels allow; controllers of multirotors answer
-/// within about 0.1 s, so that little of a disturbance is left in what was predicted 0.3 s before.
+/// Horizons [s] that are asked besides the shortest that the sensors' kernels allow; controllers of
+/// multirotors answer within about 0.1 s, so that little of a disturbance is left in what was predicted 0.3 s
+/// before.
 constexpr std::array<double, 3> kHorizons{0.075, 0.15, 0.3};
 
-constexpr std::array<const char*, 12> kAsked{
-    "Fx of rotors", "Fy of rotors", "Fz of rotors", "Mx of rotors", "My of rotors", "Mz of rotors",
-    "drag along x", "drag along y", "drag along z", "drag about x", "drag about y", "drag about z"};
+constexpr std::array<const char*, 12> kAsked{"Fx of rotors", "Fy of rotors", "Fz of rotors", "Mx of rotors",
+                                             "My of rotors", "Mz of rotors", "drag along x", "drag along y",
+                                             "drag along z", "drag about x", "drag about y", "drag about z"};
 
 /// The vector whose product with the whitened residual is the estimate of a coefficient; empty: not excited.
 using Estimator = Eigen::VectorXd;
@@ -57,10 +58,10 @@ std::unique_ptr<RegressionProblem> problem_of_consistent_horizon(std::span<const
   for (const double h : kHorizons)
     if (h > horizons.back() + 0.5 / o.grid_hz) horizons.push_back(h);
   std::vector<std::unique_ptr<RegressionProblem>> problems;
-  for (const double h : horizons) problems.push_back(std::make_unique<RegressionProblem>(flights, vehicle, o, h));
+  for (const double h : horizons)
+    problems.push_back(std::make_unique<RegressionProblem>(flights, vehicle, o, h));
   const RegressionProblem& first = *problems.front();
-  const auto noise =
-      estimate_noise(first, slow_columns(first), Eigen::VectorXd::Zero(first.rows()), 1.0);
+  const auto noise = estimate_noise(first, slow_columns(first), Eigen::VectorXd::Zero(first.rows()), 1.0);
   const Eigen::VectorXd z = noise->apply(first.residual());
   std::vector<std::array<Estimator, 12>> all;
   for (const auto& p : problems) all.push_back(estimators(*p, *noise));

@@ -25,11 +25,13 @@ struct HorizonChoice {
   std::vector<HorizonTest> tests;  ///< of every horizon that was refused, and of the chosen one
 };
 
-/// The problem with the shortest horizon whose estimates agree with those of longer ones (the idea of Hausman 1978; the variance
-/// of a difference is that of its own weights on white noise): a short one is efficient, but biased where feedback acts on what the recording does not tell; a long one is less so.
-/// Asked of the scale of every channel's rotor wrench, and of drag along and about every axis.
+/// The problem with the shortest horizon whose estimates agree with those of longer ones (the idea of Hausman
+/// 1978; the variance of a difference is that of its own weights on white noise): a short one is efficient,
+/// but biased where feedback acts on what the recording does not tell; a long one is less so. Asked of the
+/// scale of every channel's rotor wrench, and of drag along and about every axis.
 std::unique_ptr<RegressionProblem> problem_of_consistent_horizon(std::span<const Flight* const> flights,
                                                                  const vehicle::Vehicle& vehicle,
-                                                                 const Options& options, HorizonChoice& choice);
+                                                                 const Options& options,
+                                                                 HorizonChoice& choice);
 
 }  // namespace omniflight::diagnosis
