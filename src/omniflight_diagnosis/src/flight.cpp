@@ -63,7 +63,8 @@ double kernel_variance(const Signal& signal, const Grid& grid, int derivatives) 
 Channel on_grid(const Signal& signal, const Grid& grid, const Options& o, double more = 0) {
   Channel c;
   const double gap = std::max(o.max_gap_s, 3.0 * signal.median_period_s());
-  c.x = recording::resample(o.engine == Engine::posterior ? without_outliers(signal) : signal, grid.t, gap);
+  c.x = o.engine == Engine::posterior ? recording::resample(without_outliers(signal), grid.t, gap)
+                                      : recording::resample(signal, grid.t, gap);
   c.valid.assign(grid.t.size(), 1);
   const Eigen::Index n = c.x.rows();
   Eigen::Index first = 0;

@@ -22,7 +22,7 @@ HorizonChoice chosen(double answer_s) {
   HorizonChoice choice;
   const auto problem = problem_of_consistent_horizon(one, v, o, choice);
   EXPECT_EQ(problem->rows(), 6 * problem->samples());
-  EXPECT_GE(choice.horizon_s, least_horizon(*flight));
+  EXPECT_GE(choice.horizon_s(), least_horizon(*flight));
   return choice;
 }
 
@@ -35,7 +35,7 @@ TEST(PredictionHorizon, WithoutFeedbackTheShortestIsConsistent) {
 TEST(PredictionHorizon, FeedbackThatTheRecordDoesNotTellIsSeen) {
   const HorizonChoice c = chosen(0.04);
   EXPECT_GT(c.tests[0].statistic, kHorizonsDisagree) << c.tests[0].about;
-  EXPECT_GT(c.horizon_s, c.tests[0].horizon_s);
+  EXPECT_GT(c.horizon_s(), c.tests[0].horizon_s);
 }
 
 }  // namespace

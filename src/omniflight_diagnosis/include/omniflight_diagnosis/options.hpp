@@ -25,11 +25,11 @@ struct Tolerance {
   double gyro_bias = 0.008;     ///< rad/s, one standard deviation
   double world_force = 0.005;   ///< 1, constant force in the world over weight (level, alignment)
   double rotor_clock = 0.0015;  ///< s, rotor speeds against accelerometer and gyro; on instruments
-  /// Of the vehicle file, where nothing is told (posterior only): numbers of a vehicle that was measured with
-  /// ordinary means. `told` scales them as the told thrust scale is to the default one.
   /// 1, of the day against the one at which thrust was measured: pressure and temperature by 2 % each;
   /// nothing where the density is told. Posterior only.
   double air_density = 0.025;
+  /// Of the vehicle file, where nothing is told (posterior only): numbers of a vehicle that was measured with
+  /// ordinary means. `told` scales them as the told thrust scale is to the default one.
   double inertia = 0.08;         ///< 1, each principal moment of inertia
   double center_of_mass = 0.02;  ///< 1, over the largest arm
   double rotor_scale = 0.02;     ///< 1, each rotor by itself

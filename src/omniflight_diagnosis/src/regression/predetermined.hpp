@@ -6,8 +6,8 @@
 namespace omniflight::diagnosis {
 
 /// Situations of samples [begin, end) of the flight with body state, rotors and accelerations as the samples
-/// up to `lag` before predict them: measured state, rotor speeds and low-passed wrench residual
-/// of then, nominal wrench of the rotors in between. A disturbance within a sample moves the measured state
+/// up to `lag` samples before predict them: measured state, rotor speeds and low-passed wrench residual of
+/// then, nominal wrench of the rotors in between. A disturbance within a sample moves the measured state
 /// of that sample and, through the controller, its rotors; regressors taken from it would correlate with the
 /// noise. `inertia`: nominal, about the body origin (6 x 6).
 std::vector<physics::Situation> predetermined(const Flight& flight, Segment segment, const Mat6& inertia,

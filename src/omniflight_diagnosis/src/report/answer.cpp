@@ -64,6 +64,16 @@ std::vector<std::string> replacements(const std::map<std::set<std::string>, doub
   return out;
 }
 
+/// Inclusion from which members of the likeliest set are named. Its likeliest effect always is, with what it
+/// cannot be told apart from, unless the set says that something has no name.
+double least_inclusion(const Inference& in, const std::set<std::string>& best) {
+  if (best.contains("unknown")) return kNamed;
+  double likeliest = 0;
+  for (const std::string& name : best)
+    likeliest = std::max(likeliest, in.posterior.inclusion(name, in.hypotheses));
+  return std::min(kNamed, likeliest);
+}
+
 Finding finding_of(const Inference& in, const SetMember& member, const double* deviation,
                    const std::map<std::set<std::string>, double>& sets, const std::set<std::string>& best) {
   const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
@@ -190,9 +200,7 @@ void add_decisions(const Inference& in, const std::set<std::string>& best, Diagn
     d.decisions.push_back({format("horizon %.3f s", t.horizon_s),
                            "estimates against those of longer horizons, " + t.about, t.statistic,
                            kHorizonsDisagree, "Hausman's test, chi-square of one degree of freedom",
-                           t.statistic < kHorizonsDisagree      ? "chosen"
-                           : t.horizon_s < in.horizon.horizon_s ? "refused: feedback biases it"
-                                                                : "chosen: the longest"});
+                           t.statistic < kHorizonsDisagree ? "chosen" : "refused: feedback biases it"});
   for (const auto& [name, g] : gain) {
     const double p = in.posterior.inclusion(name, in.hypotheses);
     d.decisions.push_back({name, "evidence alone against nothing", g, -odds[name],
@@ -251,11 +259,7 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
   const std::set<std::string> best = names_of(in, members);
   const double* deviation = fit.theta_deviation.data();
   const bool something = in.posterior.alarm();
-  // the likeliest effect is always named, with what it cannot be told apart from
-  double named = kNamed, likeliest = 0;
-  for (const std::string& name : best)
-    if (name != "unknown") likeliest = std::max(likeliest, in.posterior.inclusion(name, in.hypotheses));
-  if (!best.contains("unknown")) named = std::min(named, likeliest);
+  const double named = least_inclusion(in, best);
   for (const SetMember& member : fit.members) {
     const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
     if (h.pattern) {

@@ -25,24 +25,24 @@ using Estimator = Eigen::VectorXd;
 std::array<Estimator, 12> estimators(const RegressionProblem& p, const NoiseModel& noise) {
   std::array<Estimator, 12> out;
   const int n = p.samples();
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(p.rows(), 2);
-  for (std::size_t k = 0; k < 12; ++k) {
-    const int c = static_cast<int>(k % 6);
-    if (p.forces_only() && c >= 3) continue;
-    columns.setZero();
+  std::vector<Vec6> rotors;
+  for (int i = 0; i < n; ++i) rotors.push_back(physics::rotor_wrench(p.situation(i)));
+  for (int c = 0; c < (p.forces_only() ? 3 : 6); ++c) {
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(p.rows(), 3);  // of rotors, of drag, constant
     for (int i = 0; i < n; ++i) {
       const physics::Situation& s = p.situation(i);
-      columns(c * n + i, 0) = k < 6   ? physics::rotor_wrench(s)[c]
-                              : c < 3 ? s.v_WB_B[c]
-                                      : s.body.w_WB_B[c - 3];
-      columns(c * n + i, 1) = p.scale(c);
+      columns.row(c * n + i) << rotors[static_cast<std::size_t>(i)][c],
+          c < 3 ? s.v_WB_B[c] : s.body.w_WB_B[c - 3], p.scale(c);
     }
     const Eigen::MatrixXd x = noise.apply(columns);
-    const double constant = x.col(1).squaredNorm();
+    const double constant = x.col(2).squaredNorm();
     if (!(constant > 0)) continue;
-    const Eigen::VectorXd own = x.col(0) - x.col(1) * (x.col(1).dot(x.col(0)) / constant);
-    const double information = own.squaredNorm();
-    if (information > 1e-12 * x.col(0).squaredNorm()) out[k] = own / information;
+    for (int k = 0; k < 2; ++k) {
+      const Eigen::VectorXd own = x.col(k) - x.col(2) * (x.col(2).dot(x.col(k)) / constant);
+      const double information = own.squaredNorm();
+      if (information > 1e-12 * x.col(k).squaredNorm())
+        out[static_cast<std::size_t>(6 * k + c)] = own / information;
+    }
   }
   return out;
 }
@@ -65,8 +65,7 @@ std::unique_ptr<RegressionProblem> problem_of_consistent_horizon(std::span<const
   const Eigen::VectorXd z = noise->apply(first.residual());
   std::vector<std::array<Estimator, 12>> all;
   for (const auto& p : problems) all.push_back(estimators(*p, *noise));
-  std::size_t chosen = 0;
-  for (; chosen < horizons.size(); ++chosen) {
+  for (std::size_t chosen = 0;; ++chosen) {  // the longest has nothing to disagree with
     HorizonTest test{horizons[chosen], 0, ""};
     for (std::size_t longer = chosen + 1; longer < horizons.size(); ++longer)
       for (std::size_t k = 0; k < 12; ++k) {
@@ -77,11 +76,8 @@ std::unique_ptr<RegressionProblem> problem_of_consistent_horizon(std::span<const
         if (statistic > test.statistic) test = {horizons[chosen], statistic, kAsked[k]};
       }
     choice.tests.push_back(test);
-    if (test.statistic < kHorizonsDisagree) break;
+    if (test.statistic < kHorizonsDisagree) return std::move(problems[chosen]);
   }
-  chosen = std::min(chosen, horizons.size() - 1);
-  choice.horizon_s = horizons[chosen];
-  return std::move(problems[chosen]);
 }
 
 }  // namespace omniflight::diagnosis

@@ -21,8 +21,8 @@ struct HorizonTest {
 };
 
 struct HorizonChoice {
-  double horizon_s = 0;
-  std::vector<HorizonTest> tests;  ///< of every horizon that was refused, and of the chosen one
+  std::vector<HorizonTest> tests;  ///< of every horizon that was refused, and last of the chosen one
+  double horizon_s() const { return tests.back().horizon_s; }
 };
 
 /// The problem with the shortest horizon whose estimates agree with those of longer ones (the idea of Hausman

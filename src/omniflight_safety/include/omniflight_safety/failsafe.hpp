@@ -46,7 +46,7 @@ enum class Fault : std::uint8_t {
   board_emergency,    ///< a rotor board reports an emergency
   operator_stop,      ///< the operator asks to wind down now (Ctrl-C)
   clock_broken,       ///< time is not finite or runs backwards
-  emergency_stop,     ///< emergency stop
+  emergency_stop,     ///< the operator cuts the rotors at once
 };
 inline constexpr std::size_t kFaults = 18;
 std::string_view to_string(Fault fault);
