@@ -21,6 +21,7 @@
 #include "omniflight_planning/plan.hpp"
 #include "omniflight_recording/formats.hpp"
 #include "pilot_words.hpp"
+#include "questions.hpp"
 #include "reflight.hpp"
 #include "refly_recorded.hpp"
 #include "verbs.hpp"
@@ -29,7 +30,8 @@ namespace omniflight::cli {
 namespace {
 
 struct Options {
-  std::vector<std::string> recordings, held_out, set;
+  std::vector<std::string> recordings, held_out, set, baseline;
+  Questions questions;
   std::string vehicle, refly, plan, told, map, ablation, test_bed = "pyramid";
   double budget_s = 0;
   int jobs = 0;
@@ -274,6 +276,10 @@ void tell(const Options& o, const Common& common, const diagnosis::Diagnosis& d,
     say(common, "nominal simulation against the recording:\n" + to_text(refit.before));
     say(common, "simulation with the model found against the recording:\n" + to_text(refit.after));
   }
+  if (!o.questions.why.empty()) {
+    say(common, "  why " + o.questions.why + ":");
+    for (const std::string& line : why(o.questions.why, d)) say(common, "    " + line);
+  }
   if (o.check) {
     say_intake(common, d.intake);
     for (const auto& in : d.further) say_intake(common, in);
@@ -359,6 +365,19 @@ Action add_diagnose(CLI::App& verb, Common& common) {
       ->check(CLI::IsMember(ablations()));
   verb.add_option("--engine", o->engine, "Inference that names effects")
       ->check(CLI::IsMember({"selection", "posterior"}));
+  verb.add_option("--only", o->questions.only,
+                  "Effects of the wrench that are asked for, separated by commas");
+  verb.add_option("--exclude", o->questions.exclude,
+                  "Effects of the wrench that are not, separated by commas");
+  verb.add_option("--why", o->questions.why, "Effect: say what was asked of it, and what came of that");
+  verb.add_option(
+      "--prior", o->questions.prior,
+      "diagnosis.json of earlier flights of this vehicle: its probabilities instead of the library's "
+      "rates (with --engine posterior)");
+  verb.add_option(
+      "--baseline", o->baseline,
+      "Three or more good flights of the same vehicle, where only the motors can be judged: say which "
+      "rotor gives less than in them");
   verb.add_option("--test-bed", o->test_bed, "Where the proposed next flight has to fit");
   return [o, &common]() -> Result<int> {
     const auto begin = std::chrono::steady_clock::now();
@@ -368,12 +387,16 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     if (!fit) return Failure(fit.error());
     auto held_out = load_all(o->held_out, o->map);
     if (!held_out) return Failure(held_out.error());
+    auto baseline = load_all(o->baseline, o->map);
+    if (!baseline) return Failure(baseline.error());
     ablate_input(o->ablation, *fit, *vehicle);
     diagnosis::Options options;
+    options.baseline = *baseline;
     if (auto ok = take_told(*o, *fit, *vehicle, options, common); !ok) return Failure(ok.error());
     if (auto ok = take_neighbours(*o, *fit, *held_out, options); !ok) return Failure(ok.error());
     ablate_options(o->ablation, options);
     if (o->engine == "posterior") options.engine = diagnosis::Engine::posterior;
+    if (auto ok = ask(o->questions, options); !ok) return Failure(ok.error());
     constexpr unsigned kDefaultMost = 4;  // each keeps a copy of the flight, and less and less is won
     options.threads =
         o->jobs > 0 ? o->jobs

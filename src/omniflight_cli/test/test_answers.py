@@ -81,6 +81,33 @@ class Answers(system.SystemTest):
             found = self.check_unfinished(done.stdout)
             self.assertLess(found["runtime_s"], 3)
 
+    def ask(self, *arguments, expect=0):
+        done = self.run_command("diagnose", "t/flight.mcap", "--vehicle", "omnimorph", "--out", "d", *arguments, expect=expect)
+        return done.stdout + done.stderr
+
+    def test_only_and_exclude_bound_the_search_and_why_tells_what_became_of_an_effect(self):
+        text = self.ask("--engine", "posterior", "--only", "payload_mass,hung_cable", "--exclude", "wind", "--why", "hung_cable",
+                        expect=None)
+        found = self.json("d/diagnosis.json")
+        wrench = {f["effect"] for f in found["findings"] if f["stage"] == "wrench"}
+        self.assertTrue(wrench and wrench <= {"payload_mass", "hung_cable"}, wrench)
+        asked = {x["about"] for x in found["decisions"] if x["asked"] == "evidence alone against nothing"}
+        self.assertEqual({a for a in asked if not a.startswith("unknown")}, {"payload_mass", "hung_cable"})
+        self.assertRegex(text, r"why hung_cable:\n +evidence alone against nothing: [-+.e\d]+ against [-+.e\d]+ .*(kept|refused)")
+        text = self.ask("--engine", "posterior", "--only", "payload_mass", "--why", "rotor_drag", expect=None)
+        self.assertIn("not among the effects that the caller asks for", text)
+        text = self.ask("--check", "--why", "neighbour_downwash")
+        self.assertIn("why neighbour_downwash:", text)
+
+    def test_questions_that_have_no_answer_are_refused(self):
+        self.assertIn("Did you mean 'payload_mass'?", self.ask("--only", "payload_mas", expect=4))
+        self.assertIn("Did you mean 'rotor_drag'?", self.ask("--why", "rotor_drug", expect=4))
+        self.assertIn("asked for and excluded", self.ask("--only", "wind", "--exclude", "wind", expect=4))
+        prior = str(self.write("prior.json", '{"schema": "omniflight.diagnosis/1", "findings": [{"effect": "wind"}]}'))
+        self.assertIn("--engine posterior", self.ask("--prior", prior, expect=4))
+        self.assertIn("field 'probability' of finding 'wind'", self.ask("--engine", "posterior", "--prior", prior, expect=4))
+        self.assertIn("omniflight.diagnosis/1", self.ask("--engine", "posterior", "--prior", "t/flight.json", expect=4))
+
     def test_long_pages_fit_a_telephone(self):
         if not shutil.which("chromium"):
             self.skipTest("chromium is not installed")

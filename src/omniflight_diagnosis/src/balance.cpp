@@ -108,146 +108,261 @@ ParameterValue value_of(const physics::Effect* effect, std::size_t at, const cha
   return p;
 }
 
+/// Steady flight of some recordings, each weighed by how long it was.
+struct Balance {
+  vehicle::AllocationMatrix allocation;  ///< mean over their tilts
+  Vec6 wrench = Vec6::Zero();            ///< at thrusts that add up to one
+  double seconds = 0;
+  std::string notes;
+  std::optional<Error> refused;  ///< why the last one was left out
+
+  double lift() const { return std::max(1e-9, wrench.head<3>().norm() / seconds); }
+  /// Mean lever [m] of a rotor about each body axis.
+  Vec3 arm() const {
+    Vec3 out = Vec3::Zero();
+    for (Eigen::Index k = 0; k < allocation.cols(); ++k)
+      out += allocation.block<3, 1>(3, k).cwiseAbs() / static_cast<double>(allocation.cols());
+    return out.cwiseMax(1e-9);
+  }
+  /// Torque about roll, pitch and yaw, each over weight times arm().
+  Vec3 imbalance() const { return (wrench.tail<3>() / seconds).cwiseQuotient(lift() * arm()); }
+  /// What a rotor adds to imbalance() that gives all of its share again.
+  Vec3 of_rotor(int k) const {
+    return allocation.block<3, 1>(3, k).cwiseQuotient(lift() * arm()) /
+           static_cast<double>(allocation.cols());
+  }
+};
+
+/// Adds one recording; what was not steady goes to `excluded`. Error: no motor signal.
+Status add_flight(const Recording& r, const vehicle::Vehicle& v, Balance& sum,
+                  std::vector<Window>& excluded) {
+  Recording chosen = r;  // commanded power, where logged, is closer to thrust than the duty cycle
+  if (r.find("motor_power") && !r.find("rotor_speed") && !r.find("rotor_command"))
+    chosen.signals.erase("pwm");
+  const auto source = thrust_source(chosen, v);
+  if (!source)
+    return bad_input("no motor signal ('rotor_speed', 'rotor_command', 'pwm' or 'motor_power')", r.file,
+                     "Record one of them, or name the columns with --map");
+  const Steady steady = steady_thrust(r, source->speed, v);
+  excluded = steady.excluded;
+  sum.refused.reset();
+  if (steady.seconds < 2 || !(steady.thrust.minCoeff() > 0)) {
+    sum.refused = Error{ErrorCode::bad_input,
+                        format("only %.1f s of steady flight, at least 2 s are needed", steady.seconds),
+                        r.file, "Give a recording with some hover"};
+    return {};
+  }
+  const vehicle::AllocationMatrix own = v.allocation_matrix(steady.alpha);
+  const double before = sum.seconds;
+  if (before == 0) sum.allocation = vehicle::AllocationMatrix::Zero(6, own.cols());
+  sum.seconds += steady.seconds;
+  sum.wrench += steady.seconds * (own * (steady.thrust / steady.thrust.sum()));
+  sum.allocation += (steady.seconds / sum.seconds) * (own - sum.allocation);
+  if (steady.tilt_unknown && sum.notes.find("tilt angle") == std::string::npos)
+    sum.notes += format(" No tilt angle: it is taken as %.2f rad.", steady.alpha);
+  if (sum.notes.find(source->note) == std::string::npos) sum.notes += " " + source->note;
+  return {};
+}
+
+/// The imbalance that a sound vehicle has, and how far it is from that by chance.
+struct Yardstick {
+  Vec3 expected = Vec3::Zero(), sigma;
+  int flights = 0;  ///< that it was taken from; 0: tolerance of the vehicle
+
+  /// Minus twice the log-likelihood of an imbalance, a constant apart: normal, or Student's t where the
+  /// standard deviations come from few flights.
+  double chi(const Vec3& imbalance) const {
+    const Vec3 z = (imbalance - expected).cwiseQuotient(sigma);
+    if (flights == 0) return z.squaredNorm();
+    double sum = 0;
+    for (const double x : z) sum += flights * std::log1p(x * x / (flights - 1));
+    return sum;
+  }
+};
+
+constexpr int kFewestBaselines = 3;  ///< that tell a scatter of each axis
+
+Result<Yardstick> yardstick(const Options& o, const vehicle::Vehicle& v) {
+  Yardstick out;
+  out.sigma << o.tolerance.motor_lateral, o.tolerance.motor_lateral, o.tolerance.motor_yaw;
+  if (o.baseline.empty()) return out;
+  std::vector<Vec3> all;
+  for (const Recording& r : o.baseline) {
+    Balance one;
+    std::vector<Window> excluded;
+    if (auto ok = add_flight(r, v, one, excluded); !ok) return Failure(ok.error());
+    if (one.seconds > 0) all.push_back(one.imbalance());
+  }
+  out.flights = static_cast<int>(all.size());
+  if (out.flights < kFewestBaselines)
+    return bad_input(
+        format("%d baseline flights with steady parts; the scatter of at least %d is the measure "
+               "of a change",
+               out.flights, kFewestBaselines),
+        o.baseline.front().file, "Name more flights with --baseline");
+  for (const Vec3& x : all) out.expected += x / out.flights;
+  Vec3 variance = Vec3::Zero();
+  for (const Vec3& x : all) variance += (x - out.expected).cwiseAbs2() / (out.flights - 1);
+  out.sigma = (variance * (1 + 1.0 / out.flights)).cwiseSqrt().cwiseMax(1e-4);
+  return out;
+}
+
+/// How much more than its share the rotor needs that explains the imbalance best, and the 95 % interval of
+/// that by the likelihood.
+struct WeakRotor {
+  int rotor = -1;
+  double extra = 0, low = 0, high = 0, chi = 0;
+};
+
+WeakRotor weakest_rotor(const Balance& b, const Yardstick& y) {
+  constexpr double kMost = 3;  // a rotor that gives a quarter of its thrust: no vehicle flies on
+  const Vec3 x = b.imbalance();
+  WeakRotor best;
+  best.chi = y.chi(x);
+  for (int k = 0; k < b.allocation.cols(); ++k) {
+    const Vec3 u = b.of_rotor(k);
+    const auto chi = [&](double e) { return y.chi(x - e * u); };
+    double at = 0;
+    for (int i = 1; i <= 3000; ++i)
+      if (chi(kMost * i / 3000) < chi(at)) at = kMost * i / 3000;
+    if (!(at > 0) || chi(at) >= best.chi) continue;
+    best = {k, at, 0, 0, chi(at)};
+  }
+  if (best.rotor < 0) return best;
+  const Vec3 u = b.of_rotor(best.rotor);
+  const auto edge = [&](double far) {  // where twice the log-likelihood is 3.84 below its best
+    double in = best.extra, out = far;
+    for (int i = 0; i < 50; ++i) {
+      const double middle = 0.5 * (in + out);
+      (y.chi(x - middle * u) < best.chi + 3.84 ? in : out) = middle;
+    }
+    return in;
+  };
+  best.low = edge(best.extra - kMost), best.high = edge(best.extra + kMost);
+  return best;
+}
+
+/// "Rotor 3 gives 17 % less thrust ...", with its numbers.
+Finding weak_rotor(const WeakRotor& weak, double without, const Yardstick& y, Diagnosis& d) {
+  const auto thrust = [](double extra) { return 1 / (1 + std::max(-0.9, extra)) - 1; };
+  const double scale = thrust(weak.extra), low = thrust(weak.high), high = thrust(weak.low);
+  const physics::Effect* effect = physics::find_effect("rotor_thrust_scale");
+  const auto at = static_cast<std::size_t>(weak.rotor);
+  Finding f;
+  f.effect = "rotor_thrust_scale";
+  f.stage = physics::Stage::actuation;
+  f.channels = {"rotor" + std::to_string(weak.rotor + 1), "Mx", "My", "Mz"};
+  f.probability = 1 / (1 + std::exp(-0.5 * (without - weak.chi)));
+  f.parameters.push_back(value_of(effect, at, "scale", "1", scale, 0));
+  f.parameters.back().low = low, f.parameters.back().high = high;
+  f.sentence = format(
+      "Rotor %d gives %.0f %% less thrust than %s (95 %%: %.0f to %.0f %%): it needs %.0f %% more than "
+      "its share in steady flight. A damaged propeller or a weak motor does this.",
+      weak.rotor + 1, -100 * scale,
+      y.flights > 0 ? format("in the %d baseline flights", y.flights).c_str() : "its command should",
+      -100 * high, -100 * low, 100 * weak.extra);
+  if (!effect) return f;
+  f.equation = effect->info().equation;
+  f.latex = effect->info().latex;
+  physics::ActiveEffect active{effect, {}};
+  for (const auto& p : effect->info().parameters) active.theta.push_back(p.neutral);
+  if (at < active.theta.size()) {
+    const auto& p = effect->info().parameters[at];
+    active.theta[at] = std::clamp(scale, p.lower, p.upper);
+    d.model.push_back(active);
+  }
+  return f;
+}
+
+/// "The centre of mass lies beside the middle ...", with its numbers.
+Finding shifted_mass(const Balance& b, const Yardstick& y, double against, Diagnosis& d) {
+  const Vec3 imbalance = b.imbalance() - y.expected, arm = b.arm();
+  const physics::Effect* effect = physics::find_effect("com_offset");
+  Finding f;
+  f.effect = "com_offset";
+  f.stage = physics::Stage::wrench;
+  f.channels = {"Mx", "My"};
+  f.probability = 1 / (1 + std::exp(-0.5 * against));
+  f.cannot_be_told_apart_from = {"payload_mass", "attachment_torque"};
+  // the thrusts lean towards the centre of mass: roll torque tilts about x for an offset along y
+  const double at_y = imbalance.x() * arm.x(), at_x = -imbalance.y() * arm.y();
+  const double half_y = 1.96 * y.sigma.x() * arm.x(), half_x = 1.96 * y.sigma.y() * arm.y();
+  f.parameters.push_back(value_of(effect, 0, "x", "m", at_x, half_x));
+  f.parameters.push_back(value_of(effect, 1, "y", "m", at_y, half_y));
+  f.sentence = format(
+      "The centre of mass lies beside %s: x = %+.1f mm, y = %+.1f mm (95 %%: +-%.1f mm). An "
+      "added weight does this; no single rotor is to blame.",
+      y.flights > 0 ? "that of the baseline flights" : "the middle", 1e3 * at_x, 1e3 * at_y,
+      1e3 * std::max(half_x, half_y));
+  if (!effect) return f;
+  f.equation = effect->info().equation;
+  f.latex = effect->info().latex;
+  d.model.push_back({effect, {at_x, at_y, 0.0}});
+  return f;
+}
+
 }  // namespace
+
+Status check_baseline(const vehicle::Vehicle& v, const Options& o) {
+  if (auto y = yardstick(o, v); !y) return Failure(y.error());
+  return {};
+}
 
 Result<Diagnosis> diagnose_balance(std::span<const Recording> flown, const vehicle::Vehicle& v,
                                    const Options& o) {
   Diagnosis d;
-  const int n = v.rotor_count();
-  // every flight's own shares count as long as it was steady
-  vehicle::AllocationMatrix A = vehicle::AllocationMatrix::Zero(6, n);
-  Eigen::VectorXd share = Eigen::VectorXd::Zero(n);
-  Vec6 wrench = Vec6::Zero();  // at thrusts that add up to one
-  double seconds = 0;
-  std::string notes;
+  Balance b;
   std::optional<Error> refused;
-  for (const Recording& r : flown) {
-    Recording chosen = r;  // commanded power, where logged, is closer to thrust than the duty cycle
-    if (r.find("motor_power") && !r.find("rotor_speed") && !r.find("rotor_command"))
-      chosen.signals.erase("pwm");
-    const auto source = thrust_source(chosen, v);
-    if (!source)
-      return bad_input("no motor signal ('rotor_speed', 'rotor_command', 'pwm' or 'motor_power')", r.file,
-                       "Record one of them, or name the columns with --map");
-    const Steady steady = steady_thrust(r, source->speed, v);
+  for (const Recording& r : flown) {  // every flight's own shares count as long as it was steady
     d.inputs.push_back(input_of(r));
-    d.inputs.back().excluded = steady.excluded;
-    if (steady.seconds < 2 || !(steady.thrust.minCoeff() > 0)) {
-      refused = Error{ErrorCode::bad_input,
-                      format("only %.1f s of steady flight, at least 2 s are needed", steady.seconds), r.file,
-                      "Give a recording with some hover"};
-      d.left_out.push_back("the motors of " + r.file + " (" + refused->message + ")");
-      continue;
-    }
-    const Eigen::VectorXd part = steady.thrust / steady.thrust.sum();
-    const vehicle::AllocationMatrix own = v.allocation_matrix(steady.alpha);
-    share += steady.seconds * part;
-    wrench += steady.seconds * (own * part);
-    A += steady.seconds * own;
-    seconds += steady.seconds;
-    if (steady.tilt_unknown && notes.find("tilt angle") == std::string::npos)
-      notes += format(" No tilt angle: it is taken as %.2f rad.", steady.alpha);
-    if (notes.find(source->note) == std::string::npos) notes += " " + source->note;
+    if (auto ok = add_flight(r, v, b, d.inputs.back().excluded); !ok) return Failure(ok.error());
+    if (!b.refused) continue;
+    refused = b.refused;
+    d.left_out.push_back("the motors of " + r.file + " (" + refused->message + ")");
   }
-  if (!(seconds > 0)) return Failure(*refused);
-  share /= seconds, wrench /= seconds, A /= seconds;
-
-  // imbalance over roll, pitch and yaw, each over weight times its mean arm
-  const double lift = std::max(1e-9, wrench.head<3>().norm());  // of the thrusts' sum
-  Vec3 arm = Vec3::Zero();
-  for (int k = 0; k < n; ++k)
-    for (int c = 0; c < 3; ++c) arm[c] += std::abs(A(3 + c, k)) / n;
-  Vec3 imbalance, sigma(o.tolerance.motor_lateral, o.tolerance.motor_lateral, o.tolerance.motor_yaw);
-  for (int c = 0; c < 3; ++c) imbalance[c] = wrench[3 + c] / (lift * std::max(1e-9, arm[c]));
-  const auto chi = [&](const Vec3& x) { return x.cwiseQuotient(sigma).squaredNorm(); };
-  const double none = chi(imbalance), centre = std::pow(imbalance.z() / sigma.z(), 2);
-  int rotor = -1;
-  double best = none, extra = 0, extra_se = 0;
-  for (int k = 0; k < n; ++k) {
-    Vec3 u;
-    for (int c = 0; c < 3; ++c) u[c] = A(3 + c, k) / (lift * std::max(1e-9, arm[c]) * n);
-    const double H = u.cwiseQuotient(sigma).squaredNorm();
-    const double e = u.cwiseQuotient(sigma).dot(imbalance.cwiseQuotient(sigma)) / H;
-    if (e > 0 && chi(imbalance - e * u) < best) {
-      best = chi(imbalance - e * u);
-      rotor = k;
-      extra = e;
-      extra_se = 1 / std::sqrt(H);
-    }
-  }
-  const bool broken = rotor >= 0 && none - best > 5.3 && best < centre - 1.0;
+  if (!(b.seconds > 0)) return Failure(*refused);
+  const auto y = yardstick(o, v);
+  if (!y) return Failure(y.error());
+  const Vec3 imbalance = b.imbalance() - y->expected;
+  const double none = y->chi(b.imbalance());
+  // a shifted centre of mass takes roll and pitch, and leaves yaw
+  Vec3 yaw_only = y->expected;
+  yaw_only.z() = b.imbalance().z();
+  const double centre = y->chi(yaw_only);
+  const WeakRotor weak = weakest_rotor(b, *y);
+  const bool broken = weak.rotor >= 0 && none - weak.chi > 5.3 && weak.chi < centre - 1.0;
   const bool off_centre = !broken && none - centre > 6.8;
   Mismatch m;
   m.stage = broken ? physics::Stage::actuation : physics::Stage::wrench;
   m.frame = "body";
   m.unit = "1";
-  m.channel = broken ? "rotor" + std::to_string(rotor + 1) : "Mx, My";
+  m.channel = broken ? "rotor" + std::to_string(weak.rotor + 1) : "Mx, My";
   m.rms = imbalance.norm();
-  m.noise_rms = sigma.norm();
+  m.noise_rms = y->sigma.norm();
   m.where = format("share of the torque over weight times arm: roll %+.3f, pitch %+.3f, yaw %+.3f",
                    imbalance.x(), imbalance.y(), imbalance.z());
-  Finding f;
-  if (broken) {
-    const double scale = 1 / (1 + extra) - 1, half = 1.96 * extra_se / std::pow(1 + extra, 2);
-    m.p_value = std::erfc(std::sqrt(0.5 * (none - best)));
-    const physics::Effect* effect = physics::find_effect("rotor_thrust_scale");
-    f.effect = "rotor_thrust_scale";
-    f.stage = physics::Stage::actuation;
-    f.channels = {"rotor" + std::to_string(rotor + 1), "Mx", "My", "Mz"};
-    f.probability = 1 / (1 + std::exp(-0.5 * (centre - best)));
-    f.parameters.push_back(value_of(effect, static_cast<std::size_t>(rotor), "scale", "1", scale, half));
-    f.sentence = format(
-        "Rotor %d gives %.0f %% less thrust than its command should (95 %%: %.0f to %.0f %%): it needs "
-        "%.0f %% more than its share in steady flight. A damaged propeller or a weak motor does this.",
-        rotor + 1, -100 * scale, -100 * (scale + half), -100 * (scale - half), 100 * extra);
-    if (effect) {
-      f.equation = effect->info().equation;
-      f.latex = effect->info().latex;
-      physics::ActiveEffect active{effect, {}};
-      for (const auto& p : effect->info().parameters) active.theta.push_back(p.neutral);
-      if (static_cast<std::size_t>(rotor) < active.theta.size()) {
-        const auto& p = effect->info().parameters[static_cast<std::size_t>(rotor)];
-        active.theta[static_cast<std::size_t>(rotor)] = std::clamp(scale, p.lower, p.upper);
-        d.model.push_back(active);
-      }
-    }
-  } else if (off_centre) {
-    m.p_value = std::exp(-0.5 * (none - centre));
-    const physics::Effect* effect = physics::find_effect("com_offset");
-    f.effect = "com_offset";
-    f.stage = physics::Stage::wrench;
-    f.channels = {"Mx", "My"};
-    f.probability = 1 / (1 + std::exp(-0.5 * (best - centre)));
-    f.cannot_be_told_apart_from = {"payload_mass", "attachment_torque"};
-    // the thrusts lean towards the centre of mass: roll torque tilts about x for an offset along y
-    const double y = imbalance.x() * arm.x(), x = -imbalance.y() * arm.y();
-    const double half_y = 1.96 * sigma.x() * arm.x(), half_x = 1.96 * sigma.y() * arm.y();
-    f.parameters.push_back(value_of(effect, 0, "x", "m", x, half_x));
-    f.parameters.push_back(value_of(effect, 1, "y", "m", y, half_y));
-    f.sentence = format(
-        "The centre of mass lies beside the middle: x = %+.1f mm, y = %+.1f mm (95 %%: +-%.1f mm). An "
-        "added weight does this; no single rotor is to blame.",
-        1e3 * x, 1e3 * y, 1e3 * half_y);
-    if (effect) {
-      f.equation = effect->info().equation;
-      f.latex = effect->info().latex;
-      d.model.push_back({effect, {x, y, 0.0}});
-    }
-  }
+  if (y->flights > 0)
+    m.where += format(" beside %d baseline flights, which scatter by %.3f, %.3f, %.3f", y->flights,
+                      y->sigma.x(), y->sigma.y(), y->sigma.z());
   if (broken || off_centre) {
+    m.p_value = broken ? std::erfc(std::sqrt(0.5 * (none - weak.chi))) : std::exp(-0.5 * (none - centre));
+    d.findings.push_back(broken ? weak_rotor(weak, centre, *y, d)
+                                : shifted_mass(b, *y, weak.chi - centre, d));
     d.mismatch.push_back(m);
-    d.findings.push_back(f);
     d.verdict = Verdict::explained;
-    d.summary = f.sentence;
+    d.summary = d.findings.back().sentence;
   } else {
-    d.summary =
-        "Nothing is missing: the motors share the load as evenly as motors of one kind do (" + m.where + ").";
+    d.summary = y->flights > 0 ? "Nothing changed: the motors share the load as in the baseline flights (" +
+                                     m.where + ")."
+                               : "Nothing is missing: the motors share the load as evenly as motors of one "
+                                 "kind do (" +
+                                     m.where + ").";
   }
   d.summary +=
       " There is no attitude or no force: only the balance of the motors in steady flight "
       "was "
       "judged; forces, drag, load and wind cannot be told." +
-      notes;
+      b.notes;
   for (const std::string& what : d.left_out) d.summary += " Left out: " + what + ".";
   return d;
 }

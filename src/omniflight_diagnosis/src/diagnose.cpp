@@ -52,6 +52,7 @@ Result<Diagnosis> without_a_wrench(std::span<const recording::Recording> fit, co
   for (const recording::Recording& r : fit)
     if (reach_of(r) == Reach::motors) motors.push_back(r);
   if (motors.empty()) return diagnose_sensors(fit, vehicle, o, hindrance(fit[0]));
+  if (auto ok = check_baseline(vehicle, o); !ok) return Failure(ok.error());
   auto d = diagnose_balance(motors, vehicle, o);
   if (!d) {
     const bool others = std::any_of(fit.begin(), fit.end(), [](const recording::Recording& r) {
@@ -170,6 +171,11 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   if (fit.empty()) return bad_input("no recording to diagnose", "", "Name at least one recording");
   if (auto valid = vehicle::validate(vehicle); !valid) return tl::unexpected(valid.error());
   const auto lacks = [](const recording::Recording& r) { return reach_of(r) != Reach::wrench; };
+  if (!o.baseline.empty() &&
+      std::any_of(fit.begin(), fit.end(), [](const auto& r) { return reach_of(r) != Reach::motors; }))
+    return bad_input("a baseline is compared only where the motors, and nothing but them, can be judged",
+                     fit.front().file,
+                     "Diagnose both flights without --baseline and compare their parameters");
   // what is fitted or predicted is without copies, freezes and clipping
   std::vector<Repaired> fitted, predicted;
   for (const recording::Recording& r : fit) fitted.push_back(in_order(r, o));
@@ -229,6 +235,10 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
       const Inference inference =
           infer(usable, vehicle, by_rotor(offered_effects(usable, vehicle, o), vehicle), o);
       add_posterior(inference, usable, o, d);
+      for (const physics::Effect* effect : physics::builtin_effects())
+        if (const std::string why = why_not_offered(*effect, usable, vehicle, o); !why.empty())
+          d.decisions.push_back({effect->info().id, "whether these recordings can show it", 0, 0,
+                                 "signals of the recordings, and options", "not asked: " + why});
     } else {
       flights[0].notes.push_back(
           "With a stuck rotor speed the wrench cannot be judged; only the sensors were.");

@@ -6,38 +6,50 @@
 
 namespace omniflight::diagnosis {
 
+namespace {
+
+bool listed(const std::vector<std::string>& list, const std::string& id) {
+  return std::find(list.begin(), list.end(), id) != list.end();
+}
+
+/// Why a thrust that is only modelled hides an effect, or nothing.
+std::string hidden_by_modelled_thrust(const std::string& id) {
+  for (const char* scaling : {"thrust_scale", "payload_mass", "thrust_curve", "rotor_thrust_scale",
+                              "constant_pull", "tilt_efficiency"})
+    if (id == scaling) return "it scales or shifts a thrust that is only modelled, for want of rotor speeds";
+  if (id == "com_offset") return "without torques it looks like an accelerometer that sits elsewhere";
+  if (id == "rotor_axis_misalignment") return "without torques it looks like an accelerometer mounted askew";
+  return "";
+}
+
+}  // namespace
+
+std::string why_not_offered(const physics::Effect& effect, std::span<const Flight* const> flights,
+                            const vehicle::Vehicle& vehicle, const Options& o) {
+  const auto& info = effect.info();
+  if (!effect.can_replay()) return "it is no effect of the wrench: the stage that it belongs to judges it";
+  if (listed(o.exclude, info.id)) return "excluded by the caller";
+  if (!o.only.empty() && !listed(o.only, info.id)) return "not among the effects that the caller asks for";
+  for (const Flight* f : flights) {
+    if (f->thrust_modelled)
+      if (std::string why = hidden_by_modelled_thrust(info.id); !why.empty()) return why;
+    for (const std::string& signal : info.signals) {
+      if (signal == "neighbour" && (o.neighbours.empty() && !has_neighbour(*f)))
+        return "no track of a neighbour is recorded or told";
+      if (signal == "velocity" && !f->has_position && !f->has("velocity")) return "no velocity is recorded";
+      if (signal == "position" && !f->has_position) return "no position is recorded";
+      if (signal == "alpha" && vehicle.tilt.kind == vehicle::TiltKind::none) return "no rotor tilts";
+      if (signal == "alpha" && !f->has_alpha) return "no tilt angle is recorded";
+    }
+  }
+  return "";
+}
+
 std::vector<const physics::Effect*> offered_effects(std::span<const Flight* const> flights,
                                                     const vehicle::Vehicle& vehicle, const Options& o) {
   std::vector<const physics::Effect*> out;
-  const auto listed = [](const std::vector<std::string>& list, const std::string& id) {
-    return std::find(list.begin(), list.end(), id) != list.end();
-  };
-  for (const physics::Effect* effect : physics::builtin_effects()) {
-    const auto& info = effect->info();
-    if (!effect->can_replay() || listed(o.exclude, info.id)) continue;
-    if (!o.only.empty() && !listed(o.only, info.id)) continue;
-    bool possible = true;
-    for (const Flight* f : flights) {
-      // what only scales a thrust whose scale is not known
-      if (f->thrust_modelled &&
-          (info.id == "thrust_scale" || info.id == "payload_mass" || info.id == "thrust_curve" ||
-           info.id == "rotor_thrust_scale" || info.id == "constant_pull" || info.id == "tilt_efficiency"))
-        possible = false;
-      // without torques it shows only as an accelerometer that sits elsewhere
-      if (f->thrust_modelled && info.id == "com_offset") possible = false;
-      // and this as one that is mounted askew
-      if (f->thrust_modelled && info.id == "rotor_axis_misalignment") possible = false;
-      for (const std::string& signal : info.signals) {
-        if (signal == "neighbour") possible = possible && (!o.neighbours.empty() || has_neighbour(*f));
-        if (signal == "position" || signal == "velocity")
-          possible = possible && (f->has_position || f->has("velocity"));
-        if (signal == "position") possible = possible && f->has_position;
-        if (signal == "alpha")
-          possible = possible && f->has_alpha && vehicle.tilt.kind != vehicle::TiltKind::none;
-      }
-    }
-    if (possible) out.push_back(effect);
-  }
+  for (const physics::Effect* effect : physics::builtin_effects())
+    if (why_not_offered(*effect, flights, vehicle, o).empty()) out.push_back(effect);
   return out;
 }
 

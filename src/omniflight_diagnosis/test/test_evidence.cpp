@@ -38,7 +38,7 @@ struct Setting {
     std::vector<const physics::Effect*> effects;
     for (const std::string& id : ids) effects.push_back(find_effect(id));
     noise = estimate_noise(*problem, slow_columns(*problem), Eigen::VectorXd::Zero(problem->rows()), 1);
-    hypotheses = make_hypotheses(*problem, *noise, effects, 1);
+    hypotheses = make_hypotheses(*problem, *noise, effects, options);
   }
 };
 

@@ -232,7 +232,8 @@ struct Diagnosis {
 /// Locates, names, models. `fit` recordings are fitted together; `held_out` ones are only predicted. With no
 /// held-out recording the last third of a single flight is held out as a block, and named so. Recordings that
 /// lack what a wrench needs are judged by what they have: the balance of the motors, or the sensors alone,
-/// and then the verdict is unusable. Once Options::stop has said so, the verdict is unfinished. Errors: no recording, or one that prepare_flight refuses.
+/// and then the verdict is unusable. Once Options::stop has said so, the verdict is unfinished. Errors: no
+/// recording, or one that prepare_flight refuses.
 Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
                            std::span<const recording::Recording> held_out, const vehicle::Vehicle& vehicle,
                            const Options& options = {});

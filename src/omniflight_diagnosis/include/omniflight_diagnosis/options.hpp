@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -83,6 +84,12 @@ struct Options {
   int threads = 1;                   ///< the search runs on; the answer is the same
   std::vector<std::string> only;     ///< candidate ids; empty: the whole library
   std::vector<std::string> exclude;  ///< ids that are not offered
+  /// Prior probabilities that effects are left out, by id, where more is known of this vehicle than how often
+  /// they occur (physics::occurrence); posterior only.
+  std::map<std::string, double> inclusion;
+  /// Flights of the same vehicle in good order, where only the balance of the motors can be judged: it is
+  /// held against theirs.
+  std::vector<recording::Recording> baseline;
   bool rollouts = true;
   bool random_folds = false;  ///< an ablation: samples left out are drawn one by one, as if noise were white
 

@@ -127,7 +127,7 @@ bool has_constant_columns(const Effect& effect) {
 }
 
 std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const NoiseModel& noise,
-                                        const std::vector<const Effect*>& effects, int threads) {
+                                        const std::vector<const Effect*>& effects, const Options& o) {
   std::vector<Hypothesis> out;
   // an effect of each rotor by itself shares the rate of the whole
   std::map<std::string, double> share;
@@ -139,6 +139,9 @@ std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const 
     h.id = e->info().id;
     h.effect = e;
     h.log_odds = std::log(kExpectedEffects * physics::occurrence(e->info()) / share[h.id] / total);
+    if (const auto told = o.inclusion.find(h.id); told != o.inclusion.end()) {
+      h.log_odds = std::log(told->second / (1 - told->second) / share[h.id]);
+    }
     h.points = shape_points(problem, *e);
     out.push_back(std::move(h));
   }
@@ -150,7 +153,7 @@ std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const 
     h.log_odds = std::log(kExpectedUnknown / static_cast<double>(patterns.size()));
     out.push_back(std::move(h));
   }
-  whiten(problem, noise, threads, out);
+  whiten(problem, noise, o.threads, out);
   return out;
 }
 

@@ -42,7 +42,8 @@ bool has_constant_columns(const physics::Effect& effect);
 
 /// All hypotheses that these flights could show. Columns are whitened by `noise`.
 std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const NoiseModel& noise,
-                                        const std::vector<const physics::Effect*>& effects, int threads);
+                                        const std::vector<const physics::Effect*>& effects,
+                                        const Options& options);
 
 /// Whitens the columns of hypotheses anew.
 void whiten(const RegressionProblem& problem, const NoiseModel& noise, int threads,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "grid_search.hpp"
 #include "parallel.hpp"
@@ -121,6 +122,18 @@ void in_own_noise(const Profiler& profiler, const Profile& nothing, double log_s
   }
 }
 
+/// Gains of hypotheses that were never fitted alone.
+void add_unfitted(const GridSearch& grid, const std::vector<Hypothesis>& hypotheses, Posterior& p) {
+  std::set<int> fitted;
+  for (const auto& [hypothesis, gain] : p.alone) fitted.insert(hypothesis);
+  for (const auto kind : {GridSearch::Kind::law, GridSearch::Kind::pattern})
+    for (const Candidate& c : grid.additions(p.nothing, -1e300, hypotheses.size(), kind)) {
+      const int h = c.member.hypothesis;
+      if (fitted.insert(h).second)
+        p.alone.emplace_back(h, c.gain - hypotheses[static_cast<std::size_t>(h)].log_odds);
+    }
+}
+
 }  // namespace
 
 Eigen::VectorXd wrench_of_set(const RegressionProblem& problem, const std::vector<Hypothesis>& hypotheses,
@@ -151,7 +164,7 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
   std::unique_ptr<GridSearch> grid;
   const auto use = [&](std::unique_ptr<NoiseModel> noise, const std::vector<SetMember>& seed) {
     if (out.hypotheses.empty())
-      out.hypotheses = make_hypotheses(problem, *noise, effects, o.threads);
+      out.hypotheses = make_hypotheses(problem, *noise, effects, o);
     else
       whiten(problem, *noise, o.threads, out.hypotheses);
     out.evidence = std::make_unique<Evidence>(problem, *noise, out.hypotheses, o.law_error);
@@ -189,6 +202,7 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
     use(std::move(current.noise), current.fit.members);
   }
   in_own_noise(profiler, nothing, out.noise->log_scale(), out.posterior, o);
+  add_unfitted(*grid, out.hypotheses, out.posterior);
   return out;
 }
 

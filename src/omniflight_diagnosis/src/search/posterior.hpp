@@ -12,12 +12,12 @@ namespace omniflight::diagnosis {
 struct SetPosterior {
   std::vector<int> hypotheses;  ///< sorted indices
   std::vector<SetMember> members;
-  double log_joint = 0;         ///< ln evidence plus ln prior
+  double log_joint = 0;  ///< ln evidence plus ln prior
   double probability = 0;
 };
 
-/// An alarm is raised when the probability that nothing was left out is below this: at most one alarm in twenty
-/// is false where probabilities are calibrated.
+/// An alarm is raised when the probability that nothing was left out is below this: at most one alarm in
+/// twenty is false where probabilities are calibrated.
 inline constexpr double kAlarm = 0.05;
 
 struct Posterior {
@@ -25,8 +25,10 @@ struct Posterior {
   SetFit nothing, best;
   double joint_of_best = 0;  ///< ln evidence plus ln prior, normalised by the noise it was found in
   double probability_of_nothing = 0;
-  std::vector<std::pair<int, double>> alone;  ///< hypothesis, gain of its set of one against nothing [nat]
-  bool finished = true;                       ///< false: stopped before the search had ended
+  /// Hypothesis, and gain of its set of one against nothing [nat]; where that was not fitted, at the best
+  /// point of its grid.
+  std::vector<std::pair<int, double>> alone;
+  bool finished = true;  ///< false: stopped before the search had ended
 
   bool alarm() const { return !best.members.empty() && probability_of_nothing < kAlarm; }
   /// Probability that an effect with this id is there.
