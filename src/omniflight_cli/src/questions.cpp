@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "omniflight_files/files.hpp"
 #include "verb_effects.hpp"
@@ -17,16 +16,10 @@ constexpr std::size_t kMostBytes = 64 * files::kMegabyte;
 /// Probabilities of earlier answers are not taken for more certain than this: the vehicle may have changed.
 constexpr double kLeast = 0.01;
 
-Result<std::vector<std::string>> ids_of(const std::vector<std::string>& words) {
-  std::vector<std::string> out;
-  for (const std::string& list : words) {
-    std::istringstream in(list);
-    for (std::string id; std::getline(in, id, ',');) {
-      if (auto known = known_effect(id); !known) return Failure(known.error());
-      out.push_back(id);
-    }
-  }
-  return out;
+Status check_known(const std::vector<std::string>& ids) {
+  for (const std::string& id : ids)
+    if (auto known = known_effect(id); !known) return Failure(known.error());
+  return {};
 }
 
 /// Probabilities of the effects that a diagnosis.json names.
@@ -57,16 +50,15 @@ Result<std::map<std::string, double>> inclusion_of(const std::string& path) {
 }  // namespace
 
 Status ask(const Questions& q, diagnosis::Options& options) {
-  auto only = ids_of(q.only), exclude = ids_of(q.exclude);
-  if (!only) return Failure(only.error());
-  if (!exclude) return Failure(exclude.error());
-  for (const std::string& id : *only)
-    if (std::find(exclude->begin(), exclude->end(), id) != exclude->end())
+  for (const auto* ids : {&q.only, &q.exclude})
+    if (auto ok = check_known(*ids); !ok) return ok;
+  for (const std::string& id : q.only)
+    if (std::find(q.exclude.begin(), q.exclude.end(), id) != q.exclude.end())
       return bad_input("'" + id + "' is asked for and excluded", "--only, --exclude", "Leave it out of one");
-  options.only = std::move(*only);
-  options.exclude = std::move(*exclude);
+  options.only = q.only;
+  options.exclude = q.exclude;
   if (!q.why.empty())
-    if (auto known = known_effect(q.why); !known) return Failure(known.error());
+    if (auto ok = check_known({q.why}); !ok) return ok;
   if (q.prior.empty()) return {};
   if (options.engine != diagnosis::Engine::posterior)
     return bad_input("a prior needs the engine that has one", "--prior", "Add --engine posterior");

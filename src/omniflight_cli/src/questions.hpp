@@ -10,7 +10,7 @@
 namespace omniflight::cli {
 
 struct Questions {
-  std::vector<std::string> only, exclude;  ///< effect ids, also separated by commas
+  std::vector<std::string> only, exclude;  ///< effect ids
   std::string why;                         ///< effect id
   std::string prior;                       ///< diagnosis.json of earlier flights of this vehicle
 };

@@ -366,9 +366,11 @@ Action add_diagnose(CLI::App& verb, Common& common) {
   verb.add_option("--engine", o->engine, "Inference that names effects")
       ->check(CLI::IsMember({"selection", "posterior"}));
   verb.add_option("--only", o->questions.only,
-                  "Effects of the wrench that are asked for, separated by commas");
+                  "Effects of the wrench that are asked for, separated by commas")
+      ->delimiter(',');
   verb.add_option("--exclude", o->questions.exclude,
-                  "Effects of the wrench that are not, separated by commas");
+                  "Effects of the wrench that are not, separated by commas")
+      ->delimiter(',');
   verb.add_option("--why", o->questions.why, "Effect: say what was asked of it, and what came of that");
   verb.add_option(
       "--prior", o->questions.prior,
@@ -391,7 +393,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     if (!baseline) return Failure(baseline.error());
     ablate_input(o->ablation, *fit, *vehicle);
     diagnosis::Options options;
-    options.baseline = *baseline;
+    options.baseline = std::move(*baseline);
     if (auto ok = take_told(*o, *fit, *vehicle, options, common); !ok) return Failure(ok.error());
     if (auto ok = take_neighbours(*o, *fit, *held_out, options); !ok) return Failure(ok.error());
     ablate_options(o->ablation, options);

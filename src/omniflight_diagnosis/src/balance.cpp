@@ -98,8 +98,8 @@ Steady steady_thrust(const Recording& r, const Signal& speed, const vehicle::Veh
 }
 
 ParameterValue value_of(const physics::Effect* effect, std::size_t at, const char* name, const char* unit,
-                        double value, double half) {
-  ParameterValue p{name, name, unit, value, value - half, value + half};
+                        double value, double low, double high) {
+  ParameterValue p{name, name, unit, value, low, high};
   if (effect && at < effect->info().parameters.size()) {
     p.name = effect->info().parameters[at].name;
     p.symbol = effect->info().parameters[at].symbol;
@@ -111,12 +111,11 @@ ParameterValue value_of(const physics::Effect* effect, std::size_t at, const cha
 /// Steady flight of some recordings, each weighed by how long it was.
 struct Balance {
   vehicle::AllocationMatrix allocation;  ///< mean over their tilts
-  Vec6 wrench = Vec6::Zero();            ///< at thrusts that add up to one
+  Vec6 wrench = Vec6::Zero();            ///< mean, at thrusts that add up to one
   double seconds = 0;
   std::string notes;
-  std::optional<Error> refused;  ///< why the last one was left out
 
-  double lift() const { return std::max(1e-9, wrench.head<3>().norm() / seconds); }
+  double lift() const { return std::max(1e-9, wrench.head<3>().norm()); }
   /// Mean lever [m] of a rotor about each body axis.
   Vec3 arm() const {
     Vec3 out = Vec3::Zero();
@@ -125,7 +124,7 @@ struct Balance {
     return out.cwiseMax(1e-9);
   }
   /// Torque about roll, pitch and yaw, each over weight times arm().
-  Vec3 imbalance() const { return (wrench.tail<3>() / seconds).cwiseQuotient(lift() * arm()); }
+  Vec3 imbalance() const { return wrench.tail<3>().cwiseQuotient(lift() * arm()); }
   /// What a rotor adds to imbalance() that gives all of its share again.
   Vec3 of_rotor(int k) const {
     return allocation.block<3, 1>(3, k).cwiseQuotient(lift() * arm()) /
@@ -133,9 +132,10 @@ struct Balance {
   }
 };
 
-/// Adds one recording; what was not steady goes to `excluded`. Error: no motor signal.
-Status add_flight(const Recording& r, const vehicle::Vehicle& v, Balance& sum,
-                  std::vector<Window>& excluded) {
+/// Adds one recording; what was not steady goes to `excluded`. The value: why it is left out, if it is.
+/// Error: no motor signal.
+Result<std::optional<Error>> add_flight(const Recording& r, const vehicle::Vehicle& v, Balance& sum,
+                                        std::vector<Window>& excluded) {
   Recording chosen = r;  // commanded power, where logged, is closer to thrust than the duty cycle
   if (r.find("motor_power") && !r.find("rotor_speed") && !r.find("rotor_command"))
     chosen.signals.erase("pwm");
@@ -145,67 +145,23 @@ Status add_flight(const Recording& r, const vehicle::Vehicle& v, Balance& sum,
                      "Record one of them, or name the columns with --map");
   const Steady steady = steady_thrust(r, source->speed, v);
   excluded = steady.excluded;
-  sum.refused.reset();
-  if (steady.seconds < 2 || !(steady.thrust.minCoeff() > 0)) {
-    sum.refused = Error{ErrorCode::bad_input,
-                        format("only %.1f s of steady flight, at least 2 s are needed", steady.seconds),
-                        r.file, "Give a recording with some hover"};
-    return {};
-  }
+  if (steady.seconds < 2 || !(steady.thrust.minCoeff() > 0))
+    return Error{ErrorCode::bad_input,
+                 format("only %.1f s of steady flight, at least 2 s are needed", steady.seconds), r.file,
+                 "Give a recording with some hover"};
   const vehicle::AllocationMatrix own = v.allocation_matrix(steady.alpha);
-  const double before = sum.seconds;
-  if (before == 0) sum.allocation = vehicle::AllocationMatrix::Zero(6, own.cols());
+  if (sum.seconds == 0) sum.allocation = vehicle::AllocationMatrix::Zero(6, own.cols());
   sum.seconds += steady.seconds;
-  sum.wrench += steady.seconds * (own * (steady.thrust / steady.thrust.sum()));
-  sum.allocation += (steady.seconds / sum.seconds) * (own - sum.allocation);
+  const double weight = steady.seconds / sum.seconds;
+  sum.wrench += weight * (own * (steady.thrust / steady.thrust.sum()) - sum.wrench);
+  sum.allocation += weight * (own - sum.allocation);
   if (steady.tilt_unknown && sum.notes.find("tilt angle") == std::string::npos)
     sum.notes += format(" No tilt angle: it is taken as %.2f rad.", steady.alpha);
   if (sum.notes.find(source->note) == std::string::npos) sum.notes += " " + source->note;
-  return {};
+  return std::optional<Error>();
 }
-
-/// The imbalance that a sound vehicle has, and how far it is from that by chance.
-struct Yardstick {
-  Vec3 expected = Vec3::Zero(), sigma;
-  int flights = 0;  ///< that it was taken from; 0: tolerance of the vehicle
-
-  /// Minus twice the log-likelihood of an imbalance, a constant apart: normal, or Student's t where the
-  /// standard deviations come from few flights.
-  double chi(const Vec3& imbalance) const {
-    const Vec3 z = (imbalance - expected).cwiseQuotient(sigma);
-    if (flights == 0) return z.squaredNorm();
-    double sum = 0;
-    for (const double x : z) sum += flights * std::log1p(x * x / (flights - 1));
-    return sum;
-  }
-};
 
 constexpr int kFewestBaselines = 3;  ///< that tell a scatter of each axis
-
-Result<Yardstick> yardstick(const Options& o, const vehicle::Vehicle& v) {
-  Yardstick out;
-  out.sigma << o.tolerance.motor_lateral, o.tolerance.motor_lateral, o.tolerance.motor_yaw;
-  if (o.baseline.empty()) return out;
-  std::vector<Vec3> all;
-  for (const Recording& r : o.baseline) {
-    Balance one;
-    std::vector<Window> excluded;
-    if (auto ok = add_flight(r, v, one, excluded); !ok) return Failure(ok.error());
-    if (one.seconds > 0) all.push_back(one.imbalance());
-  }
-  out.flights = static_cast<int>(all.size());
-  if (out.flights < kFewestBaselines)
-    return bad_input(
-        format("%d baseline flights with steady parts; the scatter of at least %d is the measure "
-               "of a change",
-               out.flights, kFewestBaselines),
-        o.baseline.front().file, "Name more flights with --baseline");
-  for (const Vec3& x : all) out.expected += x / out.flights;
-  Vec3 variance = Vec3::Zero();
-  for (const Vec3& x : all) variance += (x - out.expected).cwiseAbs2() / (out.flights - 1);
-  out.sigma = (variance * (1 + 1.0 / out.flights)).cwiseSqrt().cwiseMax(1e-4);
-  return out;
-}
 
 /// How much more than its share the rotor needs that explains the imbalance best, and the 95 % interval of
 /// that by the likelihood.
@@ -222,11 +178,10 @@ WeakRotor weakest_rotor(const Balance& b, const Yardstick& y) {
   for (int k = 0; k < b.allocation.cols(); ++k) {
     const Vec3 u = b.of_rotor(k);
     const auto chi = [&](double e) { return y.chi(x - e * u); };
-    double at = 0;
-    for (int i = 1; i <= 3000; ++i)
-      if (chi(kMost * i / 3000) < chi(at)) at = kMost * i / 3000;
-    if (!(at > 0) || chi(at) >= best.chi) continue;
-    best = {k, at, 0, 0, chi(at)};
+    for (int i = 1; i <= 3000; ++i) {
+      const double extra = kMost * i / 3000;
+      if (const double here = chi(extra); here < best.chi) best = {k, extra, 0, 0, here};
+    }
   }
   if (best.rotor < 0) return best;
   const Vec3 u = b.of_rotor(best.rotor);
@@ -242,6 +197,9 @@ WeakRotor weakest_rotor(const Balance& b, const Yardstick& y) {
   return best;
 }
 
+/// Probability of the one of two explanations that are as likely beforehand, whose chi is lower by so much.
+double likelier_than(double chi_lower_by) { return 1 / (1 + std::exp(-0.5 * chi_lower_by)); }
+
 /// "Rotor 3 gives 17 % less thrust ...", with its numbers.
 Finding weak_rotor(const WeakRotor& weak, double without, const Yardstick& y, Diagnosis& d) {
   const auto thrust = [](double extra) { return 1 / (1 + std::max(-0.9, extra)) - 1; };
@@ -252,9 +210,8 @@ Finding weak_rotor(const WeakRotor& weak, double without, const Yardstick& y, Di
   f.effect = "rotor_thrust_scale";
   f.stage = physics::Stage::actuation;
   f.channels = {"rotor" + std::to_string(weak.rotor + 1), "Mx", "My", "Mz"};
-  f.probability = 1 / (1 + std::exp(-0.5 * (without - weak.chi)));
-  f.parameters.push_back(value_of(effect, at, "scale", "1", scale, 0));
-  f.parameters.back().low = low, f.parameters.back().high = high;
+  f.probability = likelier_than(without - weak.chi);
+  f.parameters.push_back(value_of(effect, at, "scale", "1", scale, low, high));
   f.sentence = format(
       "Rotor %d gives %.0f %% less thrust than %s (95 %%: %.0f to %.0f %%): it needs %.0f %% more than "
       "its share in steady flight. A damaged propeller or a weak motor does this.",
@@ -282,13 +239,13 @@ Finding shifted_mass(const Balance& b, const Yardstick& y, double against, Diagn
   f.effect = "com_offset";
   f.stage = physics::Stage::wrench;
   f.channels = {"Mx", "My"};
-  f.probability = 1 / (1 + std::exp(-0.5 * against));
+  f.probability = likelier_than(against);
   f.cannot_be_told_apart_from = {"payload_mass", "attachment_torque"};
   // the thrusts lean towards the centre of mass: roll torque tilts about x for an offset along y
   const double at_y = imbalance.x() * arm.x(), at_x = -imbalance.y() * arm.y();
   const double half_y = 1.96 * y.sigma.x() * arm.x(), half_x = 1.96 * y.sigma.y() * arm.y();
-  f.parameters.push_back(value_of(effect, 0, "x", "m", at_x, half_x));
-  f.parameters.push_back(value_of(effect, 1, "y", "m", at_y, half_y));
+  f.parameters.push_back(value_of(effect, 0, "x", "m", at_x, at_x - half_x, at_x + half_x));
+  f.parameters.push_back(value_of(effect, 1, "y", "m", at_y, at_y - half_y, at_y + half_y));
   f.sentence = format(
       "The centre of mass lies beside %s: x = %+.1f mm, y = %+.1f mm (95 %%: +-%.1f mm). An "
       "added weight does this; no single rotor is to blame.",
@@ -303,33 +260,60 @@ Finding shifted_mass(const Balance& b, const Yardstick& y, double against, Diagn
 
 }  // namespace
 
-Status check_baseline(const vehicle::Vehicle& v, const Options& o) {
-  if (auto y = yardstick(o, v); !y) return Failure(y.error());
-  return {};
+double Yardstick::chi(const Vec3& imbalance) const {
+  const Vec3 z = (imbalance - expected).cwiseQuotient(sigma);
+  if (flights == 0) return z.squaredNorm();
+  double sum = 0;
+  for (const double x : z) sum += flights * std::log1p(x * x / (flights - 1));
+  return sum;
+}
+
+Result<Yardstick> balance_yardstick(const vehicle::Vehicle& v, const Options& o) {
+  Yardstick out;
+  out.sigma << o.tolerance.motor_lateral, o.tolerance.motor_lateral, o.tolerance.motor_yaw;
+  if (o.baseline.empty()) return out;
+  std::vector<Vec3> all;
+  for (const Recording& r : o.baseline) {
+    Balance one;
+    std::vector<Window> excluded;
+    if (auto ok = add_flight(r, v, one, excluded); !ok) return Failure(ok.error());
+    if (one.seconds > 0) all.push_back(one.imbalance());
+  }
+  out.flights = static_cast<int>(all.size());
+  if (out.flights < kFewestBaselines)
+    return bad_input(
+        format("%d baseline flights with steady parts; the scatter of at least %d is the measure "
+               "of a change",
+               out.flights, kFewestBaselines),
+        o.baseline.front().file, "Name more flights with --baseline");
+  for (const Vec3& x : all) out.expected += x / out.flights;
+  Vec3 variance = Vec3::Zero();
+  for (const Vec3& x : all) variance += (x - out.expected).cwiseAbs2() / (out.flights - 1);
+  out.sigma = (variance * (1 + 1.0 / out.flights)).cwiseSqrt().cwiseMax(1e-4);
+  return out;
 }
 
 Result<Diagnosis> diagnose_balance(std::span<const Recording> flown, const vehicle::Vehicle& v,
-                                   const Options& o) {
+                                   const Yardstick& y) {
   Diagnosis d;
   Balance b;
   std::optional<Error> refused;
   for (const Recording& r : flown) {  // every flight's own shares count as long as it was steady
     d.inputs.push_back(input_of(r));
-    if (auto ok = add_flight(r, v, b, d.inputs.back().excluded); !ok) return Failure(ok.error());
-    if (!b.refused) continue;
-    refused = b.refused;
+    auto left_out = add_flight(r, v, b, d.inputs.back().excluded);
+    if (!left_out) return Failure(left_out.error());
+    if (!*left_out) continue;
+    refused = std::move(*left_out);
     d.left_out.push_back("the motors of " + r.file + " (" + refused->message + ")");
   }
   if (!(b.seconds > 0)) return Failure(*refused);
-  const auto y = yardstick(o, v);
-  if (!y) return Failure(y.error());
-  const Vec3 imbalance = b.imbalance() - y->expected;
-  const double none = y->chi(b.imbalance());
+  const Vec3 imbalance = b.imbalance() - y.expected;
+  const double none = y.chi(b.imbalance());
   // a shifted centre of mass takes roll and pitch, and leaves yaw
-  Vec3 yaw_only = y->expected;
+  Vec3 yaw_only = y.expected;
   yaw_only.z() = b.imbalance().z();
-  const double centre = y->chi(yaw_only);
-  const WeakRotor weak = weakest_rotor(b, *y);
+  const double centre = y.chi(yaw_only);
+  const WeakRotor weak = weakest_rotor(b, y);
   const bool broken = weak.rotor >= 0 && none - weak.chi > 5.3 && weak.chi < centre - 1.0;
   const bool off_centre = !broken && none - centre > 6.8;
   Mismatch m;
@@ -338,25 +322,24 @@ Result<Diagnosis> diagnose_balance(std::span<const Recording> flown, const vehic
   m.unit = "1";
   m.channel = broken ? "rotor" + std::to_string(weak.rotor + 1) : "Mx, My";
   m.rms = imbalance.norm();
-  m.noise_rms = y->sigma.norm();
+  m.noise_rms = y.sigma.norm();
   m.where = format("share of the torque over weight times arm: roll %+.3f, pitch %+.3f, yaw %+.3f",
                    imbalance.x(), imbalance.y(), imbalance.z());
-  if (y->flights > 0)
-    m.where += format(" beside %d baseline flights, which scatter by %.3f, %.3f, %.3f", y->flights,
-                      y->sigma.x(), y->sigma.y(), y->sigma.z());
+  if (y.flights > 0)
+    m.where += format(" beside %d baseline flights, which scatter by %.3f, %.3f, %.3f", y.flights,
+                      y.sigma.x(), y.sigma.y(), y.sigma.z());
   if (broken || off_centre) {
     m.p_value = broken ? std::erfc(std::sqrt(0.5 * (none - weak.chi))) : std::exp(-0.5 * (none - centre));
-    d.findings.push_back(broken ? weak_rotor(weak, centre, *y, d)
-                                : shifted_mass(b, *y, weak.chi - centre, d));
+    d.findings.push_back(broken ? weak_rotor(weak, centre, y, d) : shifted_mass(b, y, weak.chi - centre, d));
     d.mismatch.push_back(m);
     d.verdict = Verdict::explained;
     d.summary = d.findings.back().sentence;
   } else {
-    d.summary = y->flights > 0 ? "Nothing changed: the motors share the load as in the baseline flights (" +
-                                     m.where + ")."
-                               : "Nothing is missing: the motors share the load as evenly as motors of one "
-                                 "kind do (" +
-                                     m.where + ").";
+    d.summary = y.flights > 0 ? "Nothing changed: the motors share the load as in the baseline flights (" +
+                                    m.where + ")."
+                              : "Nothing is missing: the motors share the load as evenly as motors of one "
+                                "kind do (" +
+                                    m.where + ").";
   }
   d.summary +=
       " There is no attitude or no force: only the balance of the motors in steady flight "

@@ -52,8 +52,9 @@ Result<Diagnosis> without_a_wrench(std::span<const recording::Recording> fit, co
   for (const recording::Recording& r : fit)
     if (reach_of(r) == Reach::motors) motors.push_back(r);
   if (motors.empty()) return diagnose_sensors(fit, vehicle, o, hindrance(fit[0]));
-  if (auto ok = check_baseline(vehicle, o); !ok) return Failure(ok.error());
-  auto d = diagnose_balance(motors, vehicle, o);
+  const auto yardstick = balance_yardstick(vehicle, o);
+  if (!yardstick) return Failure(yardstick.error());
+  auto d = diagnose_balance(motors, vehicle, *yardstick);
   if (!d) {
     const bool others = std::any_of(fit.begin(), fit.end(), [](const recording::Recording& r) {
       return r.find("acc") || r.find("gyro") || r.find("position") || r.find("attitude");
@@ -163,6 +164,15 @@ std::vector<std::vector<ActuationFit>> actuation_of(std::span<const Repaired> fi
   return out;
 }
 
+/// Effects that could not be asked for, and why, as decisions.
+void add_not_asked(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle, const Options& o,
+                   Diagnosis& d) {
+  for (const physics::Effect* effect : physics::builtin_effects())
+    if (const std::string why = why_not_offered(*effect, flights, vehicle, o); !why.empty())
+      d.decisions.push_back({effect->info().id, "whether these recordings can show it", 0, 0,
+                             "signals of the recordings, and options", "not asked: " + why});
+}
+
 }  // namespace
 
 Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
@@ -235,10 +245,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
       const Inference inference =
           infer(usable, vehicle, by_rotor(offered_effects(usable, vehicle, o), vehicle), o);
       add_posterior(inference, usable, o, d);
-      for (const physics::Effect* effect : physics::builtin_effects())
-        if (const std::string why = why_not_offered(*effect, usable, vehicle, o); !why.empty())
-          d.decisions.push_back({effect->info().id, "whether these recordings can show it", 0, 0,
-                                 "signals of the recordings, and options", "not asked: " + why});
+      add_not_asked(usable, vehicle, o, d);
     } else {
       flights[0].notes.push_back(
           "With a stuck rotor speed the wrench cannot be judged; only the sensors were.");

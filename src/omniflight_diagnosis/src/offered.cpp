@@ -5,7 +5,6 @@
 #include "neighbours.hpp"
 
 namespace omniflight::diagnosis {
-
 namespace {
 
 bool listed(const std::vector<std::string>& list, const std::string& id) {
@@ -34,7 +33,7 @@ std::string why_not_offered(const physics::Effect& effect, std::span<const Fligh
     if (f->thrust_modelled)
       if (std::string why = hidden_by_modelled_thrust(info.id); !why.empty()) return why;
     for (const std::string& signal : info.signals) {
-      if (signal == "neighbour" && (o.neighbours.empty() && !has_neighbour(*f)))
+      if (signal == "neighbour" && o.neighbours.empty() && !has_neighbour(*f))
         return "no track of a neighbour is recorded or told";
       if (signal == "velocity" && !f->has_position && !f->has("velocity")) return "no velocity is recorded";
       if (signal == "position" && !f->has_position) return "no position is recorded";

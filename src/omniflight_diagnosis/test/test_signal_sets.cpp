@@ -193,6 +193,22 @@ TEST(SignalSets, AForceThatComesAndGoesIsLocalisedAndNotNamed) {
   EXPECT_NEAR(m->windows_s[0].second, 11.3, 0.5);
 }
 
+/// The recordings of a folder of the damaged-propeller set, by name.
+std::vector<recording::Recording> all_in(const std::string& folder) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(flights() / "crazyflie_damaged_propeller" / folder))
+    files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  std::vector<recording::Recording> out;
+  for (const auto& file : files) {
+    auto r = recording::load(file);
+    EXPECT_TRUE(r) << r.error().text();
+    if (r) out.push_back(std::move(*r));
+  }
+  return out;
+}
+
 /// Names found in the single flights of a folder of the damaged-propeller set.
 struct Answers {
   int flights = 0, rotor3 = 0, other_rotor = 0, any = 0;
@@ -202,12 +218,8 @@ struct Answers {
 Answers answers(const std::string& folder) {
   Answers a;
   const vehicle::Vehicle v = load("crazyflie_brushed");
-  for (const auto& entry :
-       std::filesystem::directory_iterator(flights() / "crazyflie_damaged_propeller" / folder)) {
-    const auto r = recording::load(entry.path());
-    EXPECT_TRUE(r) << r.error().text();
-    if (!r) continue;
-    const auto d = diagnose(std::span(&*r, 1), {}, v);
+  for (const recording::Recording& r : all_in(folder)) {
+    const auto d = diagnose(std::span(&r, 1), {}, v);
     EXPECT_TRUE(d) << d.error().text();
     if (!d) continue;
     ++a.flights;
@@ -243,21 +255,6 @@ TEST(SignalSets, ADamagedPropellerIsFoundFromMotorCommandsAlone) {
     const Answers a = answers(folder);
     EXPECT_EQ(a.rotor3 + a.other_rotor, 0) << folder;
   }
-}
-
-std::vector<recording::Recording> all_in(const std::string& folder) {
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry :
-       std::filesystem::directory_iterator(flights() / "crazyflie_damaged_propeller" / folder))
-    files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
-  std::vector<recording::Recording> out;
-  for (const auto& file : files) {
-    auto r = recording::load(file);
-    EXPECT_TRUE(r) << r.error().text();
-    if (r) out.push_back(std::move(*r));
-  }
-  return out;
 }
 
 /// Every flight that is named at all, named for rotor 3; its mean change of thrust.

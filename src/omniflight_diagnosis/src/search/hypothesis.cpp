@@ -138,10 +138,10 @@ std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const 
     Hypothesis h;
     h.id = e->info().id;
     h.effect = e;
-    h.log_odds = std::log(kExpectedEffects * physics::occurrence(e->info()) / share[h.id] / total);
-    if (const auto told = o.inclusion.find(h.id); told != o.inclusion.end()) {
-      h.log_odds = std::log(told->second / (1 - told->second) / share[h.id]);
-    }
+    const auto told = o.inclusion.find(h.id);
+    const double odds = told == o.inclusion.end() ? kExpectedEffects * physics::occurrence(e->info()) / total
+                                                  : told->second / (1 - told->second);
+    h.log_odds = std::log(odds / share[h.id]);
     h.points = shape_points(problem, *e);
     out.push_back(std::move(h));
   }
