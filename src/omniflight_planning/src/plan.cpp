@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <cstdio>
 #include <map>
+#include <optional>
 
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/planner.hpp"
@@ -83,17 +83,28 @@ void append(Knots& all, const Knots& more) {
   }
 }
 
+std::size_t knots_of(double seconds) { return static_cast<std::size_t>(std::lround(seconds / kKnotPeriod)); }
+
 void hold(Knots& all, const Pose& pose, double alpha, double seconds) {
-  const int periods = static_cast<int>(std::lround(seconds / kKnotPeriod));
-  Knots still(static_cast<std::size_t>(periods) + 1);
-  for (int i = 0; i <= periods; ++i) {
-    auto& knot = still[static_cast<std::size_t>(i)];
-    knot.t = i * kKnotPeriod;
-    knot.reference.p_WB = pose.p_WB;
-    knot.reference.q_WB = pose.q_WB;
-    knot.reference.alpha = alpha;
+  TrajectoryKnot knot;
+  knot.reference.p_WB = pose.p_WB;
+  knot.reference.q_WB = pose.q_WB;
+  knot.reference.alpha = alpha;
+  const double t0 = all.empty() ? 0.0 : all.back().t;
+  const std::size_t periods = knots_of(seconds);
+  for (std::size_t i = all.empty() ? 0 : 1; i <= periods; ++i) {
+    knot.t = t0 + static_cast<double>(i) * kKnotPeriod;
+    all.push_back(knot);
   }
-  append(all, still);
+}
+
+/// Knots of all holds and of some motion. A vector that grows copies itself, which for hours of holds takes
+/// longer than a planning budget may be exceeded.
+std::size_t expected_knots(const std::vector<Waypoint>& waypoints) {
+  constexpr std::size_t kMotion = 10'000;
+  std::size_t sum = kMotion;
+  for (const Waypoint& w : waypoints) sum += knots_of(w.hold_s);
+  return std::min(sum, kMaxKnots + kMotion);
 }
 
 struct Ridden {
@@ -368,6 +379,7 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& mission, const 
   alpha = c.alpha;
 
   Knots knots;
+  knots.reserve(expected_knots(mission.waypoints));
   hold(knots, mission.waypoints[0].pose, c.alpha, mission.waypoints[0].hold_s);
   std::vector<Path> leg;
   for (std::size_t i = 1; i < mission.waypoints.size(); ++i) {
@@ -406,7 +418,8 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& mission, const 
   if (knots.size() < 2) return bad_input("the mission neither moves nor holds", mission.file);
 
   // interpolating cannot be interrupted: it is not begun when it would end too late
-  constexpr double kPerKnot = 4e-7;  // s, measured on one core of a server of 2020, with first use of the memory
+  constexpr double kPerKnot =
+      4e-7;  // s, measured on one core of a server of 2020, with first use of the memory
   if (deadline.left() < kPerKnot * static_cast<double>(knots.size()))
     return out_of_time(deadline, "interpolating the curve");
   auto trajectory = Trajectory::create(std::move(knots));
