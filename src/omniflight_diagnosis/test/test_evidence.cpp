@@ -1,7 +1,8 @@
 // Evidence of sets of hypotheses against what it is by definition.
-#include "../src/search/inference.hpp"
-
 #include <cmath>
+
+#include "../src/evidence/first_stage.hpp"
+#include "../src/search/inference.hpp"
 
 #include "synthetic.hpp"
 
@@ -81,6 +82,39 @@ TEST(Evidence, ASignThatPhysicsGivesHalvesThePriorAndKeepsTheRightHalf) {
     sum +=
         kStep * 2 / std::sqrt(2 * kPi) * std::exp(-0.5 * u * u + u * x.dot(by_z) - 0.5 * u * u * x.dot(by_x));
   EXPECT_NEAR(one.log_evidence - base, std::log(sum), 0.02);
+}
+
+TEST(FirstStage, IsTheRegressionOnThePrediction) {
+  Eigen::VectorXd predicted(400), other(400);
+  for (Eigen::Index k = 0; k < predicted.size(); ++k) {
+    predicted[k] = std::sin(0.1 * static_cast<double>(k));
+    other[k] = std::sin(0.17 * static_cast<double>(k) + 1);
+  }
+  other -= predicted * (predicted.dot(other) / predicted.squaredNorm());
+  EXPECT_NEAR(first_stage(predicted, 1.4 * predicted + 2 * other), 1.4, 1e-12);
+  EXPECT_NEAR(first_stage(predicted, predicted), 1.0, 1e-12);
+  EXPECT_EQ(first_stage(predicted, 0.1 * predicted + other), 0.0) << "F of about 4 is a weak instrument";
+  EXPECT_EQ(first_stage(Eigen::VectorXd::Zero(400), other), 0.0);
+}
+
+TEST(Evidence, ACoefficientDoesNotShrinkWithTheHorizonOfPrediction) {
+  const vehicle::Vehicle v = test::omnimorph();
+  Options o;
+  o.engine = Engine::posterior;
+  const double flown_drag = 2e-4;
+  const Flight flight = flown(v, o, {{find_effect("rotor_drag"), {flown_drag}}}, 60);
+  const Flight* one[] = {&flight};
+  for (const double horizon_s : {0.05, 0.15, 0.3}) {
+    const RegressionProblem problem(one, v, o, horizon_s);
+    const auto noise =
+        estimate_noise(problem, slow_columns(problem), Eigen::VectorXd::Zero(problem.rows()), 1);
+    const auto hypotheses = make_hypotheses(problem, *noise, {find_effect("rotor_drag")}, o);
+    const SetFit fit = Evidence(problem, *noise, hypotheses, 0).fit({SetMember{0, {flown_drag}, {}, {}}});
+    std::printf("horizon %.2f s: rotor drag %.3g +- %.2g (flown %.3g), first stage %.3f\n", horizon_s,
+                fit.members[0].theta[0], fit.theta_deviation[0], flown_drag, hypotheses[0].first_stage[0]);
+    EXPECT_NEAR(fit.members[0].theta[0], flown_drag, std::max(0.1 * flown_drag, 3 * fit.theta_deviation[0]))
+        << horizon_s;
+  }
 }
 
 TEST(NoiseModel, LeavesWhiteUnitVarianceOfItsOwnNoise) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "first_stage.hpp"
+
 namespace omniflight::diagnosis {
 namespace {
 
@@ -31,6 +33,18 @@ double log_normal_between(double low, double high) {
   if (low > 0) return log_normal_between(-high, -low);  // the tail that is not near one
   const double above = log_normal_cdf(high), below = log_normal_cdf(low);
   return above + std::log1p(-std::exp(std::min(below - above, -1e-15)));
+}
+
+Eigen::VectorXd expected_wrench(const RegressionProblem& problem, const Hypothesis& h,
+                                const SetMember& member) {
+  if (h.pattern) return h.pattern->raw * member.weights;
+  EffectTerm term{h.effect, member.theta, member.start};
+  const bool linear = h.linear.cols() > 0;
+  for (std::size_t k = 0; linear && k < term.theta.size(); ++k)
+    term.theta[k] *= h.first_stage[static_cast<Eigen::Index>(k)];
+  Eigen::VectorXd value;
+  problem.wrench_of(term, value, nullptr, nullptr);
+  return linear ? value : Eigen::VectorXd(member.first_stage.value_or(1.0) * value);
 }
 
 /// Which coordinate is what.
@@ -93,16 +107,33 @@ void Evidence::evaluate(const Layout& layout, const Eigen::VectorXd& u, std::vec
       member.start[k] = u[first + parameters + k] * spread[static_cast<std::size_t>(k) % spread.size()];
     problem_.wrench_of({h.effect, member.theta, member.start}, value, columns ? &by_theta : nullptr,
                        columns && states > 0 ? &by_start : nullptr);
-    rest -= noise_.apply(value);
+    const double predictable = member.first_stage.value_or(1.0);
+    rest -= predictable * noise_.apply(value);
     if (!columns) continue;
     for (Eigen::Index k = 0; k < parameters; ++k)
-      by_theta.col(k) *= coordinates[static_cast<std::size_t>(k)].prior.slope(u[first + k]);
+      by_theta.col(k) *= predictable * coordinates[static_cast<std::size_t>(k)].prior.slope(u[first + k]);
     columns->middleCols(first, parameters) = noise_.apply(by_theta);
     if (states == 0) continue;
     for (Eigen::Index k = 0; k < states; ++k)
-      by_start.col(k) *= spread[static_cast<std::size_t>(k) % spread.size()];
+      by_start.col(k) *= predictable * spread[static_cast<std::size_t>(k) % spread.size()];
     columns->middleCols(first + parameters, states) = noise_.apply(by_start);
   }
+}
+
+/// Where its amplitudes are nothing: of one standard deviation each.
+double Evidence::first_stage_of(const SetMember& member) const {
+  const Hypothesis& h = hypotheses_[static_cast<std::size_t>(member.hypothesis)];
+  EffectTerm term{h.effect, member.theta, {}};
+  Eigen::VectorXd predicted, measured;
+  problem_.wrench_of(term, predicted, nullptr, nullptr);
+  if (predicted.isZero(0)) {
+    for (std::size_t k = 0; k < term.theta.size(); ++k)
+      if (physics::is_amplitude(h.effect->info().parameters[k]))
+        term.theta[k] = problem_.prior(*h.effect, k).value(1);
+    problem_.wrench_of(term, predicted, nullptr, nullptr);
+  }
+  problem_.wrench_of(term, measured, nullptr, nullptr, States::measured);
+  return first_stage(noise_.apply(predicted), noise_.apply(measured));
 }
 
 /// A law is right up to a relative error that drifts: its wrench times hats of time, forces and torques
@@ -110,11 +141,10 @@ void Evidence::evaluate(const Layout& layout, const Eigen::VectorXd& u, std::vec
 Eigen::MatrixXd Evidence::law_error_columns(const std::vector<SetMember>& members) const {
   std::vector<Eigen::VectorXd> raw;
   const int n = problem_.samples();
-  Eigen::VectorXd value;
   for (const SetMember& member : members) {
     const Hypothesis& h = hypotheses_[static_cast<std::size_t>(member.hypothesis)];
     if (h.pattern || law_error_ <= 0) continue;
-    problem_.wrench_of({h.effect, member.theta, member.start}, value, nullptr, nullptr);
+    const Eigen::VectorXd value = expected_wrench(problem_, h, member);
     const int knots = std::clamp(static_cast<int>(n * problem_.period() / kLawKnot), 2, kLawKnots);
     const double distance = static_cast<double>(n) / (knots - 1);
     for (int half = 0; half < 2; ++half) {
@@ -161,6 +191,7 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
     const std::vector<double> spread = h.effect->start_spread(member.theta.data());
     const auto states = static_cast<Eigen::Index>(spread.size() * problem_.memory_windows().size());
     if (member.start.size() != states) member.start = Eigen::VectorXd::Zero(states);
+    if (h.linear.cols() == 0 && !member.first_stage) member.first_stage = first_stage_of(member);
     layout.total += states;
     layout.all.resize(static_cast<std::size_t>(layout.total));
   }
@@ -266,14 +297,15 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
   const Eigen::VectorXd optimum = u + factor.solve(gradient);  // without bounds
   const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(u.size(), u.size()));
   out.log_evidence = -objective + 0.5 * gradient.dot(factor.solve(gradient)) - 0.5 * log_determinant(factor);
-  // share of the posterior within the bounds over that of the prior, a coordinate at a time: what would have to
-  // lie beyond them to explain the residual is no evidence
+  // share of the posterior within the bounds over that of the prior, a coordinate at a time: what would have
+  // to lie beyond them to explain the residual is no evidence
   for (Eigen::Index k = 0; k < u.size(); ++k) {
     const auto& c = layout.all[static_cast<std::size_t>(k)];
     if (c.low < -kFar && c.high > kFar) continue;
     const double deviation = std::sqrt(covariance(k, k));
-    out.log_evidence += log_normal_between((c.low - optimum[k]) / deviation, (c.high - optimum[k]) / deviation) -
-                        log_normal_between(c.low, c.high);
+    out.log_evidence +=
+        log_normal_between((c.low - optimum[k]) / deviation, (c.high - optimum[k]) / deviation) -
+        log_normal_between(c.low, c.high);
   }
   for (std::size_t m = 0; m < members.size(); ++m)
     for (std::size_t k = 0; k < layout.theta[m].size(); ++k) {

@@ -2,6 +2,8 @@
 // linear (effects' amplitudes, initial states, calibration).
 #pragma once
 
+#include <optional>
+
 #include "../search/hypothesis.hpp"
 
 namespace omniflight::diagnosis {
@@ -12,7 +14,13 @@ struct SetMember {
   std::vector<double> theta;  ///< of an effect
   Eigen::VectorXd start;      ///< offsets of its memory, all windows
   Eigen::VectorXd weights;    ///< coefficients of a pattern
+  /// Of the wrench of a law that is not linear: taken once, where a fit of it begins.
+  std::optional<double> first_stage = {};
 };
+
+/// What a member is expected to do: its wrench at predicted states times its first stage. N and Nm, all rows.
+Eigen::VectorXd expected_wrench(const RegressionProblem& problem, const Hypothesis& hypothesis,
+                                const SetMember& member);
 
 struct SetFit {
   std::vector<SetMember> members;
@@ -53,6 +61,7 @@ class Evidence {
   struct Layout;
   void evaluate(const Layout& layout, const Eigen::VectorXd& u, std::vector<SetMember>& members,
                 Eigen::VectorXd& rest, Eigen::MatrixXd* columns) const;
+  double first_stage_of(const SetMember& member) const;
   Eigen::MatrixXd law_error_columns(const std::vector<SetMember>& members) const;
 
   const RegressionProblem& problem_;

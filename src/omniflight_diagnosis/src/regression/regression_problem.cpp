@@ -46,6 +46,7 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
         const physics::Situation& now = f.situation[static_cast<std::size_t>(i)];
         rest.push_back(wrench_residual(now, now.a_WB_B - now.g_B, vehicle.center_of_mass));
         situation_.push_back(ahead[static_cast<std::size_t>(i - segment.begin)]);
+        measured_.push_back(now);
         const bool modelled = f.log_drive.size() > 0;
         drive_.push_back({modelled ? f.log_drive[i] : 0.0, modelled ? f.log_voltage[i] : 0.0});
         const Vec3& p = now.body.p_WB;
@@ -75,16 +76,21 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
 void RegressionProblem::calibrate(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
                                   const Options& options) {
   const Tolerance& tol = options.tolerance;
-  std::vector<Eigen::VectorXd> columns;
+  std::vector<Eigen::VectorXd> columns, measured;
   const auto add = [&](const std::string& name, double deviation, const auto& wrench_at) {
-    Eigen::VectorXd x(rows());
-    for (int i = 0; i < n_; ++i) {
-      const Vec6 w = deviation * wrench_at(situation(i), i);
-      for (int c = 0; c < 6; ++c) x[c * n_ + i] = forces_only_ && c >= 3 ? 0.0 : w[c];
-    }
-    if (x.norm() < 1e-12 || !x.allFinite()) return;
+    const auto column_at = [&](States states) {
+      Eigen::VectorXd x(rows());
+      for (int i = 0; i < n_; ++i) {
+        const Vec6 w = deviation * wrench_at(at(states)[static_cast<std::size_t>(i)], i);
+        for (int c = 0; c < 6; ++c) x[c * n_ + i] = forces_only_ && c >= 3 ? 0.0 : w[c];
+      }
+      return x;
+    };
+    Eigen::VectorXd x = column_at(States::predicted), m = column_at(States::measured);
+    if (x.norm() < 1e-12 || !x.allFinite() || !m.allFinite()) return;
     calibration_.names.push_back(name);
     columns.push_back(std::move(x));
+    measured.push_back(std::move(m));
   };
   using physics::Situation;
   const char* const axis[] = {"x", "y", "z"};
@@ -193,8 +199,11 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
     });
   }
   calibration_.columns.resize(rows(), static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t k = 0; k < columns.size(); ++k)
+  calibration_.measured.resize(rows(), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t k = 0; k < columns.size(); ++k) {
     calibration_.columns.col(static_cast<Eigen::Index>(k)) = columns[k];
+    calibration_.measured.col(static_cast<Eigen::Index>(k)) = measured[k];
+  }
 }
 
 physics::ParameterPrior RegressionProblem::prior(const physics::Effect& effect, std::size_t k) const {
@@ -219,7 +228,7 @@ physics::ParameterPrior RegressionProblem::prior(const physics::Effect& effect, 
 }
 
 void RegressionProblem::replay(const EffectTerm& term, Eigen::VectorXd& value, Eigen::MatrixXd* by_theta,
-                               Eigen::MatrixXd* by_start) const {
+                               Eigen::MatrixXd* by_start, States states_at) const {
   const physics::Effect& effect = *term.effect;
   const int parameters = by_theta ? effect.parameter_count() : 0;
   const std::vector<double> spread = effect.start_spread(term.theta.data());
@@ -231,7 +240,7 @@ void RegressionProblem::replay(const EffectTerm& term, Eigen::VectorXd& value, E
   for (std::size_t part = 0; part < parts.size(); ++part) {
     const Stretch& s = parts[part];
     const auto length = static_cast<std::size_t>(s.size());
-    const std::span<const physics::Situation> motion{situation_.data() + s.begin, length};
+    const std::span<const physics::Situation> motion{at(states_at).data() + s.begin, length};
     w.resize(6 * length);
     const auto scatter = [&](const std::vector<double>& from, std::size_t offset_at, auto&& column) {
       for (std::size_t i = 0; i < length; ++i)
@@ -282,24 +291,26 @@ void RegressionProblem::replay(const EffectTerm& term, Eigen::VectorXd& value, E
 }
 
 void RegressionProblem::wrench_of(const EffectTerm& term, Eigen::VectorXd& value, Eigen::MatrixXd* by_theta,
-                                  Eigen::MatrixXd* by_start) const {
+                                  Eigen::MatrixXd* by_start, States states) const {
   const physics::Effect& effect = *term.effect;
   const int parameters = by_theta ? effect.parameter_count() : 0;
+  const std::vector<physics::Situation>& situations = at(states);
   value.resize(rows());
   if (by_theta) by_theta->resize(rows(), parameters);
   if (effect.memory_size().total() > 0) {
-    replay(term, value, by_theta, by_start);
+    replay(term, value, by_theta, by_start, states);
   } else {
     if (by_start) by_start->resize(rows(), 0);
     std::array<double, 6> w{};
     std::array<double, 6 * physics::kMaxParameters> j{};
     for (int i = 0; i < n_; ++i) {
+      const physics::Situation& now = situations[static_cast<std::size_t>(i)];
       if (by_theta) {
-        effect.wrench_with_jacobian(situation(i), term.theta.data(), w.data(), j.data());
+        effect.wrench_with_jacobian(now, term.theta.data(), w.data(), j.data());
       } else {
-        physics::Wrench now;
-        effect.add_wrench(situation(i), term.theta.data(), now);
-        Eigen::Map<Vec6>(w.data()) = now.at(situation(i));
+        physics::Wrench added;
+        effect.add_wrench(now, term.theta.data(), added);
+        Eigen::Map<Vec6>(w.data()) = added.at(now);
       }
       for (int c = 0; c < 6; ++c) {
         value[c * n_ + i] = w[static_cast<std::size_t>(c)];

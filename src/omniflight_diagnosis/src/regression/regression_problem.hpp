@@ -28,10 +28,15 @@ struct EffectTerm {
   Eigen::VectorXd start;
 };
 
+/// Where regressors are evaluated: at states, rotors and accelerations as measured, or as the samples before
+/// predict them. What is measured correlates with the noise under feedback; its prediction does not.
+enum class States { predicted, measured };
+
 /// What is known only within a tolerance: columns for one standard deviation each (prior N(0, 1)).
 struct Calibration {
   std::vector<std::string> names;
-  Eigen::MatrixXd columns;  ///< rows x names
+  Eigen::MatrixXd columns;   ///< rows x names, at predicted states
+  Eigen::MatrixXd measured;  ///< the same at measured ones
 };
 
 /// Rows are channel-major: row(channel, i) = channel * samples + i; channels Fx Fy Fz [N] Mx My Mz [Nm],
@@ -52,8 +57,13 @@ class RegressionProblem {
   const std::vector<Stretch>& memory_windows() const { return windows_; }
   const Eigen::VectorXd& residual() const { return y_; }
   const Calibration& calibration() const { return calibration_; }
+  /// Multiplies the predicted calibration columns, by their first stages.
+  void scale_calibration(const Eigen::VectorXd& factors) {
+    calibration_.columns = calibration_.columns * factors.asDiagonal();
+  }
   /// State, rotors and accelerations as predicted from the samples before.
   const physics::Situation& situation(int i) const { return situation_[static_cast<std::size_t>(i)]; }
+  const physics::Situation& measured(int i) const { return measured_[static_cast<std::size_t>(i)]; }
   const physics::VehicleSize& size() const { return size_; }
   /// Natural size of a channel: weight [N], or weight times the longest lever about this axis [Nm].
   double scale(int channel) const { return channel < 3 ? size_.weight : size_.weight * lever_[channel - 3]; }
@@ -63,13 +73,16 @@ class RegressionProblem {
 
   /// Wrench of a term over all samples and, unless null, its derivatives by theta and by start.
   void wrench_of(const EffectTerm& term, Eigen::VectorXd& value, Eigen::MatrixXd* by_theta,
-                 Eigen::MatrixXd* by_start) const;
+                 Eigen::MatrixXd* by_start, States states = States::predicted) const;
 
  private:
   void calibrate(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
                  const Options& options);
   void replay(const EffectTerm& term, Eigen::VectorXd& value, Eigen::MatrixXd* by_theta,
-              Eigen::MatrixXd* by_start) const;
+              Eigen::MatrixXd* by_start, States states) const;
+  const std::vector<physics::Situation>& at(States states) const {
+    return states == States::predicted ? situation_ : measured_;
+  }
 
   int n_ = 0, flight_count_ = 0;
   bool forces_only_ = false;
@@ -79,7 +92,7 @@ class RegressionProblem {
   Vec3 lever_ = Vec3::Ones();
   Vec3 lowest_ = Vec3::Zero(), highest_ = Vec3::Zero(), mean_ = Vec3::Zero();  ///< m, where they flew
   std::vector<Stretch> stretches_, windows_;
-  std::vector<physics::Situation> situation_;
+  std::vector<physics::Situation> situation_, measured_;
   std::vector<std::array<double, 2>> drive_;  ///< of a modelled thrust: ln of speed and voltage over means
   Eigen::VectorXd y_;
   Calibration calibration_;

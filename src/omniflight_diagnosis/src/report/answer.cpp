@@ -251,8 +251,8 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
   const RegressionProblem& problem = *in.problem;
   const SetFit& fit = in.posterior.best;
   const int n = problem.samples();
-  const Eigen::VectorXd wrench = wrench_of_set(problem, in.hypotheses, fit);
-  const Eigen::VectorXd rest = problem.residual() - wrench - problem.calibration().columns * fit.calibration;
+  const Eigen::VectorXd wrench = wrench_of_set(problem, in.hypotheses, fit, States::measured);
+  const Eigen::VectorXd rest = problem.residual() - wrench - problem.calibration().measured * fit.calibration;
   const auto sets = by_names(in);
   std::vector<int> members;
   for (const SetMember& m : fit.members) members.push_back(m.hypothesis);
@@ -271,7 +271,7 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
     if (!something || in.posterior.inclusion(h.id, in.hypotheses) < named) continue;
     Finding f = finding_of(in, member, own, sets, best);
     Eigen::VectorXd value;
-    problem.wrench_of({h.effect, member.theta, member.start}, value, nullptr, nullptr);
+    problem.wrench_of({h.effect, member.theta, member.start}, value, nullptr, nullptr, States::measured);
     for (int c = 0; c < 6; ++c)
       if (rms(value.segment(c * n, n)) > 0.2 * rms(rest.segment(c * n, n)))
         f.channels.emplace_back(kNames[static_cast<std::size_t>(c)]);

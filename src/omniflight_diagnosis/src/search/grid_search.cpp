@@ -216,8 +216,7 @@ class GridSearch::Implementation {
     for (std::size_t k = 0; k < blocks_.size(); ++k) {
       const Block& b = blocks_[k];
       if (taken.contains(b.hypothesis)) continue;
-      const Eigen::MatrixXd half =
-          factor.matrixL().solve(slab.middleCols(b.begin, b.size).cast<double>());
+      const Eigen::MatrixXd half = factor.matrixL().solve(slab.middleCols(b.begin, b.size).cast<double>());
       Eigen::MatrixXd A = own_[k];
       A -= half.transpose() * half;
       A.diagonal().array() += 1;
@@ -238,7 +237,8 @@ class GridSearch::Implementation {
     }
     std::vector<Promise> out;
     for (auto& [hypothesis, p] : best) out.push_back(std::move(p));
-    std::stable_sort(out.begin(), out.end(), [](const Promise& x, const Promise& y) { return x.gain > y.gain; });
+    std::stable_sort(out.begin(), out.end(),
+                     [](const Promise& x, const Promise& y) { return x.gain > y.gain; });
     return out;
   }
 

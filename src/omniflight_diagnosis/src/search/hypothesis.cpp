@@ -6,6 +6,7 @@
 #include <map>
 
 #include "../discrepancy/patterns.hpp"
+#include "../evidence/first_stage.hpp"
 #include "parallel.hpp"
 
 namespace omniflight::diagnosis {
@@ -70,32 +71,39 @@ std::vector<ShapePoint> shape_points(const RegressionProblem& problem, const Eff
   return out;
 }
 
-/// What one standard deviation of each amplitude does at these shapes, then of each initial state beside it.
-Eigen::MatrixXd raw_columns(const RegressionProblem& problem, const Effect& effect, const ShapePoint& at) {
+/// What one standard deviation of each amplitude does at these shapes.
+Eigen::MatrixXd amplitude_columns(const RegressionProblem& problem, const Effect& effect,
+                                  const ShapePoint& at, States states) {
   Eigen::MatrixXd columns(problem.rows(), static_cast<Eigen::Index>(at.amplitude.size()));
   EffectTerm term{&effect, at.theta, {}};
   Eigen::VectorXd neutral, moved;
-  problem.wrench_of(term, neutral, nullptr, nullptr);
+  problem.wrench_of(term, neutral, nullptr, nullptr, states);
   for (std::size_t k = 0; k < at.amplitude.size(); ++k) {
     const std::size_t p = at.amplitude[k];
     const ParameterPrior prior = problem.prior(effect, p);
     term.theta[p] = prior.value(1);
-    problem.wrench_of(term, moved, nullptr, nullptr);
+    problem.wrench_of(term, moved, nullptr, nullptr, states);
     term.theta[p] = at.theta[p];
     columns.col(static_cast<Eigen::Index>(k)) = moved - neutral;
   }
+  return columns;
+}
+
+/// The same of each initial state of a load of one standard deviation.
+Eigen::MatrixXd start_columns(const RegressionProblem& problem, const Effect& effect, const ShapePoint& at) {
   const std::vector<double> spread = effect.start_spread(at.theta.data());
-  if (spread.empty() || at.amplitude.empty()) return columns;
+  if (spread.empty() || at.amplitude.empty()) return Eigen::MatrixXd(problem.rows(), 0);
+  EffectTerm term{&effect, at.theta, {}};
   const std::size_t mass = at.amplitude.front();
   term.theta[mass] = problem.prior(effect, mass).value(1);
+  Eigen::VectorXd moved;
   Eigen::MatrixXd by_start;
   problem.wrench_of(term, moved, nullptr, &by_start);
-  const Eigen::Index own = columns.cols();
   Eigen::Index more = 0;
   for (const double s : spread) more += s > 0;
   const auto windows = static_cast<Eigen::Index>(problem.memory_windows().size());
-  columns.conservativeResize(Eigen::NoChange, own + more * windows);
-  Eigen::Index next = own;
+  Eigen::MatrixXd columns(problem.rows(), more * windows);
+  Eigen::Index next = 0;
   for (Eigen::Index k = 0; k < by_start.cols(); ++k) {
     const double s = spread[static_cast<std::size_t>(k) % spread.size()];
     if (s > 0) columns.col(next++) = s * by_start.col(k);
@@ -110,12 +118,26 @@ void whiten_one(const RegressionProblem& problem, const NoiseModel& noise, Hypot
     h.pattern = std::move(p);
     return;
   }
-  for (ShapePoint& at : h.points) at.columns = noise.apply(raw_columns(problem, *h.effect, at));
+  for (ShapePoint& at : h.points) {
+    const Eigen::MatrixXd own = noise.apply(amplitude_columns(problem, *h.effect, at, States::predicted));
+    if (at.first_stage.size() == 0)
+      at.first_stage =
+          first_stages(own, noise.apply(amplitude_columns(problem, *h.effect, at, States::measured)));
+    const Eigen::MatrixXd start = noise.apply(start_columns(problem, *h.effect, at));
+    at.columns.resize(own.rows(), own.cols() + start.cols());
+    at.columns << own * at.first_stage.asDiagonal(), start;
+  }
   if (!has_constant_columns(*h.effect)) return;
   Eigen::VectorXd value;
   Eigen::MatrixXd columns;
-  problem.wrench_of({h.effect, h.points[0].theta, {}}, value, &columns, nullptr);
+  const EffectTerm term{h.effect, h.points[0].theta, {}};
+  problem.wrench_of(term, value, &columns, nullptr);
   h.linear = noise.apply(columns);
+  if (h.first_stage.size() == 0) {
+    problem.wrench_of(term, value, &columns, nullptr, States::measured);
+    h.first_stage = first_stages(h.linear, noise.apply(columns));
+  }
+  h.linear = h.linear * h.first_stage.asDiagonal();
 }
 
 }  // namespace

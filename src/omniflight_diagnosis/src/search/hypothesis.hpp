@@ -25,6 +25,7 @@ struct Pattern {
 struct ShapePoint {
   std::vector<double> theta;           ///< amplitudes at their neutral values
   std::vector<std::size_t> amplitude;  ///< indices of parameters that columns belong to
+  Eigen::VectorXd first_stage;         ///< of the amplitudes' columns
   Eigen::MatrixXd columns;  ///< whitened; one standard deviation each: amplitudes, then initial states
 };
 
@@ -35,12 +36,14 @@ struct Hypothesis {
   double log_odds = 0;             ///< prior, of being there
   std::vector<ShapePoint> points;  ///< of an effect
   Eigen::MatrixXd linear;          ///< whitened, for a unit of each parameter; of constant columns only
+  Eigen::VectorXd first_stage;     ///< of these columns
 };
 
 /// Linear in its parameters and without memory: its columns never change.
 bool has_constant_columns(const physics::Effect& effect);
 
-/// All hypotheses that these flights could show. Columns are whitened by `noise`.
+/// All hypotheses that these flights could show. Columns are whitened by `noise`, in which their first stages
+/// are taken once for all noises.
 std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const NoiseModel& noise,
                                         const std::vector<const physics::Effect*>& effects,
                                         const Options& options);

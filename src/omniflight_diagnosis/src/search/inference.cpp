@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "../evidence/first_stage.hpp"
 #include "grid_search.hpp"
 #include "parallel.hpp"
 
@@ -47,7 +48,8 @@ class Profiler {
     for (int pass = 0; pass < 2; ++pass) {
       SetFit now;
       now.members = members;
-      out.noise = estimate_noise(problem_, slow_, wrench_of_set(problem_, few, now), o_.temperature);
+      out.noise = estimate_noise(problem_, slow_, wrench_of_set(problem_, few, now, States::predicted),
+                                 o_.temperature);
       whiten(problem_, *out.noise, 1, few);
       const Evidence evidence(problem_, *out.noise, few, o_.law_error);
       out.fit = evidence.fit(members);
@@ -137,15 +139,15 @@ void add_unfitted(const GridSearch& grid, const std::vector<Hypothesis>& hypothe
 }  // namespace
 
 Eigen::VectorXd wrench_of_set(const RegressionProblem& problem, const std::vector<Hypothesis>& hypotheses,
-                              const SetFit& set) {
+                              const SetFit& set, States states) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(problem.rows()), value;
   for (const SetMember& member : set.members) {
     const Hypothesis& h = hypotheses[static_cast<std::size_t>(member.hypothesis)];
-    if (h.pattern) {
-      sum += h.pattern->raw * member.weights;
+    if (states == States::predicted || h.pattern) {
+      sum += expected_wrench(problem, h, member);
       continue;
     }
-    problem.wrench_of({h.effect, member.theta, member.start}, value, nullptr, nullptr);
+    problem.wrench_of({h.effect, member.theta, member.start}, value, nullptr, nullptr, states);
     sum += value;
   }
   return sum;
@@ -172,7 +174,10 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
     grid = std::make_unique<GridSearch>(*out.evidence, limits);
     out.posterior = search(*out.evidence, *grid, limits, seed);
   };
-  use(estimate_noise(problem, slow, Eigen::VectorXd::Zero(problem.rows()), o.temperature), {});
+  auto first = estimate_noise(problem, slow, Eigen::VectorXd::Zero(problem.rows()), o.temperature);
+  out.problem->scale_calibration(first_stages(first->apply(problem.calibration().columns),
+                                              first->apply(problem.calibration().measured)));
+  use(std::move(first), {});
   const Profiler profiler(problem, out.hypotheses, slow, o);
   const Profile nothing = profiler.of({});
   Profile current = profiler.of({});

@@ -16,9 +16,10 @@ struct Inference {
   Posterior posterior;
 };
 
-/// Wrench of a fitted set over all samples, calibration apart.
+/// Wrench of a fitted set over all samples, calibration apart: what is expected from the samples before, or
+/// with the measured states.
 Eigen::VectorXd wrench_of_set(const RegressionProblem& problem, const std::vector<Hypothesis>& hypotheses,
-                              const SetFit& set);
+                              const SetFit& set, States states);
 
 Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
                 const std::vector<const physics::Effect*>& effects, const Options& options);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "../evidence/first_stage.hpp"
 #include "../evidence/noise_estimate.hpp"
 #include "../regression/predetermined.hpp"
 
@@ -19,30 +20,28 @@ constexpr std::array<const char*, 12> kAsked{"Fx of rotors", "Fy of rotors", "Fz
                                              "My of rotors", "Mz of rotors", "drag along x", "drag along y",
                                              "drag along z", "drag about x", "drag about y", "drag about z"};
 
-/// The vector whose product with the whitened residual is the estimate of a coefficient; empty: not excited.
+/// The vector whose product with the whitened residual is the estimate of a coefficient; empty: not excited,
+/// or not predictable.
 using Estimator = Eigen::VectorXd;
 
 std::array<Estimator, 12> estimators(const RegressionProblem& p, const NoiseModel& noise) {
   std::array<Estimator, 12> out;
   const int n = p.samples();
-  std::vector<Vec6> rotors;
-  for (int i = 0; i < n; ++i) rotors.push_back(physics::rotor_wrench(p.situation(i)));
   for (int c = 0; c < (p.forces_only() ? 3 : 6); ++c) {
-    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(p.rows(), 3);  // of rotors, of drag, constant
+    // of rotors and of drag: predicted, measured; constant
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(p.rows(), 5);
     for (int i = 0; i < n; ++i) {
-      const physics::Situation& s = p.situation(i);
-      columns.row(c * n + i) << rotors[static_cast<std::size_t>(i)][c],
-          c < 3 ? s.v_WB_B[c] : s.body.w_WB_B[c - 3], p.scale(c);
+      const physics::Situation &x = p.situation(i), &m = p.measured(i);
+      columns.row(c * n + i) << physics::rotor_wrench(x)[c], c < 3 ? x.v_WB_B[c] : x.body.w_WB_B[c - 3],
+          physics::rotor_wrench(m)[c], c < 3 ? m.v_WB_B[c] : m.body.w_WB_B[c - 3], p.scale(c);
     }
-    const Eigen::MatrixXd x = noise.apply(columns);
-    const double constant = x.col(2).squaredNorm();
+    Eigen::MatrixXd x = noise.apply(columns);
+    const double constant = x.col(4).squaredNorm();
     if (!(constant > 0)) continue;
-    for (int k = 0; k < 2; ++k) {
-      const Eigen::VectorXd own = x.col(k) - x.col(2) * (x.col(2).dot(x.col(k)) / constant);
-      const double information = own.squaredNorm();
-      if (information > 1e-12 * x.col(k).squaredNorm())
-        out[static_cast<std::size_t>(6 * k + c)] = own / information;
-    }
+    for (int k = 0; k < 4; ++k) x.col(k) -= x.col(4) * (x.col(4).dot(x.col(k)) / constant);
+    for (int k = 0; k < 2; ++k)
+      if (first_stage(x.col(k), x.col(k + 2)) != 0)
+        out[static_cast<std::size_t>(6 * k + c)] = x.col(k) / x.col(k).dot(x.col(k + 2));
   }
   return out;
 }

@@ -8,11 +8,11 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr int kRounds = 4;                   ///< of neighbours of the best set
-constexpr double kNear = 5;                  ///< nat: what is this far behind has less than a hundredth of the mass
-constexpr double kGridShare = 0.3;           ///< of a gain, at the best point of a grid at least
-constexpr std::size_t kMostAdditions = 4;    ///< fitted a round
-constexpr std::size_t kMostExchanges = 4;    ///< fitted a member and round
+constexpr int kRounds = 4;          ///< of neighbours of the best set
+constexpr double kNear = 5;         ///< nat: what is this far behind has less than a hundredth of the mass
+constexpr double kGridShare = 0.3;  ///< of a gain, at the best point of a grid at least
+constexpr std::size_t kMostAdditions = 4;  ///< fitted a round
+constexpr std::size_t kMostExchanges = 4;  ///< fitted a member and round
 
 class Search {
  public:

@@ -1,0 +1,26 @@
+#include "first_stage.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+constexpr double kWeak = 10;  ///< F statistic
+
+}  // namespace
+
+double first_stage(const Eigen::Ref<const Eigen::VectorXd>& predicted,
+                   const Eigen::Ref<const Eigen::VectorXd>& measured) {
+  const double information = predicted.squaredNorm();
+  if (!(information > 0)) return 0;
+  const double coefficient = predicted.dot(measured) / information;
+  const double explained = coefficient * coefficient * information;
+  const double left = (measured - coefficient * predicted).squaredNorm();
+  return explained * static_cast<double>(predicted.size()) < kWeak * left ? 0.0 : coefficient;
+}
+
+Eigen::VectorXd first_stages(const Eigen::MatrixXd& predicted, const Eigen::MatrixXd& measured) {
+  Eigen::VectorXd out(predicted.cols());
+  for (Eigen::Index k = 0; k < out.size(); ++k) out[k] = first_stage(predicted.col(k), measured.col(k));
+  return out;
+}
+
+}  // namespace omniflight::diagnosis

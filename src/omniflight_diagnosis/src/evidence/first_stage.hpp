@@ -1,0 +1,18 @@
+// First stage of two-stage least squares: what of a measured regressor its prediction tells.
+#pragma once
+
+#include <Eigen/Dense>
+
+namespace omniflight::diagnosis {
+
+/// Coefficient of the regression of a whitened measured column on the whitened predicted one. The prediction
+/// is an instrument: it times this coefficient stands for the measured column, so that the coefficient of an
+/// effect is x^T y / x^T m with predicted x and measured m, whatever share of m is predictable. Zero where
+/// the instrument is weak: F statistic below 10 (Staiger and Stock 1997).
+double first_stage(const Eigen::Ref<const Eigen::VectorXd>& predicted,
+                   const Eigen::Ref<const Eigen::VectorXd>& measured);
+
+/// The same of each column.
+Eigen::VectorXd first_stages(const Eigen::MatrixXd& predicted, const Eigen::MatrixXd& measured);
+
+}  // namespace omniflight::diagnosis
