@@ -129,7 +129,10 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
     s.body.q_WB = last.body.q_WB * exp_rotation(0.5 * ahead * (last.body.w_WB_B + s.body.w_WB_B));
     s.R_WB = s.body.q_WB.toRotationMatrix();
     s.v_WB_B = s.R_WB.transpose() * s.body.v_WB_W;
-    s.g_B = s.R_WB.transpose() * Vec3(0, 0, -s.environment.gravity);
+    // the modelled specific force stays, gravity turns with the predicted attitude
+    const Vec3 g_B = s.R_WB.transpose() * Vec3(0, 0, -s.environment.gravity);
+    s.a_WB_B += g_B - measured(i).g_B;
+    s.g_B = g_B;
   }
   return out;
 }

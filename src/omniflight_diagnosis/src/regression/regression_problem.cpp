@@ -18,6 +18,9 @@ constexpr double kMemoryWindow = 10;
 /// averaged over some revolutions.
 constexpr double kFilterDelay = 0.005;
 
+/// Exponent of thrust over rotor speed, one standard deviation about 2: thrust stands find 1.9 to 2.1.
+constexpr double kThrustExponent = 0.05;
+
 /// Relative step of the numerical derivative by an initial state.
 constexpr double kStartStep = 1e-4;
 
@@ -190,6 +193,19 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
       wrench.segment<3>(3 - 3 * half).setZero();
       return wrench;
     });
+  if (!modelled) {
+    double mean = 0;
+    for (const Situation& s : situation_)
+      for (const physics::RotorSituation& r : s.all_rotors()) mean += std::abs(r.speed);
+    mean = std::max(1.0, mean / std::max(1, n_ * rotors));
+    add("thrust_exponent", kThrustExponent, [mean](Situation s, int) {
+      for (int k = 0; k < s.rotor_count; ++k) {
+        physics::RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
+        r.thrust *= std::log(std::max(0.1, std::abs(r.speed) / mean));
+      }
+      return physics::rotor_wrench(s);
+    });
+  }
   if (modelled) {
     add("thrust_exponent", tol.modelled_exponent, [&](const Situation& s, int i) {
       return Vec6(physics::rotor_wrench(s) * drive_[static_cast<std::size_t>(i)][0]);

@@ -31,8 +31,8 @@ struct Profile {
 class Profiler {
  public:
   Profiler(const RegressionProblem& problem, const std::vector<Hypothesis>& hypotheses,
-           const Eigen::MatrixXd& slow, const Options& o)
-      : problem_(problem), hypotheses_(hypotheses), slow_(slow), o_(o) {}
+           const Eigen::MatrixXd& slow, const Options& o, double temperature)
+      : problem_(problem), hypotheses_(hypotheses), slow_(slow), o_(o), temperature_(temperature) {}
 
   Profile of(std::vector<SetMember> members) const {
     Profile out;
@@ -48,8 +48,8 @@ class Profiler {
     for (int pass = 0; pass < 2; ++pass) {
       SetFit now;
       now.members = members;
-      out.noise = estimate_noise(problem_, slow_, wrench_of_set(problem_, few, now, States::predicted),
-                                 o_.temperature);
+      out.noise =
+          estimate_noise(problem_, slow_, wrench_of_set(problem_, few, now, States::predicted), temperature_);
       whiten(problem_, *out.noise, 1, few);
       const Evidence evidence(problem_, *out.noise, few, o_.law_error);
       out.fit = evidence.fit(members);
@@ -65,6 +65,7 @@ class Profiler {
   const std::vector<Hypothesis>& hypotheses_;
   const Eigen::MatrixXd& slow_;
   const Options& o_;
+  double temperature_;
 };
 
 /// The best of these sets, each in its own noise.
@@ -174,11 +175,12 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
     grid = std::make_unique<GridSearch>(*out.evidence, limits);
     out.posterior = search(*out.evidence, *grid, limits, seed);
   };
-  auto first = estimate_noise(problem, slow, Eigen::VectorXd::Zero(problem.rows()), o.temperature);
+  const double temperature = o.temperature * out.horizon.dispersion();
+  auto first = estimate_noise(problem, slow, Eigen::VectorXd::Zero(problem.rows()), temperature);
   out.problem->scale_calibration(first_stages(first->apply(problem.calibration().columns),
                                               first->apply(problem.calibration().measured)));
   use(std::move(first), {});
-  const Profiler profiler(problem, out.hypotheses, slow, o);
+  const Profiler profiler(problem, out.hypotheses, slow, o, temperature);
   const Profile nothing = profiler.of({});
   Profile current = profiler.of({});
   for (int round = 0; round < kRounds && !o.stopped(); ++round) {

@@ -48,6 +48,10 @@ std::array<Estimator, 12> estimators(const RegressionProblem& p, const NoiseMode
 
 }  // namespace
 
+double HorizonChoice::dispersion() const {
+  return tests.size() < 2 ? 1.0 : std::max(1.0, tests[tests.size() - 2].statistic / kHorizonsDisagree);
+}
+
 std::unique_ptr<RegressionProblem> problem_of_consistent_horizon(std::span<const Flight* const> flights,
                                                                  const vehicle::Vehicle& vehicle,
                                                                  const Options& o, HorizonChoice& choice) {

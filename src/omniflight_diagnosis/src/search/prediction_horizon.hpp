@@ -23,6 +23,11 @@ struct HorizonTest {
 struct HorizonChoice {
   std::vector<HorizonTest> tests;  ///< of every horizon that was refused, and last of the chosen one
   double horizon_s() const { return tests.back().horizon_s; }
+  /// Overdispersion of the likelihood, at least 1: by how much squared standard errors must grow until the
+  /// chosen horizon agrees with the one that was refused last. Where a model is right, neighbouring horizons
+  /// differ by chance only; where it is not, the likelihood is surer than it may be (quasi-likelihood,
+  /// Wedderburn 1974).
+  double dispersion() const;
 };
 
 /// The problem with the shortest horizon whose estimates agree with those of longer ones (the idea of Hausman
