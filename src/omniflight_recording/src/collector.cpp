@@ -30,6 +30,30 @@ void Collector::describe(const std::string& signal, const std::string& unit, con
   all_[signal].source = source;
 }
 
+std::size_t Collector::count(const std::string& signal) const {
+  const auto found = all_.find(signal);
+  return found == all_.end() ? 0 : found->second.t.size();
+}
+
+std::size_t Collector::refused(const std::string& signal) const {
+  const auto found = all_.find(signal);
+  return found == all_.end() ? 0 : found->second.refused;
+}
+
+void Collector::rename(const std::string& from, const std::string& to) {
+  if (auto node = all_.extract(from)) {
+    all_.erase(to);
+    node.key() = to;
+    all_.insert(std::move(node));
+  }
+}
+
+void Collector::shift(const std::string& signal, double by_s) {
+  const auto found = all_.find(signal);
+  if (found == all_.end()) return;
+  for (double& t : found->second.t) t += by_s;
+}
+
 void Collector::finish(Recording& recording) {
   double first = std::numeric_limits<double>::infinity(), last = -first;
   for (auto& [name, s] : all_) {

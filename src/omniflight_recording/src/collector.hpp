@@ -15,6 +15,12 @@ class Collector {
   void add(const std::string& signal, double t_s, const double* values, std::size_t width);
   void describe(const std::string& signal, const std::string& unit, const std::string& source);
   void forget(const std::string& signal) { all_.erase(signal); }
+  /// Samples so far; those that were refused do not count.
+  std::size_t count(const std::string& signal) const;
+  std::size_t refused(const std::string& signal) const;
+  void rename(const std::string& from, const std::string& to);
+  /// Moves all its samples in time [s].
+  void shift(const std::string& signal, double by_s);
   /// Sorts by time, drops repeated times, normalises quaternions, notes what was dropped, sets the duration.
   void finish(Recording& recording);
 

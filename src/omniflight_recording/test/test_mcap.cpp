@@ -5,7 +5,7 @@
 #include <random>
 
 #include "../src/mcap_records.hpp"
-#include "../src/ros2msg.hpp"
+#include "../src/message_decoder.hpp"
 #include "omniflight_recording/mcap_reader.hpp"
 #include "real_data.hpp"
 #include "sample_bag.hpp"
@@ -180,12 +180,19 @@ TEST_F(Mcap, UncompressedAndLz4ChunksAreRead) {
   }
 }
 
+/// By the text of a definition, as ROS 2 has it.
+Result<MessageDecoder> cdr_decoder(const std::string& type, const std::string& text,
+                                   const std::vector<std::string>& wanted) {
+  const auto types = parse_ros_definition(type, text);
+  if (!types) return Failure(types.error());
+  return MessageDecoder::create(type, *types, wanted, Encoding::xcdr1);
+}
+
 TEST(Cdr, DecodesEveryKindInBothByteOrdersAndRefusesCutMessages) {
   const std::string schema =
       "uint8 PHASE=1\nstring text \"a b\"\nbool flag\nint16[] list\nInner[2] inner\nfloat32 f\nuint64 "
       "big\n===\nMSG: p/Inner\nint8 a\nfloat64 b\n";
-  const auto d =
-      CdrDecoder::create("p/msg/Outer", schema, {"list", "inner.b", "f", "big", "nothing", "flag"});
+  const auto d = cdr_decoder("p/msg/Outer", schema, {"list", "inner.b", "f", "big", "nothing", "flag"});
   ASSERT_TRUE(d) << d.error().text();
   EXPECT_FALSE(d->has(4));
   sample::Cdr c;
@@ -209,12 +216,12 @@ TEST(Cdr, DecodesEveryKindInBothByteOrdersAndRefusesCutMessages) {
   huge.replace(4 + 4 + 6 + 2, 4, "\xff\xff\xff\xff");  // length of the list
   EXPECT_FALSE(d->decode(huge, out));
 
-  const auto small = CdrDecoder::create("p/S", "float64 x\n", {"x"}).value();
+  const auto small = cdr_decoder("p/S", "float64 x\n", {"x"}).value();
   ASSERT_TRUE(small.decode(std::string_view("\0\0\0\0\x3f\xf8\0\0\0\0\0\0", 12), out));  // big endian
   EXPECT_EQ(out[0], std::vector<double>{1.5});
-  EXPECT_FALSE(CdrDecoder::create("p/S", "Missing x\n", {"x"}));
-  EXPECT_FALSE(CdrDecoder::create("p/S", "S x\n", {"x"}));  // contains itself
-  EXPECT_FALSE(CdrDecoder::create("p/S", "float64\n", {"x"}));
+  EXPECT_FALSE(cdr_decoder("p/S", "Missing x\n", {"x"}));
+  EXPECT_FALSE(cdr_decoder("p/S", "S x\n", {"x"}));  // contains itself
+  EXPECT_FALSE(cdr_decoder("p/S", "float64\n", {"x"}));
 }
 
 TEST(RealBags, EveryMcapBagOfOthersIsReadCompletely) {

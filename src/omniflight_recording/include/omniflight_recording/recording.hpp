@@ -37,6 +37,14 @@ struct Note {
   double to_s = 0.0;
 };
 
+/// One topic of a log and what became of it.
+struct TopicSummary {
+  std::string name;                ///< of a further instance with its number: "sensor_accel#1"
+  std::string type;                ///< "sensor_msgs/Imu"; empty where the format has none
+  std::uint64_t messages = 0;      ///< in the file
+  std::vector<std::string> feeds;  ///< signals of the recording that were read from it
+};
+
 struct Recording {
   std::string file;      ///< path as given
   std::string format;    ///< name of the format, for instance "mcap"
@@ -45,6 +53,8 @@ struct Recording {
   double duration_s = 0.0;
   std::map<std::string, Signal> signals;
   std::map<std::string, std::string> metadata;
+  std::map<std::string, double> parameters;  ///< of the autopilot when the log begins, by its own names
+  std::vector<TopicSummary> topics;          ///< of formats that have topics, by name
   std::vector<Note> notes;
 
   /// The signal, or nullptr when it was not recorded or has no sample.
