@@ -10,6 +10,13 @@ namespace omniflight::recording {
 void Collector::add(const std::string& signal, double t_s, const double* values, std::size_t width) {
   Samples& s = all_[signal];
   if (s.width == 0) s.width = width;
+  if (width != s.width && width > 0 && ++s.misfits > s.t.size()) {  // the first ones were the odd ones
+    s.refused += s.t.size();
+    s.t.clear();
+    s.values.clear();
+    s.width = width;
+    s.misfits = 0;
+  }
   bool good = width > 0 && width == s.width && std::isfinite(t_s);
   for (std::size_t i = 0; good && i < width; ++i) good = std::isfinite(values[i]);
   if (good && is_attitude(signal)) {

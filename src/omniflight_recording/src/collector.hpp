@@ -11,7 +11,7 @@ namespace omniflight::recording {
 
 class Collector {
  public:
-  /// Adds one sample. Non-finite rows and rows of another width than the first are counted, not stored.
+  /// Adds one sample. Non-finite rows and rows of another width than most are counted, not stored.
   void add(const std::string& signal, double t_s, const double* values, std::size_t width);
   void describe(const std::string& signal, const std::string& unit, const std::string& source);
   void forget(const std::string& signal) { all_.erase(signal); }
@@ -29,7 +29,7 @@ class Collector {
     std::string unit, source;
     std::vector<double> t, values;
     std::size_t width = 0;
-    std::uint64_t refused = 0;
+    std::uint64_t refused = 0, misfits = 0;
   };
   std::map<std::string, Samples> all_;
 };

@@ -6,6 +6,7 @@
 namespace omniflight::recording {
 
 const Format& mcap_format();
+const Format& ulog_format();
 const Format& microsd_format();
 const Format& csv_format();
 

@@ -6,7 +6,7 @@
 namespace omniflight::recording {
 
 const std::vector<Format>& formats() {
-  static const std::vector<Format> table{mcap_format(), microsd_format(), csv_format()};
+  static const std::vector<Format> table{mcap_format(), ulog_format(), microsd_format(), csv_format()};
   return table;
 }
 

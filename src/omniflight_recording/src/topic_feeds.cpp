@@ -14,7 +14,7 @@ constexpr std::int64_t kEpoch = 1'000'000 * kSecond;  // clocks beyond are an ep
 constexpr std::int64_t kOtherClock = 10 * kSecond;    // stamps of one clock differ less from their log times
 constexpr double kWrongStamp = 60e9;                  // ns; and do not move against them by more
 constexpr std::int64_t kLastTime = 3'000'000'000 * kSecond;  // in 2065; sums of three such times fit 64 bits
-constexpr std::size_t kMaxTopics = 65536;
+constexpr std::size_t kMaxTopics = 65536, kMaxFeeding = 500;
 
 /// A topic that by its name says what is wanted, not what is.
 bool names_a_wish(std::string name) {
@@ -67,18 +67,27 @@ void TopicFeeds::add_feeds(Topic& topic, std::size_t index, std::uint32_t instan
   }
 }
 
+/// A faulty map is an error; without any configuration our own topics can be read all the same.
+void TopicFeeds::look_up() {
+  const auto ok = add_shipped_maps(map_);
+  if (ok) return;
+  if (files::config_dir()) status_ = ok;
+  recording_.note(Note::Kind::ignored, "maps of topics were not found: " + ok.error().text());
+}
+
 const MessageTypes& TopicFeeds::definitions() {
-  if (auto ok = add_shipped_maps(map_); !ok) status_ = ok;
+  look_up();
   return map_.definitions;
 }
 
 bool TopicFeeds::prepare(Topic& topic, const DeclaredTopic& declared) {
   auto entries = entries_for(map_, declared.name, declared.type);
   if (entries.empty() && !map_.shipped && !is_own_name(declared.name)) {
-    if (auto ok = add_shipped_maps(map_); !ok) status_ = ok;
+    look_up();
     entries = entries_for(map_, declared.name, declared.type);
   }
   if (entries.empty()) return false;
+  if (++feeding_ > kMaxFeeding) return true;
   topic.by_type = map_.entries[entries.front()].topic.empty();
   if (topic.by_type && map_.entries[entries.front()].map != kGivenMap && names_a_wish(declared.name)) {
     recording_.note(Note::Kind::ignored, "topic " + files::shown(declared.name) + " (" + declared.type +
@@ -361,8 +370,8 @@ void TopicFeeds::summarise() {
     for (const Feed& f : t.feeds)
       if (f.outside > 0)
         recording_.note(Note::Kind::ignored,
-                        t.shown + ": " + counted(f.outside, "messages are no valid ") + f.signal->signal +
-                            " by their own flags or range",
+                        t.shown + ": " + counted(f.outside, "messages were left out whose ") +
+                            f.signal->signal + " is not valid by their own flags, or out of range",
                         f.outside);
     recording_.topics.push_back(std::move(summary));
   }
@@ -374,6 +383,8 @@ Status TopicFeeds::finish() {
   if (!status_) return status_;
   if (topics_.size() >= kMaxTopics)
     recording_.note(Note::Kind::loss, "the log has more than 65536 topics; the rest was left out");
+  if (feeding_ > kMaxFeeding)
+    recording_.note(Note::Kind::loss, "more than 500 topics would give signals; the rest was left out");
   align_clocks();
   choose();
   recording_.start_s = 1e-9 * static_cast<double>(base_ns_);

@@ -72,6 +72,7 @@ class TopicFeeds {
     bool by_type = false;                  // taken for what it is by its type alone
   };
 
+  void look_up();
   const MessageTypes& definitions();
   bool prepare(Topic& topic, const DeclaredTopic& declared);
   void add_feeds(Topic& topic, std::size_t entry, std::uint32_t instance);
@@ -92,6 +93,7 @@ class TopicFeeds {
   std::vector<double> row_;
   static constexpr std::size_t kMaxRotors = 64;
   std::size_t rotors_ = kMaxRotors;
+  std::size_t feeding_ = 0;  // topics that an entry of the map fits
   std::int64_t base_ns_ = 0;
   std::optional<std::size_t> base_topic_;  // whose first stamp is second 0
   bool have_base_ = false;

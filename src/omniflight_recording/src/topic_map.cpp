@@ -79,11 +79,11 @@ bool named(std::string_view topic, std::string_view name) {
   return topic.size() == name.size() || topic[topic.size() - name.size() - 1] == '/';
 }
 
-/// Maps under configs/topic_maps by name; none without that folder.
-std::vector<std::filesystem::path> shipped_maps() {
+/// Maps under configs/topic_maps by name; an error without a configuration folder.
+Result<std::vector<std::filesystem::path>> shipped_maps() {
   std::vector<std::filesystem::path> out;
   const auto configs = files::config_dir();
-  if (!configs) return out;
+  if (!configs) return Failure(configs.error());
   std::error_code ec;
   for (const auto& entry : std::filesystem::directory_iterator(*configs / "topic_maps", ec))
     if (entry.path().extension() == ".yaml") out.push_back(entry.path());
@@ -116,8 +116,9 @@ Result<TopicMap> topic_map_for(const std::filesystem::path& given) {
   if (!given.empty()) {
     std::filesystem::path file = given;
     std::error_code ec;
-    if (!given.has_parent_path() && !std::filesystem::exists(given, ec))
-      for (const auto& known : shipped_maps())
+    if (const auto shipped = shipped_maps();
+        shipped && !given.has_parent_path() && !std::filesystem::exists(given, ec))
+      for (const auto& known : *shipped)
         if (known.stem() == given) file = known;
     auto map = load_topic_map(file);
     if (!map) return map;
@@ -133,7 +134,9 @@ Status add_shipped_maps(TopicMap& map) {
   if (map.shipped) return {};
   map.shipped = true;
   std::vector<TopicEntry> by_type;
-  for (const auto& file : shipped_maps()) {
+  const auto files = shipped_maps();
+  if (!files) return Failure(files.error());
+  for (const auto& file : *files) {
     auto shipped = load_topic_map(file);
     if (!shipped) return Failure(shipped.error());
     for (TopicEntry& entry : shipped->entries) {

@@ -66,7 +66,8 @@ Result<TopicMap> load_topic_map(const std::filesystem::path& file);
 Result<TopicMap> topic_map_for(const std::filesystem::path& given);
 
 /// Appends every map under configs/topic_maps, unless that was done: first what names a topic, then what only
-/// names a type. Entries keep their place in memory.
+/// names a type. Entries keep their place in memory. An error when there is no configuration folder, or a map
+/// in it is faulty.
 Status add_shipped_maps(TopicMap& map);
 
 /// Whether the topic is in our own name space.
