@@ -315,7 +315,8 @@ Result<McapExport> write_mcap(const Recording& r, const fs::path& path) {
   part += ".part" + std::to_string(::getpid());
   auto writer = recording::McapWriter::create(part, {.overwrite = true});
   if (!writer) return Failure(writer.error());
-  const bool copied = r.format == std::string("mcap");
+  // a bag in several files is written again from its signals
+  const bool copied = r.format == std::string("mcap") && !fs::is_directory(r.file);
   Status ok = copied ? copy_topics(r.file, **writer, out) : write_topics(r, **writer, out);
   if (ok) ok = (*writer)->close();
   std::error_code ec;

@@ -7,6 +7,8 @@ namespace omniflight::recording {
 
 const Format& mcap_format();
 const Format& ulog_format();
+const Format& rosbag1_format();
+const Format& rosbag2_format();
 const Format& microsd_format();
 const Format& csv_format();
 

@@ -1,29 +1,14 @@
 #include "mcap_chunk.hpp"
 
-#include <lz4frame.h>
 #include <zstd.h>
 
 #include "mcap_records.hpp"
+#include "unpack.hpp"
 
 namespace omniflight::recording::mcap {
 namespace {
 
 constexpr std::uint64_t kMaxChunk = 256u << 20;
-
-bool unpack_lz4(std::string_view in, std::string& out) {
-  LZ4F_dctx* context = nullptr;
-  if (LZ4F_isError(LZ4F_createDecompressionContext(&context, LZ4F_VERSION))) return false;
-  std::size_t read = 0, written = 0, hint = 1;
-  while (hint != 0 && read < in.size()) {
-    std::size_t to_read = in.size() - read, to_write = out.size() - written;
-    hint = LZ4F_decompress(context, out.data() + written, &to_write, in.data() + read, &to_read, nullptr);
-    if (LZ4F_isError(hint) || (to_read == 0 && to_write == 0)) break;
-    read += to_read;
-    written += to_write;
-  }
-  LZ4F_freeDecompressionContext(context);
-  return hint == 0 && written == out.size();
-}
 
 }  // namespace
 

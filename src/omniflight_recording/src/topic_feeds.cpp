@@ -80,6 +80,23 @@ const MessageTypes& TopicFeeds::definitions() {
   return map_.definitions;
 }
 
+/// Without the signals whose fields the type does not have. Types that vary with the version of their
+/// software are not named in a map, and then this is ordinary.
+void TopicFeeds::drop_incomplete(Topic& topic, const MessageDecoder& decoder, bool told) {
+  std::erase_if(topic.feeds, [&](const Feed& f) {
+    std::vector<std::size_t> needed = f.slots;
+    needed.insert(needed.end(), f.turned_by.begin(), f.turned_by.end());
+    const auto missing =
+        std::find_if(needed.begin(), needed.end(), [&](auto slot) { return !decoder.has(slot); });
+    if (missing == needed.end()) return false;
+    if (told)
+      recording_.note(Note::Kind::ignored, topic.shown + ": " + f.signal->signal +
+                                               " was not read, because its type has no field " +
+                                               files::shown(topic.wanted[*missing]));
+    return true;
+  });
+}
+
 bool TopicFeeds::prepare(Topic& topic, const DeclaredTopic& declared) {
   auto entries = entries_for(map_, declared.name, declared.type);
   if (entries.empty() && !map_.shipped && !is_own_name(declared.name)) {
@@ -127,12 +144,7 @@ bool TopicFeeds::prepare(Topic& topic, const DeclaredTopic& declared) {
                                       "convert the bag with ros2 bag convert to mcap"));
     return true;
   }
-  const auto lacks = [&](const Feed& f) {
-    const auto missing = [&](std::size_t slot) { return !decoder->has(slot); };
-    return std::any_of(f.slots.begin(), f.slots.end(), missing) ||
-           std::any_of(f.turned_by.begin(), f.turned_by.end(), missing);
-  };
-  std::erase_if(topic.feeds, lacks);
+  drop_incomplete(topic, *decoder, !first.type.empty() || first.map == kGivenMap);
   if (topic.feeds.empty()) return false;
   topic.time_ns = first.time.empty() ? 0 : first.time_ns;
   for (std::size_t i = 0; i < stamps; ++i)

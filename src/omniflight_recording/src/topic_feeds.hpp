@@ -75,6 +75,7 @@ class TopicFeeds {
   void look_up();
   const MessageTypes& definitions();
   bool prepare(Topic& topic, const DeclaredTopic& declared);
+  void drop_incomplete(Topic& topic, const MessageDecoder& decoder, bool told);
   void add_feeds(Topic& topic, std::size_t entry, std::uint32_t instance);
   std::int64_t stamp_of(Topic& topic, std::int64_t log_ns);
   void add_sample(Feed& feed, double t_s);

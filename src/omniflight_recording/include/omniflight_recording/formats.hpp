@@ -12,7 +12,8 @@
 namespace omniflight::recording {
 
 struct LoadOptions {
-  /// YAML that says which columns of a foreign CSV are which signals (README, "Maps"); empty for none.
+  /// YAML that says which columns of a foreign CSV, or which topics of a bag or ULog, are which signals
+  /// (README, "Maps"); empty for none.
   std::filesystem::path map;
   std::size_t max_bytes = std::size_t{2} << 30;  ///< larger files are refused
 };
@@ -26,9 +27,10 @@ struct Format {
 };
 const std::vector<Format>& formats();
 
-/// Reads any supported file (also gzipped), or the one MCAP file of a rosbag2 folder. A damaged or cut file
-/// is read as far as it is sound, and what is lost stands in the notes; an unknown, empty or unusable file is
-/// an error that names it.
+/// Reads any supported file (also gzipped), or the files of a rosbag2 folder (MCAP or SQLite) as one
+/// recording, whose hash is that of the hashes of its parts. A damaged or cut file is read as far as it is
+/// sound, and what is lost stands in the notes; an empty or unusable file is an error that names it, and an
+/// unknown one an error that also names what converts it, where that is known.
 Result<Recording> load(const std::filesystem::path& path, const LoadOptions& options = {});
 
 /// Writes the canonical CSV of all signals (empty cells where a signal has no sample), whole or not at all.
