@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "format_table.hpp"
+#include "frame_evidence.hpp"
 #include "join.hpp"
 #include "omniflight_files/files.hpp"
 #include "other_formats.hpp"
@@ -71,6 +72,9 @@ Result<Recording> load_file(const fs::path& path, const LoadOptions& options) {
     recording->file = path.string();
     recording->format = format.name;
     recording->sha256 = hash;
+    const bool ours = recording->metadata.contains("mcap.library") &&
+                      recording->metadata.at("mcap.library") == "omniflight";
+    if (!ours && !recording->topics.empty()) note_frame_evidence(*recording);
     return recording;
   }
   std::string known;
