@@ -11,6 +11,10 @@ constexpr int kUpdates = 60;  ///< multiplicative updates of a spectrum; the lik
 /// Corner frequencies [Hz] of the first-order parts: correlation times of 3 s to 25 ms.
 constexpr std::array<double, 8> kCorners{0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4};
 constexpr double kReference = 5;  ///< Hz, at which the rising parts are one
+/// Hz, below which the correction runs over frequency, above over its logarithm.
+constexpr double kKnee = 0.2;
+constexpr double kCorrection = 0.5;  ///< prior standard deviation of a term of the correction
+constexpr int kScoring = 12;         ///< Fisher scoring converges in some
 
 }  // namespace
 
@@ -42,13 +46,55 @@ void NoiseSpectrum::fit(const Eigen::VectorXd& f, const Eigen::VectorXd& power) 
     w.array() *= (up.array() / down.array().max(1e-300)).sqrt();
   }
   for (std::size_t k = 0; k < kParts; ++k) weight_[k] = w[static_cast<Eigen::Index>(k)];
+  correct(f, power);
 }
 
-double NoiseSpectrum::density(double f) const {
+std::array<double, NoiseSpectrum::kTerms> NoiseSpectrum::terms(double f) const {
+  const double place = std::log1p(std::min(f, highest_) / kKnee) / std::log1p(highest_ / kKnee);
+  std::array<double, kTerms> out{};
+  for (std::size_t k = 0; k < kTerms; ++k) out[k] = std::cos(static_cast<double>(k) * kPi * place);
+  return out;
+}
+
+/// Penalised Whittle likelihood by Fisher scoring.
+void NoiseSpectrum::correct(const Eigen::VectorXd& f, const Eigen::VectorXd& power) {
+  highest_ = f.maxCoeff();
+  if (!(highest_ > 0)) return;
+  const auto terms_count = static_cast<Eigen::Index>(kTerms);
+  Eigen::MatrixXd B(f.size(), terms_count);
+  Eigen::ArrayXd ratio(f.size());
+  for (Eigen::Index i = 0; i < f.size(); ++i) {
+    const auto t = terms(f[i]);
+    for (std::size_t k = 0; k < kTerms; ++k) B(i, static_cast<Eigen::Index>(k)) = t[k];
+    ratio[i] = power[i] / std::max(1e-300, sum_of_parts(f[i]));
+  }
+  Eigen::MatrixXd information = 0.5 * B.transpose() * B;  // of amplitudes, which have one degree of freedom
+  information.diagonal().array() += 1 / (kCorrection * kCorrection);
+  const Eigen::LLT<Eigen::MatrixXd> factor(information);
+  Eigen::VectorXd c = Eigen::VectorXd::Zero(terms_count);
+  for (int pass = 0; pass < kScoring; ++pass) {
+    const Eigen::VectorXd surplus = (ratio * (-(B * c).array()).exp() - 1).matrix();
+    const Eigen::VectorXd gradient = 0.5 * B.transpose() * surplus - c / (kCorrection * kCorrection);
+    Eigen::VectorXd step = factor.solve(gradient);
+    step *= std::min(1.0, 1.0 / std::max(1e-12, step.cwiseAbs().maxCoeff()));
+    c += step;
+  }
+  if (!c.allFinite()) return;
+  for (std::size_t k = 0; k < kTerms; ++k) correction_[k] = c[static_cast<Eigen::Index>(k)];
+}
+
+double NoiseSpectrum::sum_of_parts(double f) const {
   const auto p = parts(f);
   double sum = 0;
   for (std::size_t k = 0; k < kParts; ++k) sum += weight_[k] * p[k];
   return sum;
+}
+
+double NoiseSpectrum::density(double f) const {
+  const auto t = terms(f);
+  double correction = 0;
+  for (std::size_t k = 0; k < kTerms; ++k) correction += correction_[k] * t[k];
+  return sum_of_parts(f) * std::exp(correction);
 }
 
 NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& rest, int parameters,

@@ -12,10 +12,13 @@ namespace omniflight::diagnosis {
 
 /// Power spectral density of one channel of one flight, a sum of non-negative parts: first-order
 /// (Ornstein-Uhlenbeck) processes of several corner frequencies, white noise, and white noise differentiated
-/// once and twice. An autoregression would also describe a load that swings, and take it for noise.
+/// once and twice; times the exponential of a smooth function of log frequency (Bloomfield 1973), for
+/// turbulence of a higher order and for what averaging leaves of sensor noise. An autoregression would also
+/// describe a load that swings, and take it for noise; the smooth function is wider than that.
 class NoiseSpectrum {
  public:
   static constexpr std::size_t kParts = 12;
+  static constexpr std::size_t kTerms = 7;
 
   /// Maximises Whittle's likelihood of these amplitudes' squares at these frequencies [Hz]: multiplicative
   /// updates, which keep the parts non-negative.
@@ -28,7 +31,12 @@ class NoiseSpectrum {
 
  private:
   static std::array<double, kParts> parts(double frequency_hz);
+  std::array<double, kTerms> terms(double frequency_hz) const;
+  double sum_of_parts(double frequency_hz) const;
+  void correct(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& power);
   std::array<double, kParts> weight_{};
+  std::array<double, kTerms> correction_{};  ///< of ln density, cosines of log frequency
+  double highest_ = 1;                       ///< Hz, where the last half wave ends
   bool silent_ = true;
 };
 

@@ -93,7 +93,7 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
   std::vector<physics::Situation> out(f.smooth.begin() + segment.begin, f.smooth.begin() + segment.end);
   const Eigen::MatrixXd asked = reference_around(f.reference, segment, period);
   predict_rotors(out, lag, seen, asked);
-  Eigen::MatrixXd known(n, 18 + asked.cols()), rates(n, 6);
+  Eigen::MatrixXd known(n, 24 + asked.cols()), targets(n, 9);
   known.rightCols(asked.cols()) = asked;
   for (int i = 0; i < n; ++i) {
     physics::Situation& s = out[static_cast<std::size_t>(i)];
@@ -106,30 +106,29 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
     const Vec6 mean = 0.5 * (acceleration_of(then) + modelled + mass.solve(left));
     const Vec3 w = last.body.w_WB_B + ahead * mean.tail<3>();
     const Vec3 v = last.v_WB_B + ahead * mean.head<3>();  // along the axes of then
-    known.row(i).head<18>() << w.transpose(), v.transpose(), last.body.w_WB_B.transpose(),
-        last.v_WB_B.transpose(), left.transpose();
-    rates.row(i) << seen(i).body.w_WB_B.transpose(),
-        (last.R_WB.transpose() * seen(i).body.v_WB_W).transpose();
-    // Effects that add mass see the model's own acceleration. With the averaged residual in it, a mass of any
-    // sign would predict the residual from its own past.
-    // What loads remember of the motion is driven by the measured one.
+    known.row(i).head<24>() << w.transpose(), v.transpose(), last.body.w_WB_B.transpose(),
+        last.v_WB_B.transpose(), left.transpose(), modelled.transpose();
+    targets.row(i) << seen(i).body.w_WB_B.transpose(),
+        (last.R_WB.transpose() * seen(i).body.v_WB_W).transpose(), now.dw_WB_B.transpose();
+    // what loads remember of the motion is driven by the measured acceleration
     s.observed = true;
     s.observed_a_B = now.a_WB_B;
     s.observed_dw_B = now.dw_WB_B;
     s.a_WB_B = modelled.head<3>();
-    s.dw_WB_B = modelled.tail<3>();
   }
-  const Eigen::MatrixXd predicted = predict_linearly(known, rates);
+  const Eigen::MatrixXd predicted = predict_linearly(known, targets);
   for (int i = lag; i < n; ++i) {
     physics::Situation& s = out[static_cast<std::size_t>(i)];
     const physics::Situation& last = seen(i - lag);
-    s.body.w_WB_B = predicted.row(i).head<3>().transpose();
-    s.body.v_WB_W = last.R_WB * Vec3(predicted.row(i).tail<3>().transpose());
+    s.body.w_WB_B = predicted.row(i).segment<3>(0).transpose();
+    s.body.v_WB_W = last.R_WB * Vec3(predicted.row(i).segment<3>(3).transpose());
     s.body.p_WB = last.body.p_WB + 0.5 * ahead * (last.body.v_WB_W + s.body.v_WB_W);
     s.body.q_WB = last.body.q_WB * exp_rotation(0.5 * ahead * (last.body.w_WB_B + s.body.w_WB_B));
     s.R_WB = s.body.q_WB.toRotationMatrix();
     s.v_WB_B = s.R_WB.transpose() * s.body.v_WB_W;
-    // the modelled specific force stays, gravity turns with the predicted attitude
+    s.dw_WB_B = predicted.row(i).segment<3>(6).transpose();
+    // The specific force is that of the predicted rotors, and gravity turns with the predicted attitude. With
+    // what the residual lets expect, a mass of any sign would predict the residual.
     const Vec3 g_B = s.R_WB.transpose() * Vec3(0, 0, -s.environment.gravity);
     s.a_WB_B += g_B - measured(i).g_B;
     s.g_B = g_B;
