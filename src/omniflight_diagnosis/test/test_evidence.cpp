@@ -106,7 +106,7 @@ TEST(Evidence, ACoefficientDoesNotShrinkWithTheHorizonOfPrediction) {
   const Flight* one[] = {&flight};
   for (const double horizon_s : {0.15, 0.3}) {
     RegressionProblem problem(one, v, o, horizon_s);
-    const Eigen::MatrixXd slow = slow_columns(problem);
+    const SlowColumns slow = slow_columns(problem);
     SetFit fit;
     std::vector<Hypothesis> hypotheses;
     for (int pass = 0; pass < 3; ++pass) {  // each in the noise that the one before leaves
@@ -117,7 +117,7 @@ TEST(Evidence, ACoefficientDoesNotShrinkWithTheHorizonOfPrediction) {
         problem.scale_calibration(first_stages(noise->apply(problem.calibration().columns),
                                                noise->apply(problem.calibration().measured)));
       }
-      whiten(problem, *noise, 1, hypotheses);
+      whiten(*noise, 1, hypotheses);
       fit = Evidence(problem, *noise, hypotheses, 0).fit({SetMember{0, {flown_drag / 2}, {}, {}}});
     }
     std::printf("horizon %.2f s: rotor drag %.3g +- %.2g (flown %.3g), first stage %.3f\n", horizon_s,

@@ -39,7 +39,7 @@ Eigen::VectorXd expected_wrench(const RegressionProblem& problem, const Hypothes
                                 const SetMember& member) {
   if (h.pattern) return h.pattern->raw * member.weights;
   EffectTerm term{h.effect, member.theta, member.start};
-  const bool linear = h.linear.cols() > 0;
+  const bool linear = h.linear_amplitudes.cols() > 0;
   for (std::size_t k = 0; linear && k < term.theta.size(); ++k)
     term.theta[k] *= h.first_stage[static_cast<Eigen::Index>(k)];
   Eigen::VectorXd value;

@@ -10,7 +10,7 @@ constexpr double kGenerous = 3;
 
 }  // namespace
 
-Eigen::MatrixXd slow_columns(const RegressionProblem& problem) {
+SlowColumns slow_columns(const RegressionProblem& problem) {
   std::vector<Eigen::MatrixXd> parts;
   const Calibration& c = problem.calibration();
   Eigen::Index total = 0;
@@ -28,16 +28,18 @@ Eigen::MatrixXd slow_columns(const RegressionProblem& problem) {
     total += p.raw.cols();
     parts.push_back(kGenerous * p.raw);
   }
-  Eigen::MatrixXd out(problem.rows(), total);
+  SlowColumns out;
+  out.raw.resize(problem.rows(), total);
   Eigen::Index at = 0;
   for (const Eigen::MatrixXd& part : parts) {
-    out.middleCols(at, part.cols()) = part;
+    out.raw.middleCols(at, part.cols()) = part;
     at += part.cols();
   }
+  out.amplitudes = cosine_amplitudes(problem, out.raw);
   return out;
 }
 
-std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, const Eigen::MatrixXd& slow,
+std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, const SlowColumns& slow,
                                            const Eigen::VectorXd& known, double temperature) {
   const Eigen::VectorXd y = problem.residual() - known;
   Eigen::VectorXd rest = y;
@@ -46,11 +48,11 @@ std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, con
   double parameters = 0;
   for (int pass = 0; pass < 2; ++pass) {
     const NoiseModel noise(problem, rest, static_cast<int>(parameters), 1);
-    const Eigen::MatrixXd X = noise.apply(slow);
-    Eigen::MatrixXd H = X.transpose() * X;
-    H.diagonal().array() += 1;
+    const Eigen::MatrixXd X = noise.scale(slow.amplitudes);
+    Eigen::MatrixXd H = Eigen::MatrixXd::Identity(X.cols(), X.cols());
+    H.selfadjointView<Eigen::Lower>().rankUpdate(X.transpose());
     const Eigen::LLT<Eigen::MatrixXd> factor(H);
-    rest = y - slow * factor.solve(X.transpose() * noise.apply(y));
+    rest = y - slow.raw * factor.solve(X.transpose() * noise.apply(y));
     parameters =
         static_cast<double>(H.rows()) - factor.solve(Eigen::MatrixXd::Identity(H.rows(), H.cols())).trace();
   }

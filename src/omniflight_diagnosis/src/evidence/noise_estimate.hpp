@@ -8,14 +8,19 @@
 
 namespace omniflight::diagnosis {
 
-/// Columns, rows x any number: constant forces and torques, and smooth functions of place and rotor tilt.
+/// Columns, rows x any number, and their cosine amplitudes.
+struct SlowColumns {
+  Eigen::MatrixXd raw, amplitudes;
+};
+
+/// Constant forces and torques, and smooth functions of place and rotor tilt.
 /// What the rotors and the rates do is not among them: through feedback they follow the disturbance, and a
 /// regression on them would take noise away.
-Eigen::MatrixXd slow_columns(const RegressionProblem& problem);
+SlowColumns slow_columns(const RegressionProblem& problem);
 
 /// Noise of the residual less `known` (what a fitted set does, or zero) and less a ridge regression on
 /// `slow`.
-std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, const Eigen::MatrixXd& slow,
+std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, const SlowColumns& slow,
                                            const Eigen::VectorXd& known, double temperature);
 
 }  // namespace omniflight::diagnosis

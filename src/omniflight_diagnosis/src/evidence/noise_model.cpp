@@ -123,16 +123,17 @@ NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& 
                    Eigen::Map<Eigen::VectorXd>(power.data(), static_cast<Eigen::Index>(power.size())));
       spectrum.scale(inflation * std::max(1e-3, temperature));
     }
+  Eigen::Index amplitude = 0;
   for (const Stretch& s : problem.stretches())
     for (int c = 0; c < 6; ++c) {
       const NoiseSpectrum& spectrum =
           spectra_[static_cast<std::size_t>(s.flight)][static_cast<std::size_t>(c)];
-      if (spectrum.silent()) continue;
       Block b;
-      b.channel = c;
-      b.begin = s.begin;
       b.size = transform_length(s.size());
       b.row = rows_;
+      b.amplitude = amplitude;
+      amplitude += b.size;
+      if (spectrum.silent()) continue;
       b.inverse.resize(b.size);
       for (int k = 0; k < b.size; ++k)
         b.inverse[k] = 1 / std::sqrt(spectrum.density(0.5 * rate * k / b.size));
@@ -142,25 +143,30 @@ NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& 
     }
 }
 
-Eigen::MatrixXd NoiseModel::apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const {
-  const int n = problem_.samples();
-  Eigen::MatrixXd out(rows_, columns.cols());
-  Eigen::VectorXd x;
+Eigen::MatrixXd cosine_amplitudes(const RegressionProblem& problem,
+                                  const Eigen::Ref<const Eigen::MatrixXd>& columns) {
+  const int n = problem.samples();
+  Eigen::Index rows = 0;
+  for (const Stretch& s : problem.stretches()) rows += 6 * transform_length(s.size());
+  Eigen::MatrixXd out(rows, columns.cols());
   std::optional<CosineTransform> transform;
   int length = 0;
-  for (const Block& b : blocks_) {
-    if (!transform || length != b.size) transform.emplace(length = b.size);
-    for (Eigen::Index col = 0; col < columns.cols(); ++col) {
-      x = columns.col(col).segment(b.channel * n + b.begin, b.size);
-      if (x.isZero(0)) {
-        out.col(col).segment(b.row, b.size).setZero();
-        continue;
+  Eigen::Index row = 0;
+  for (const Stretch& s : problem.stretches()) {
+    const int size = transform_length(s.size());
+    if (!transform || length != size) transform.emplace(length = size);
+    for (int c = 0; c < 6; ++c, row += size)
+      for (Eigen::Index col = 0; col < columns.cols(); ++col) {
+        auto part = out.col(col).segment(row, size);
+        part = columns.col(col).segment(c * n + s.begin, size);
+        if (!part.isZero(0)) transform->apply(part);
       }
-      transform->apply(x);
-      out.col(col).segment(b.row, b.size) = x.cwiseProduct(b.inverse);
-    }
   }
   return out;
+}
+
+Eigen::MatrixXd NoiseModel::apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const {
+  return scale(cosine_amplitudes(problem_, columns));
 }
 
 double NoiseModel::fast_part(int channel) const {

@@ -40,6 +40,11 @@ class NoiseSpectrum {
   bool silent_ = true;
 };
 
+/// Cosine amplitudes of columns, of every channel of every stretch: what no noise changes of whitening. Rows:
+/// of each stretch channel by channel, as many as transform_length() says.
+Eigen::MatrixXd cosine_amplitudes(const RegressionProblem& problem,
+                                  const Eigen::Ref<const Eigen::MatrixXd>& columns);
+
 class NoiseModel {
  public:
   /// Fitted to `rest`, what a model with `parameters` numbers left of the residual. `temperature` divides all
@@ -52,6 +57,15 @@ class NoiseModel {
   /// Whitened columns: cosine amplitudes of each stretch and channel over their standard deviations. Rows:
   /// whitened_rows().
   Eigen::MatrixXd apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const;
+  /// The same of their cosine amplitudes.
+  template <class Matrix>
+  Eigen::MatrixXd scale(const Matrix& amplitudes) const {
+    Eigen::MatrixXd out(rows_, amplitudes.cols());
+    for (const Block& b : blocks_)
+      out.middleRows(b.row, b.size) =
+          b.inverse.asDiagonal() * amplitudes.middleRows(b.amplitude, b.size).template cast<double>();
+    return out;
+  }
   Eigen::Index whitened_rows() const { return rows_; }
   /// Standard deviation of the noise of a channel above half of the highest frequency, mean over flights:
   /// what a sample does not tell of the next.
@@ -62,9 +76,10 @@ class NoiseModel {
 
  private:
   struct Block {  ///< one channel of one stretch
-    int channel = 0, begin = 0, size = 0;
-    Eigen::Index row = 0;
-    Eigen::VectorXd inverse;  ///< one over the standard deviation of each amplitude
+    int size = 0;
+    Eigen::Index row = 0;        ///< first of its whitened rows
+    Eigen::Index amplitude = 0;  ///< first of its cosine amplitudes
+    Eigen::VectorXd inverse;     ///< one over the standard deviation of each amplitude
   };
   const RegressionProblem& problem_;
   std::vector<std::array<NoiseSpectrum, 6>> spectra_;

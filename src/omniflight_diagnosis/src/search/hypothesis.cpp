@@ -111,33 +111,46 @@ Eigen::MatrixXd start_columns(const RegressionProblem& problem, const Effect& ef
   return columns;
 }
 
-void whiten_one(const RegressionProblem& problem, const NoiseModel& noise, Hypothesis& h) {
+/// Columns of all shapes and their first stages.
+void prepare(const RegressionProblem& problem, const NoiseModel& noise, Hypothesis& h) {
   if (h.pattern) {
     auto p = std::make_shared<Pattern>(*h.pattern);
-    p->whitened = noise.apply(p->raw);
+    p->amplitudes = cosine_amplitudes(problem, p->raw).cast<float>();
     h.pattern = std::move(p);
     return;
   }
   for (ShapePoint& at : h.points) {
-    const Eigen::MatrixXd own = noise.apply(amplitude_columns(problem, *h.effect, at, States::predicted));
-    if (at.first_stage.size() == 0)
-      at.first_stage =
-          first_stages(own, noise.apply(amplitude_columns(problem, *h.effect, at, States::measured)));
-    const Eigen::MatrixXd start = noise.apply(start_columns(problem, *h.effect, at));
-    at.columns.resize(own.rows(), own.cols() + start.cols());
-    at.columns << own * at.first_stage.asDiagonal(), start;
+    const Eigen::MatrixXd own =
+        cosine_amplitudes(problem, amplitude_columns(problem, *h.effect, at, States::predicted));
+    const Eigen::MatrixXd start = cosine_amplitudes(problem, start_columns(problem, *h.effect, at));
+    at.first_stage = first_stages(noise.scale(own),
+                                  noise.apply(amplitude_columns(problem, *h.effect, at, States::measured)));
+    at.amplitudes.resize(own.rows(), own.cols() + start.cols());
+    at.amplitudes << own.cast<float>(), start.cast<float>();
   }
   if (!has_constant_columns(*h.effect)) return;
   Eigen::VectorXd value;
   Eigen::MatrixXd columns;
   const EffectTerm term{h.effect, h.points[0].theta, {}};
   problem.wrench_of(term, value, &columns, nullptr);
-  h.linear = noise.apply(columns);
-  if (h.first_stage.size() == 0) {
-    problem.wrench_of(term, value, &columns, nullptr, States::measured);
-    h.first_stage = first_stages(h.linear, noise.apply(columns));
+  h.linear_amplitudes = cosine_amplitudes(problem, columns);
+  problem.wrench_of(term, value, &columns, nullptr, States::measured);
+  h.first_stage = first_stages(noise.scale(h.linear_amplitudes), noise.apply(columns));
+}
+
+void whiten_one(const NoiseModel& noise, Hypothesis& h) {
+  if (h.pattern) {
+    auto p = std::make_shared<Pattern>(*h.pattern);
+    p->whitened = noise.scale(p->amplitudes);
+    h.pattern = std::move(p);
+    return;
   }
-  h.linear = h.linear * h.first_stage.asDiagonal();
+  for (ShapePoint& at : h.points) {
+    at.columns = noise.scale(at.amplitudes);
+    for (Eigen::Index k = 0; k < at.first_stage.size(); ++k) at.columns.col(k) *= at.first_stage[k];
+  }
+  if (h.linear_amplitudes.cols() > 0)
+    h.linear = noise.scale(h.linear_amplitudes) * h.first_stage.asDiagonal();
 }
 
 }  // namespace
@@ -175,13 +188,13 @@ std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const 
     h.log_odds = std::log(kExpectedUnknown / static_cast<double>(patterns.size()));
     out.push_back(std::move(h));
   }
-  whiten(problem, noise, o.threads, out);
+  parallel_for(out.size(), o.threads, [&](std::size_t k) { prepare(problem, noise, out[k]); });
+  whiten(noise, o.threads, out);
   return out;
 }
 
-void whiten(const RegressionProblem& problem, const NoiseModel& noise, int threads,
-            std::vector<Hypothesis>& hypotheses) {
-  parallel_for(hypotheses.size(), threads, [&](std::size_t k) { whiten_one(problem, noise, hypotheses[k]); });
+void whiten(const NoiseModel& noise, int threads, std::vector<Hypothesis>& hypotheses) {
+  parallel_for(hypotheses.size(), threads, [&](std::size_t k) { whiten_one(noise, hypotheses[k]); });
 }
 
 }  // namespace omniflight::diagnosis

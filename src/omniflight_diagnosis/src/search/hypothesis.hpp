@@ -17,7 +17,8 @@ struct Pattern {
   int channel = 0;     ///< 0 to 5
   bool world = false;  ///< forces only: along the world's axes
   std::string variable, unit;
-  Eigen::MatrixXd raw;  ///< rows x basis functions, for a coefficient of one
+  Eigen::MatrixXd raw;         ///< rows x basis functions, for a coefficient of one
+  Eigen::MatrixXf amplitudes;  ///< their cosine amplitudes
   Eigen::MatrixXd whitened;
 };
 
@@ -26,6 +27,7 @@ struct ShapePoint {
   std::vector<double> theta;           ///< amplitudes at their neutral values
   std::vector<std::size_t> amplitude;  ///< indices of parameters that columns belong to
   Eigen::VectorXd first_stage;         ///< of the amplitudes' columns
+  Eigen::MatrixXf amplitudes;          ///< cosine amplitudes of the columns before the first stage
   Eigen::MatrixXd columns;  ///< whitened; one standard deviation each: amplitudes, then initial states
 };
 
@@ -33,10 +35,11 @@ struct Hypothesis {
   std::string id;  ///< effect id, or "unknown"
   const physics::Effect* effect = nullptr;
   std::shared_ptr<const Pattern> pattern;
-  double log_odds = 0;             ///< prior, of being there
-  std::vector<ShapePoint> points;  ///< of an effect
-  Eigen::MatrixXd linear;          ///< whitened, for a unit of each parameter; of constant columns only
-  Eigen::VectorXd first_stage;     ///< of these columns
+  double log_odds = 0;                ///< prior, of being there
+  std::vector<ShapePoint> points;     ///< of an effect
+  Eigen::MatrixXd linear;             ///< whitened, for a unit of each parameter; of constant columns only
+  Eigen::VectorXd first_stage;        ///< of these columns
+  Eigen::MatrixXd linear_amplitudes;  ///< cosine amplitudes of these columns before the first stage
 };
 
 /// Linear in its parameters and without memory: its columns never change.
@@ -49,7 +52,6 @@ std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const 
                                         const Options& options);
 
 /// Whitens the columns of hypotheses anew.
-void whiten(const RegressionProblem& problem, const NoiseModel& noise, int threads,
-            std::vector<Hypothesis>& hypotheses);
+void whiten(const NoiseModel& noise, int threads, std::vector<Hypothesis>& hypotheses);
 
 }  // namespace omniflight::diagnosis

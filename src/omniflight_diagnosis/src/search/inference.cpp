@@ -31,7 +31,7 @@ struct Profile {
 class Profiler {
  public:
   Profiler(const RegressionProblem& problem, const std::vector<Hypothesis>& hypotheses,
-           const Eigen::MatrixXd& slow, const Options& o, double temperature)
+           const SlowColumns& slow, const Options& o, double temperature)
       : problem_(problem), hypotheses_(hypotheses), slow_(slow), o_(o), temperature_(temperature) {}
 
   Profile of(std::vector<SetMember> members) const {
@@ -41,7 +41,7 @@ class Profiler {
     double log_prior = 0;
     for (SetMember& m : members) {
       index.push_back(m.hypothesis);
-      few.push_back(hypotheses_[static_cast<std::size_t>(m.hypothesis)]);
+      few.push_back(without_grid(hypotheses_[static_cast<std::size_t>(m.hypothesis)]));
       log_prior += few.back().log_odds;
       m.hypothesis = static_cast<int>(few.size()) - 1;
     }
@@ -50,7 +50,7 @@ class Profiler {
       now.members = members;
       out.noise =
           estimate_noise(problem_, slow_, wrench_of_set(problem_, few, now, States::predicted), temperature_);
-      whiten(problem_, *out.noise, 1, few);
+      whiten(*out.noise, 1, few);
       const Evidence evidence(problem_, *out.noise, few, o_.law_error);
       out.fit = evidence.fit(members);
       members = out.fit.members;
@@ -61,9 +61,21 @@ class Profiler {
   }
 
  private:
+  /// What a fit needs of a hypothesis.
+  static Hypothesis without_grid(const Hypothesis& h) {
+    Hypothesis out;
+    out.id = h.id;
+    out.effect = h.effect;
+    out.pattern = h.pattern;
+    out.log_odds = h.log_odds;
+    out.first_stage = h.first_stage;
+    out.linear_amplitudes = h.linear_amplitudes;
+    return out;
+  }
+
   const RegressionProblem& problem_;
   const std::vector<Hypothesis>& hypotheses_;
-  const Eigen::MatrixXd& slow_;
+  const SlowColumns& slow_;
   const Options& o_;
   double temperature_;
 };
@@ -159,7 +171,7 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
   Inference out;
   out.problem = problem_of_consistent_horizon(flights, vehicle, o, out.horizon);
   const RegressionProblem& problem = *out.problem;
-  const Eigen::MatrixXd slow = slow_columns(problem);
+  const SlowColumns slow = slow_columns(problem);
   SearchLimits limits;
   limits.threads = o.threads;
   limits.stop = o.stop;
@@ -169,7 +181,7 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
     if (out.hypotheses.empty())
       out.hypotheses = make_hypotheses(problem, *noise, effects, o);
     else
-      whiten(problem, *noise, o.threads, out.hypotheses);
+      whiten(*noise, o.threads, out.hypotheses);
     out.evidence = std::make_unique<Evidence>(problem, *noise, out.hypotheses, o.law_error);
     out.noise = std::move(noise);
     grid = std::make_unique<GridSearch>(*out.evidence, limits);
