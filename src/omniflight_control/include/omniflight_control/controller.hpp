@@ -22,21 +22,38 @@ struct ControllerConfig {
   double unachieved_angular_tolerance = 0.5;  ///< rad/s^2 an axis
 };
 
+/// Reference and state in, desired acceleration out. Implementations hold their integrators, are
+/// deterministic and allocate nothing in update().
+class Law {
+ public:
+  virtual ~Law() = default;
+  /// Desired acceleration: m/s^2 in world axes, then rad/s^2 in body axes. dt [s] since the last call.
+  /// unachieved: last demand minus what the allocator achieved of it, same layout.
+  virtual Vec6 update(const Reference& reference, const RigidState& state, double dt,
+                      const Vec6& unachieved = Vec6::Zero()) = 0;
+  /// What the law has learnt of the steady part of its demand: m/s^2 world, rad/s^2 body.
+  virtual Vec6 integral_action() const = 0;
+  /// Forgets what it has learnt.
+  virtual void reset() = 0;
+
+ protected:
+  Law() = default;
+  Law(const Law&) = default;
+  Law& operator=(const Law&) = default;
+};
+
 /// PD of thesis eq. 4.1 with feed-forward; with integral gains the saturated PID of eq. 4.4. Anti-windup: the
 /// integrators are bounded, and one stands still while its axis saturates or the allocator missed the last
 /// demand on it, unless the error takes the demand back.
-class Controller {
+class Controller final : public Law {
  public:
   explicit Controller(const ControllerConfig& config) : config_(config) {}
 
-  /// Desired acceleration: m/s^2 in world axes, then rad/s^2 in body axes. dt [s] since the last call.
-  /// unachieved: last demand minus what the allocator achieved of it, same layout.
   Vec6 update(const Reference& reference, const RigidState& state, double dt,
-              const Vec6& unachieved = Vec6::Zero());
-
+              const Vec6& unachieved = Vec6::Zero()) override;
   /// Integral action as acceleration: m/s^2 world, rad/s^2 body.
-  Vec6 integral_action() const;
-  void reset() { integral_.setZero(); }
+  Vec6 integral_action() const override;
+  void reset() override { integral_.setZero(); }
 
  private:
   ControllerConfig config_;

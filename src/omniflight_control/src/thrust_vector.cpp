@@ -1,0 +1,65 @@
+// Geometric tracking of a vehicle with one direction of force: Lee, Leok and McClamroch, "Geometric tracking
+// control of a quadrotor UAV on SE(3)", CDC 2010, with integral action and the attitude error of Lee 2012.
+#include "attitude_target.hpp"
+#include "laws.hpp"
+
+namespace omniflight::control {
+namespace {
+
+class ThrustVector final : public Law {
+ public:
+  explicit ThrustVector(const LawConfig& config)
+      : config_(config),
+        position_(config.gains.ki, config.gains.max_integral_acceleration, config.gains.unachieved_tolerance),
+        attitude_(config.gains.kI, config.gains.max_integral_angular_acceleration,
+                  config.gains.unachieved_angular_tolerance) {}
+
+  Vec6 update(const Reference& r, const RigidState& s, double dt, const Vec6& unachieved) override {
+    const ControllerConfig& g = config_.gains;
+    const Vec3 e_p = r.p_WB - s.p_WB, e_v = r.v_WB_W - s.v_WB_W;
+    const Vec3 feedback = g.kp.cwiseProduct(e_p) + g.kv.cwiseProduct(e_v) + position_.action();
+    const Vec3 limited = clamp_each(feedback, g.max_acceleration);
+    const Vec3 forward = g.feed_forward ? r.a_WB_W : Vec3::Zero();
+    const Vec3 now = acceleration_now(last_, s, config_);
+    const Vec3 jerk = g.kp.cwiseProduct(e_v) + g.kv.cwiseProduct(r.a_WB_W - now) + g.ki.cwiseProduct(e_p);
+    const AttitudeTarget target = attitude_target(r, limited + forward, jerk, config_);
+    last_ = target.acceleration_W;
+
+    const Vec3 e_R = half_angle_error(s.q_WB, target.q_WD);
+    const Vec3 w_d = s.q_WB.conjugate() * (target.q_WD * target.w_WD_D);
+    const Vec3 turn = g.kR.cwiseProduct(e_R) + g.kw.cwiseProduct(w_d - s.w_WB_B) + attitude_.action();
+    const Vec3 turn_limited = clamp_each(turn, g.max_angular_acceleration);
+
+    const Vec6 missed = relevant_miss(unachieved, s, config_);
+    position_.update(e_p, dt, missed.head<3>(), cut_axes(feedback, limited, target.limited));
+    attitude_.update(e_R, dt, missed.tail<3>(), cut_axes(turn, turn_limited));
+    Vec6 out;
+    out << target.acceleration_W, turn_limited;
+    if (g.feed_forward) out.tail<3>() += attitude_feed_forward(target, s);
+    return out;
+  }
+
+  Vec6 integral_action() const override {
+    Vec6 out;
+    out << position_.action(), attitude_.action();
+    return out;
+  }
+  void reset() override {
+    position_.reset();
+    attitude_.reset();
+    last_.setZero();
+  }
+
+ private:
+  LawConfig config_;
+  BoundedIntegral position_, attitude_;
+  Vec3 last_ = Vec3::Zero();  ///< m/s^2, last demand
+};
+
+}  // namespace
+
+std::unique_ptr<Law> make_thrust_vector(const LawConfig& config) {
+  return std::make_unique<ThrustVector>(config);
+}
+
+}  // namespace omniflight::control
