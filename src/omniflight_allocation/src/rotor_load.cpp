@@ -35,9 +35,12 @@ Vec6 RotorLoad::required_wrench(const Reference& m) const {
 RotorLoad::Inertial RotorLoad::inertial_wrench(const Reference& motion) const {
   Reference hover;
   hover.q_WB = motion.q_WB;
-  Vec6 change = required_wrench(motion) - required_wrench(hover);
-  change.tail<3>() -= p_BBcm_.cross(change.head<3>());
-  return {wrenches_.unreachable(change), wrenches_.scaled_norm(change)};
+  const auto about_cm = [&](Vec6 wrench) {
+    wrench.tail<3>() -= p_BBcm_.cross(wrench.head<3>());
+    return wrench;
+  };
+  const Vec6 whole = about_cm(required_wrench(motion)), still = about_cm(required_wrench(hover));
+  return {wrenches_.unreachable(whole), wrenches_.scaled_norm(whole - still)};
 }
 
 double RotorLoad::hover_load(const Quat& q_WB) const {

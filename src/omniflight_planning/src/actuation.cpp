@@ -7,6 +7,7 @@ namespace {
 
 /// Of the largest inertial wrench on the way: what rounding leaves, as in WrenchSet::load.
 constexpr double kUnreachable = 1e-6;
+constexpr double kRounding = 1e-10;  // of the weight
 
 }  // namespace
 
@@ -20,7 +21,10 @@ Status check_actuation(const std::vector<TrajectoryKnot>& knots, const allocatio
     largest = std::max(largest, wrench.size);
     if (wrench.unreachable_B.norm() > worst.norm()) worst = wrench.unreachable_B, at = &knot;
   }
-  if (!at || worst.norm() <= kUnreachable * largest) return {};
+  if (!at) return {};
+  Reference still;
+  still.q_WB = at->reference.q_WB;
+  if (worst.norm() <= kUnreachable * largest + kRounding * rotors.required_wrench(still).norm()) return {};
   const bool force = worst.head<3>().norm() >= worst.tail<3>().norm();
   const Vec3 direction = (force ? worst.head<3>() : worst.tail<3>()).normalized();
   const Vec3 rpy = roll_pitch_yaw(at->reference.q_WB);
@@ -32,10 +36,7 @@ Status check_actuation(const std::vector<TrajectoryKnot>& knots, const allocatio
       "%d of 6)",
       to_degrees(rpy.x()), to_degrees(rpy.y()), to_degrees(rpy.z()), force ? "force" : "torque",
       direction.x(), direction.y(), direction.z(), rotors.rank());
-  return bad_input(
-      text, "",
-      "Move along the thrust axis or turn about it, or fly a vehicle that tilts its rotors; missions "
-      "give the attitude, so plans do not lean into a motion");
+  return bad_input(text, "", "Move along what the rotors give, or fly a vehicle that tilts its rotors");
 }
 
 }  // namespace omniflight::planning

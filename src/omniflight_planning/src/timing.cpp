@@ -110,6 +110,7 @@ MotionPeaks larger(const MotionPeaks& a, MotionPeaks b, double start) {
   b.acceleration = std::max(a.acceleration, b.acceleration);
   b.rate = std::max(a.rate, b.rate);
   b.angular_acceleration = std::max(a.angular_acceleration, b.angular_acceleration);
+  b.lean = std::max(a.lean, b.lean);
   return b;
 }
 

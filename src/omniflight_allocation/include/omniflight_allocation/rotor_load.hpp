@@ -21,11 +21,12 @@ class RotorLoad {
   /// Load of hovering at an attitude.
   double hover_load(const Quat& q_WB) const;
 
-  /// What a motion needs beyond hovering at the same attitude; with a fixed path it scales with 1/duration^2.
+  /// What a motion asks of directions in which the rotors give nothing, and how much it needs beyond hovering
+  /// at the same attitude; with a fixed path and a level attitude both scale with 1/duration^2.
   struct Inertial {
-    Vec6 unreachable_B;  ///< N, part that no thrusts give (torques divided by a lever arm, about the centre
-                         ///< of mass)
-    double size = 0;     ///< N, norm of the whole
+    Vec6 unreachable_B;  ///< N, part of the whole wrench that no thrusts give (torques divided by a lever
+                         ///< arm, about the centre of mass)
+    double size = 0;  ///< N, norm of what is needed beyond hovering
   };
   Inertial inertial_wrench(const Reference& motion) const;
 

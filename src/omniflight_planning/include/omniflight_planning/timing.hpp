@@ -15,6 +15,7 @@ struct MotionLimits {
   double acceleration = 1.0;          ///< m/s^2
   double rate = to_radians(45);       ///< rad/s
   double angular_acceleration = 3.0;  ///< rad/s^2
+  double lean = to_radians(35);       ///< rad of the thrust axis from upright, of underactuated vehicles
   double rotor_headroom = 0.1;        ///< share of every rotor's range that stays free, [0, 1)
 };
 
@@ -49,8 +50,9 @@ Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const allocatio
 struct MotionPeaks {
   double speed = 0.0, acceleration = 0.0;         ///< m/s, m/s^2
   double rate = 0.0, angular_acceleration = 0.0;  ///< rad/s, rad/s^2
-  double rotor_load = 0.0;                        ///< share of the rotors' range, 1 is the limit
-  double rotor_load_at = 0.0;                     ///< s
+  double lean = 0.0;           ///< rad, of the thrust axis from upright; 0 where the attitude is free
+  double rotor_load = 0.0;     ///< share of the rotors' range, 1 is the limit
+  double rotor_load_at = 0.0;  ///< s
 };
 MotionPeaks peaks(const std::vector<TrajectoryKnot>& knots, const allocation::RotorLoad& rotors);
 /// Of two motions, the second of which begins at `start` [s] in its own time.
