@@ -74,6 +74,8 @@ void read_limits(files::YamlReader root, MotionLimits& limits) {
   limits.angular_acceleration =
       to_radians(group->number("angular_acceleration_dps2", files::between(0.1, 1e5, "deg/s2"),
                                to_degrees(limits.angular_acceleration)));
+  limits.lean =
+      to_radians(group->number("lean_deg", files::between(0.1, 85.0, "deg"), to_degrees(limits.lean)));
   limits.rotor_headroom = group->number("rotor_headroom", files::between(0.0, 0.95), limits.rotor_headroom);
 }
 

@@ -54,6 +54,7 @@ Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
           {"alpha_deg", to_degrees(c.alpha)},
           {"alpha_range_deg", {to_degrees(c.alpha_lowest), to_degrees(c.alpha_highest)}},
           {"alpha_searched", c.alpha_searched},
+          {"attitude", {{"from_acceleration", c.leans}, {"thrust_axis", array(c.thrust_axis_B)}}},
           {"duration_s", c.duration},
           {"clearance",
            {{"asked_m", c.clearance_asked},
@@ -70,12 +71,14 @@ Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
            {{"speed_mps", c.limits.speed},
             {"acceleration_mps2", c.limits.acceleration},
             {"rate_dps", to_degrees(c.limits.rate)},
-            {"angular_acceleration_dps2", to_degrees(c.limits.angular_acceleration)}}},
+            {"angular_acceleration_dps2", to_degrees(c.limits.angular_acceleration)},
+            {"lean_deg", to_degrees(c.limits.lean)}}},
           {"max",
            {{"speed_mps", c.peak.speed},
             {"acceleration_mps2", c.peak.acceleration},
             {"rate_dps", to_degrees(c.peak.rate)},
-            {"angular_acceleration_dps2", to_degrees(c.peak.angular_acceleration)}}}};
+            {"angular_acceleration_dps2", to_degrees(c.peak.angular_acceleration)},
+            {"lean_deg", to_degrees(c.peak.lean)}}}};
 }
 
 std::string to_csv(const Trajectory& trajectory) {
@@ -249,6 +252,19 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
     const Json& tube = c.object(*certificate, "tube");
     o.tube = {c.number(tube, "position_m", 0.0, 100.0),
               to_radians(c.number(tube, "attitude_deg", 0.0, 180.0))};
+  }
+  if (certificate->contains("attitude")) {  // not in plans made before vehicles could lean into their motion
+    const Json& attitude = c.object(*certificate, "attitude");
+    const auto leans = attitude.find("from_acceleration");
+    if (leans == attitude.end() || !leans->is_boolean())
+      c.refuse("attitude.from_acceleration", "is neither true nor false");
+    else
+      o.leans = leans->get<bool>();
+    o.thrust_axis_B = c.numbers<3>(attitude, "thrust_axis", 1.0 + 1e-9);
+    if (o.leans && std::abs(o.thrust_axis_B.norm() - 1.0) > 1e-6)
+      c.refuse("attitude.thrust_axis", "is not of unit length");
+    o.limits.lean = to_radians(c.number(limits, "lean_deg", 0.0, 180.0));
+    o.peak.lean = to_radians(c.number(max, "lean_deg", 0.0, 180.0));
   }
   const std::string hash = c.string(c.object(*certificate, "trajectory"), "sha256");
   if (!c.ok()) return c.failure();

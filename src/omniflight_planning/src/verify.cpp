@@ -5,6 +5,7 @@
 #include "actuation.hpp"
 #include "octree_boxes.hpp"
 #include "omniflight_files/files.hpp"
+#include "omniflight_planning/flatness.hpp"
 #include "omniflight_planning/octree_file.hpp"
 #include "omniflight_planning/plan.hpp"
 #include "omniflight_planning/state_check.hpp"
@@ -15,7 +16,17 @@ namespace {
 
 constexpr double kTolerance = 1e-6;
 
-Status check_waypoints(const Mission& mission, const Trajectory& trajectory, const std::string& where) {
+/// What an attitude still has to turn to be the waypoint's [rad]. Of a vehicle that leans into its motion the
+/// heading counts: the lean is judged with the rotors.
+double turn_left(const Reference& r, const Waypoint& waypoint, const std::optional<FlatVehicle>& flat) {
+  if (!flat) return r.q_WB.angularDistance(waypoint.pose.q_WB);
+  const Quat swing =
+      Quat::FromTwoVectors(waypoint.pose.q_WB * flat->thrust_axis_B, r.q_WB * flat->thrust_axis_B);
+  return r.q_WB.angularDistance(swing * waypoint.pose.q_WB);
+}
+
+Status check_waypoints(const Mission& mission, const Trajectory& trajectory,
+                       const std::optional<FlatVehicle>& flat, const std::string& where) {
   std::size_t next = 0;  // knots pass the waypoints in their order
   double alpha = trajectory.knots().front().reference.alpha;
   for (const Waypoint& waypoint : mission.waypoints) {
@@ -29,8 +40,7 @@ Status check_waypoints(const Mission& mission, const Trajectory& trajectory, con
               ? kTolerance
               : r.v_WB_W.norm() * (knots[std::min(next + 1, knots.size() - 1)].t - knots[next].t) + 1e-3;
       const double turn = waypoint.stop ? kTolerance : reach + r.w_WB_B.norm() * 0.02 + 1e-3;
-      if ((r.p_WB - waypoint.pose.p_WB).norm() <= reach &&
-          r.q_WB.angularDistance(waypoint.pose.q_WB) <= turn + 1e-5 &&
+      if ((r.p_WB - waypoint.pose.p_WB).norm() <= reach && turn_left(r, waypoint, flat) <= turn + 1e-5 &&
           std::abs(r.alpha - alpha) <= kTolerance)
         break;
       ++next;
@@ -97,10 +107,18 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
   if (!mission) return Failure(mission.error());
   if (mission->sha256 != c.mission_sha256)
     return reject("the mission " + c.mission_file + " has changed since the plan was made");
-  if (auto ok = check_waypoints(*mission, plan->trajectory, where); !ok) return Failure(ok.error());
+  const auto& knots = plan->trajectory.knots();
+  std::optional<FlatVehicle> flat;
+  if (c.leans) {
+    const auto found = flat_vehicle(*vehicle, knots.front().reference.alpha);
+    if (!found) return Failure(found.error());
+    if (!*found || ((*found)->thrust_axis_B - c.thrust_axis_B).norm() > kTolerance)
+      return reject("the plan leans into its motion, which is not how this vehicle moves");
+    flat = *found;
+  }
+  if (auto ok = check_waypoints(*mission, plan->trajectory, flat, where); !ok) return Failure(ok.error());
 
   VerifyReport out;
-  const auto& knots = plan->trajectory.knots();
   out.duration = plan->trajectory.duration();
   if (std::abs(knots.front().reference.alpha - c.alpha) > 1e-9)
     return reject("the trajectory does not begin at the certificate's alpha");
@@ -118,7 +136,9 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
       const auto to = knots.begin() + static_cast<std::ptrdiff_t>(piece.last) + 1;
       const std::vector<TrajectoryKnot> part(from, to);
       if (auto ok = check_actuation(part, *rotors); !ok) return reject(ok.error().message);
-      out.peak = larger(out.peak, peaks(part, *rotors), 0.0);
+      MotionPeaks most = peaks(part, *rotors);
+      if (flat) most.lean = largest_lean(part, *flat);
+      out.peak = larger(out.peak, most, 0.0);
     }
   }
   const MotionLimits& limits = mission->limits;
@@ -129,6 +149,7 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
                 {"acceleration [m/s2]", out.peak.acceleration, limits.acceleration},
                 {"rate [rad/s]", out.peak.rate, limits.rate},
                 {"angular acceleration [rad/s2]", out.peak.angular_acceleration, limits.angular_acceleration},
+                {"lean of the thrust axis [rad]", out.peak.lean, limits.lean},
                 {"share of the rotors' range", out.peak.rotor_load, 1.0 - limits.rotor_headroom}};
   for (const auto& b : bounds)
     if (!(b.value <= b.limit * (1.0 + kTolerance))) {

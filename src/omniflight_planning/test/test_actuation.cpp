@@ -24,13 +24,23 @@ Mission move(const Vec3& by, double yaw_deg = 0) {
   return m;
 }
 
-TEST(Actuation, AQuadrotorThatStaysLevelCannotMoveSidewaysAtAnySpeed) {
-  for (const Vec3& by : {Vec3(0.3, 0, 0), Vec3(0, -0.2, 0.3), Vec3(0.001, 0, 0.5)}) {
-    const auto plan = omniflight::planning::plan(move(by), quadrotor(), pyramid());
-    ASSERT_FALSE(plan) << by.transpose() << ": " << plan->certificate.duration << " s";
-    EXPECT_EQ(plan.error().code, ErrorCode::bad_input);
-    EXPECT_NE(plan.error().text().find("underactuated"), std::string::npos) << plan.error().text();
-    EXPECT_NE(plan.error().text().find("rank 4 of 6"), std::string::npos) << plan.error().text();
+TEST(Actuation, AQuadrotorLeansIntoAMoveSideways) {
+  for (const Vec3& by : {Vec3(0.5, 0, 0), Vec3(0, -0.2, 0.3), Vec3(0.001, 0, 0.5)}) {
+    const auto plan = omniflight::planning::plan(move(by, 30), quadrotor(), pyramid());
+    ASSERT_TRUE(plan) << plan.error().text();
+    const Certificate& c = plan->certificate;
+    EXPECT_LT(c.duration, 5.0);  // s
+    EXPECT_TRUE(c.leans);
+    EXPECT_LT((c.thrust_axis_B - Vec3::UnitZ()).norm(), 1e-9);
+    // the certificate tells the lean of the knots, and it is that of their accelerations
+    double most = 0;
+    for (const TrajectoryKnot& k : plan->trajectory.knots()) {
+      const Vec3 thrust = k.reference.a_WB_W + kGravity * Vec3::UnitZ();
+      EXPECT_LT((k.reference.q_WB * Vec3::UnitZ() - thrust.normalized()).norm(), 1e-9);
+      most = std::max(most, std::acos(std::min(1.0, thrust.normalized().z())));
+    }
+    EXPECT_NEAR(c.peak.lean, most, 1e-6);
+    EXPECT_GT(most, by.head<2>().norm() > 0.1 ? to_radians(1) : 0.0);
   }
 }
 
@@ -40,6 +50,91 @@ TEST(Actuation, AQuadrotorClimbsAndYaws) {
     ASSERT_TRUE(plan) << plan.error().text();
     EXPECT_LT(plan->certificate.duration, 10.0);  // s
   }
+}
+
+TEST(Actuation, AnAttitudeThatCannotBeHeldIsRefusedWithTheNearestThatCan) {
+  Mission m = move(Vec3(0.3, 0, 0));
+  m.waypoints[1].pose.q_WB = from_roll_pitch_yaw(Vec3(0, to_radians(20), 0)) * exp_rotation(Vec3(0, 0, 0));
+  const auto plan = omniflight::planning::plan(m, quadrotor(), pyramid());
+  ASSERT_FALSE(plan);
+  EXPECT_EQ(plan.error().code, ErrorCode::bad_input);
+  for (const char* word : {"goal_unhoverable", "pitch 20.0", "underactuated",
+                           "(0.30, 0.00, 1.20) m is reachable", "{rpy_deg: [0.0, 0.0, 0.0]}"})
+    EXPECT_NE(plan.error().text().find(word), std::string::npos) << plan.error().text();
+}
+
+/// A wall so near that a hard lean would touch it: the plan leans less.
+TEST(Actuation, WhereThereIsNoRoomToLeanTheVehicleIsSlower) {
+  const auto slit = [](double half_height) {
+    octomap::OcTree tree(0.02);
+    for (double x = -0.49; x < 2; x += 0.02)
+      for (double y = -0.49; y < 0.5; y += 0.02)
+        for (double z = 0.61; z < 1.4; z += 0.02)
+          tree.updateNode(
+              octomap::point3d(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)),
+              std::abs(z - 1.0) > half_height);
+    const fs::path file = fs::path(testing::TempDir()) / "slit.bt";
+    std::ofstream(file, std::ios::binary) << octree_bytes(tree).value();
+    return DistanceMap::load(file).value();
+  };
+  Mission m = move(Vec3(1.5, 0, 0));
+  for (Waypoint& w : m.waypoints) w.pose.p_WB.z() = 1.0;
+  m.limits.speed = 3, m.limits.acceleration = 6, m.limits.rate = 6, m.limits.angular_acceleration = 60;
+  m.clearance = 0.01;
+  const DistanceMap low = slit(0.12), high = slit(0.35);
+  const auto narrow = omniflight::planning::plan(m, quadrotor(), low);
+  ASSERT_TRUE(narrow) << narrow.error().text();
+  const auto wide = omniflight::planning::plan(m, quadrotor(), high);
+  ASSERT_TRUE(wide) << wide.error().text();
+  EXPECT_GT(narrow->certificate.duration, 1.3 * wide->certificate.duration);
+  EXPECT_LT(narrow->certificate.peak.lean, 0.6 * wide->certificate.peak.lean);
+  EXPECT_GT(wide->certificate.peak.lean, to_radians(15));
+}
+
+TEST(Actuation, AMissionThatWouldNeedTwoControlLawsIsRefused) {
+  Mission m = move(Vec3(0.1, 0, 0));
+  m.waypoints[1].alpha = to_radians(30);
+  m.waypoints.push_back({.name = "tilted", .pose = {Vec3(0.2, 0, 1.2), Quat::Identity()}, .where = {}});
+  const auto plan = omniflight::planning::plan(m, omnimorph(), pyramid());
+  ASSERT_FALSE(plan);
+  EXPECT_NE(plan.error().text().find("mixed_actuation"), std::string::npos) << plan.error().text();
+  m.waypoints.pop_back();  // a tilt that moves at rest is no motion of the vehicle
+  const auto leaning = omniflight::planning::plan(m, omnimorph(), pyramid());
+  ASSERT_TRUE(leaning) << leaning.error().text();
+  EXPECT_TRUE(leaning->certificate.leans);
+}
+
+/// A via point is passed with its heading and the lean of the motion there; the plan is read and verified as
+/// written.
+TEST(Actuation, ALeaningPlanIsVerifiedFromItsFiles) {
+  setenv("OMNIFLIGHT_CONFIGS", kConfigs.c_str(), 1);
+  const fs::path dir = fs::path(testing::TempDir()) / "leaning";
+  fs::create_directories(dir);
+  std::ofstream(dir / "via.yaml") << "schema: omniflight.mission/1\nname: via\nvehicle: crazyflie_brushless\n"
+                                     "test_bed: pyramid\nalpha_deg: 0\nclearance_m: 0.05\n"
+                                     "limits: {speed_mps: 1, acceleration_mps2: 2, lean_deg: 12}\n"
+                                     "start: {position: [0, 0, 1.2]}\nwaypoints:\n"
+                                     "  - {by: [0.3, 0, 0], mode: via, attitude: {rpy_deg: [0, 0, 30]}}\n"
+                                     "  - {by: [0.3, 0.3, 0.1], hold_s: 1}\n";
+  const auto mission = load_mission((dir / "via.yaml").string());
+  ASSERT_TRUE(mission) << mission.error().text();
+  EXPECT_NEAR(mission->limits.lean, to_radians(12), 1e-12);
+  auto plan = plan_mission(*mission);
+  ASSERT_TRUE(plan) << plan.error().text();
+  ASSERT_TRUE(write_plan(*plan, dir / "plan"));
+  const auto report = verify(dir / "plan");
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_NEAR(report->peak.lean, plan->certificate.peak.lean, 1e-9);
+  EXPECT_GT(report->peak.lean, to_radians(2));
+  // one that stays level on the same way is not what this vehicle flies
+  auto knots = plan->trajectory.knots();
+  for (TrajectoryKnot& k : knots) {
+    k.reference.q_WB = Quat::Identity();
+    k.reference.w_WB_B = k.reference.dw_WB_B = Vec3::Zero();
+  }
+  plan->trajectory = Trajectory::create(knots).value();
+  ASSERT_TRUE(write_plan(*plan, dir / "level"));
+  EXPECT_FALSE(verify(dir / "level"));
 }
 
 /// A mission in an unknown region: the map's box is known but for a block beside the start.

@@ -35,13 +35,15 @@ struct Certificate {
   double alpha = 0.0;                          ///< rad, at the start
   double alpha_lowest = 0, alpha_highest = 0;  ///< rad, on the way
   bool alpha_searched = false;
-  double duration = 0.0;           ///< s
-  Tube tube;                       ///< that the flight must keep within
-  double clearance_asked = 0.0;    ///< m; no point of the curve is nearer to an occupied voxel
-  double min_clearance = 0.0;      ///< m, least on the knots (lower bound; cut off at clearance_horizon)
-  double min_clearance_at = 0.0;   ///< s
-  double clearance_horizon = 0.0;  ///< m
-  std::size_t witnesses = 0;       ///< poses looked at along the curve
+  bool leans = false;                 ///< the attitude follows from the acceleration (flatness.hpp)
+  Vec3 thrust_axis_B = Vec3::Zero();  ///< unit, where it leans
+  double duration = 0.0;              ///< s
+  Tube tube;                          ///< that the flight must keep within
+  double clearance_asked = 0.0;       ///< m; no point of the curve is nearer to an occupied voxel
+  double min_clearance = 0.0;         ///< m, least on the knots (lower bound; cut off at clearance_horizon)
+  double min_clearance_at = 0.0;      ///< s
+  double clearance_horizon = 0.0;     ///< m
+  std::size_t witnesses = 0;          ///< poses looked at along the curve
   MotionLimits limits;
   MotionPeaks peak;  ///< on the knots
 };

@@ -1,0 +1,64 @@
+#include <cmath>
+
+#include "omniflight_files/files.hpp"
+#include "omniflight_planning/plan.hpp"
+#include "text.hpp"
+
+namespace omniflight::planning {
+
+Tube tube_of(const Mission& mission, const vehicle::Vehicle& vehicle) {
+  constexpr double kLeast = 0.02;  // m, what laboratory motion capture and control leave of any reference
+  const double room = std::max(mission.clearance, kLeast);
+  return {
+      mission.tracking_position.value_or(room),
+      mission.tracking_attitude.value_or(std::min(kPi, room / std::max(kLeast, vehicle.bounding_radius())))};
+}
+
+Status check_match(const Certificate& c, const Mission& mission, const vehicle::Vehicle& vehicle) {
+  std::string differs;
+  const auto add = [&](const std::string& what) { differs += (differs.empty() ? "" : "; ") + what; };
+  if (c.mission_sha256 != mission.sha256)
+    add(c.mission == mission.name ? "the mission " + mission.file + " has changed since"
+                                  : "it is a plan of the mission " + files::shown(c.mission) + ", not of " +
+                                        files::shown(mission.name));
+  if (std::abs(vehicle.mass - c.vehicle_mass) > 1e-9)
+    add(text("its vehicle %s has %.4g kg, the one that shall fly, %s, %.4g kg",
+             files::shown(c.vehicle).c_str(), c.vehicle_mass, files::shown(vehicle.name).c_str(),
+             vehicle.mass));
+  else if (c.vehicle_sha256 != vehicle.sha256)
+    add(c.vehicle == vehicle.name
+            ? "the vehicle " + files::shown(vehicle.name) + " differs (its file or --set)"
+            : "its vehicle is " + files::shown(c.vehicle) + ", not " + files::shown(vehicle.name));
+  const auto map = files::sha256_file(mission.test_bed);
+  if (!map) return Failure(map.error());
+  if (c.map_sha256 != *map) add("its map is not the one of the test bed " + mission.test_bed.string());
+  if (differs.empty()) return {};
+  return bad_input(
+      "is not the plan of this flight: " + differs, "--plan",
+      "Plan again with the same --vehicle and --set (omniflight plan MISSION), or leave --plan out");
+}
+
+std::string explain(const Result<Plan>& plan) {
+  if (!plan) return "There is no plan. " + plan.error().text() + ".\n";
+  const Certificate& c = plan->certificate;
+  std::string out =
+      text("Mission '%s' with '%s' (%.3f kg), alpha %.1f deg%s, %.2f s, seed %llu: %s.\n", c.mission.c_str(),
+           c.vehicle.c_str(), c.vehicle_mass, to_degrees(c.alpha), c.alpha_searched ? " (searched)" : "",
+           c.duration, static_cast<unsigned long long>(c.seed), c.verdict.c_str());
+  if (c.alpha_highest > c.alpha_lowest)
+    out += text("The tilt moves between %.1f and %.1f deg, at rest.\n", to_degrees(c.alpha_lowest),
+                to_degrees(c.alpha_highest));
+  out += text("It keeps at least %.3f m from every occupied voxel (least on the knots %.3f m at %.2f s).\n",
+              c.clearance_asked, c.min_clearance, c.min_clearance_at);
+  out += text("At most %.2f m/s, %.2f m/s2, %.1f deg/s; the rotors need %.0f %% of their range at %.2f s.\n",
+              c.peak.speed, c.peak.acceleration, to_degrees(c.peak.rate), 100.0 * c.peak.rotor_load,
+              c.peak.rotor_load_at);
+  if (c.leans)
+    out +=
+        text("The attitude follows from the acceleration: it leans by at most %.1f deg, %.1f are allowed.\n",
+             to_degrees(c.peak.lean), to_degrees(c.limits.lean));
+  if (!c.reason.empty()) out += "Note: " + c.reason + "\n";
+  return out;
+}
+
+}  // namespace omniflight::planning

@@ -1,0 +1,53 @@
+#include "tilts.hpp"
+
+#include "text.hpp"
+#include "tilt.hpp"
+
+namespace omniflight::planning {
+
+Result<const AtTilt*> Tilts::at(double alpha) {
+  if (const auto known = known_.find(alpha); known != known_.end()) return &known->second;
+  auto load = allocation::RotorLoad::create(vehicle_, alpha);
+  if (!load) return Failure(load.error());
+  auto rotors = std::make_shared<const allocation::RotorLoad>(std::move(*load));
+  StateCheck check(map_, cover_with_spheres(vehicle_, alpha), rotors, mission_.limits.rotor_headroom,
+                   mission_.clearance);
+  std::optional<FlatVehicle> flat;
+  if (rotors->rank() < 6) {
+    auto found = flat_vehicle(vehicle_, alpha);
+    if (!found) return Failure(found.error());
+    flat = *found;
+  }
+  return &known_.emplace(alpha, AtTilt{std::move(rotors), std::move(check), flat}).first->second;
+}
+
+Status Tilts::in_range(double alpha, const std::string& where) const {
+  if (alpha >= vehicle_.tilt.min - 1e-9 && alpha <= vehicle_.tilt.max + 1e-9) return {};
+  return bad_input(
+      text("alpha_out_of_range: %.2f deg is outside the range of '%s', [%.1f, %.1f] deg", to_degrees(alpha),
+           vehicle_.name.c_str(), to_degrees(vehicle_.tilt.min), to_degrees(vehicle_.tilt.max)),
+      where + ": alpha_deg", "Choose an angle within the range");
+}
+
+Result<std::vector<TrajectoryKnot>> Tilts::move(double from, const Waypoint& to) {
+  const double change = *to.alpha - from;
+  const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(to_degrees(change)))));
+  for (int k = 0; k <= steps; ++k) {
+    if (deadline_.passed()) return out_of_time(deadline_, "checking a move of the tilt");
+    const double alpha = from + change * k / steps;
+    const auto here = at(alpha);
+    if (!here) return Failure(here.error());
+    const StateCheck& check = (*here)->check;
+    if (check.with_margin(check.margin() + rim_travel(vehicle_, change / steps)).valid(to.pose)) continue;
+    const bool hovers = check.hoverable(to.pose.q_WB);
+    return fail(ErrorCode::bad_input,
+                text("tilt_blocked: %s: at alpha %.1f deg, on the way from %.1f to %.1f deg, %s",
+                     to.name.c_str(), to_degrees(alpha), to_degrees(from), to_degrees(*to.alpha),
+                     hovers ? "the vehicle does not keep its clearance"
+                            : "the rotors cannot hold the attitude with the headroom asked for"),
+                to.where, "Move the tilt at another waypoint, or less");
+  }
+  return move_tilt(to.pose, from, *to.alpha, vehicle_.tilt.rate);
+}
+
+}  // namespace omniflight::planning

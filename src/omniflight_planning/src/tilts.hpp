@@ -1,0 +1,43 @@
+// What a plan checks states with, at each tilt of the rotors that it uses.
+#pragma once
+
+#include <map>
+
+#include "omniflight_planning/flatness.hpp"
+#include "omniflight_planning/mission.hpp"
+#include "omniflight_planning/state_check.hpp"
+
+namespace omniflight::planning {
+
+/// What a state is checked with while the rotors stand at one tilt.
+struct AtTilt {
+  std::shared_ptr<const allocation::RotorLoad> rotors;
+  StateCheck check;
+  std::optional<FlatVehicle> flat;  ///< set where the attitude follows from the acceleration
+};
+
+class Tilts {
+ public:
+  Tilts(const Mission& mission, const vehicle::Vehicle& vehicle, const DistanceMap& map,
+        const Deadline& deadline)
+      : mission_(mission), vehicle_(vehicle), map_(map), deadline_(deadline) {}
+
+  /// Made when first asked for.
+  Result<const AtTilt*> at(double alpha);
+
+  /// Refuses a tilt [rad] outside the vehicle's range.
+  Status in_range(double alpha, const std::string& where) const;
+
+  /// The move to the tilt of a waypoint, the vehicle resting there: free and hoverable every degree, with
+  /// room for what the rims travel in between.
+  Result<std::vector<TrajectoryKnot>> move(double from, const Waypoint& to);
+
+ private:
+  const Mission& mission_;
+  const vehicle::Vehicle& vehicle_;
+  const DistanceMap& map_;
+  Deadline deadline_;
+  std::map<double, AtTilt> known_;
+};
+
+}  // namespace omniflight::planning
