@@ -26,6 +26,7 @@ struct FlightOptions {
   std::string sensors = "ideal";        ///< name under configs/sensors or a path
   std::string weights = "case_a";       ///< case_a | case_b | dynamic | file
   std::string tilt_mode = "fixed";
+  std::string controller;  ///< control law; empty: by the vehicle's actuation
   std::uint64_t seed = 1;
   int domain = -1;  ///< of the bus; -1: the first free one
   bool realtime = false;

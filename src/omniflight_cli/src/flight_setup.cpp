@@ -4,6 +4,7 @@
 
 #include <chrono>
 
+#include "control_choice.hpp"
 #include "omniflight_allocation/rotor_load.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_diagnosis/neighbour_file.hpp"
@@ -74,6 +75,7 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
     p["monitor"]["summary_file"] = quoted((s.out / "monitor.json").string());
     p["monitor"]["imu_position_m"] = in_brackets(s.sensing.imu_position);
   }
+  p["controller"] = control_parameters(o, s);
   p["controller"]["settle_s"] = fmt::format("{}", kSettle);
   if (s.fence) {
     p["controller"]["fence_min_m"] = in_brackets(s.fence->first);
@@ -137,26 +139,9 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
 }
 
 Result<std::string> told(const FlightOptions& o, const Setup& s) {
-  auto defaults = files::YamlReader::load(s.defaults);
-  if (!defaults) return Failure(defaults.error());
-  auto usual = defaults->child("controller").child("ros__parameters");
-  std::string gains, known;
-  for (const auto& [gain, unit] : {std::pair{"kp", "1/s2"},
-                                   {"kv", "1/s"},
-                                   {"ki", "1/s3"},
-                                   {"kR", "1/s2"},
-                                   {"kw", "1/s"},
-                                   {"kI", "1/s3"}}) {
-    const auto bounds = files::between(0, 1e5, unit);
-    Vec3 value = usual.vec3(gain, bounds);
-    if (const auto own = o.parameters.find(std::string("controller.") + gain); own != o.parameters.end()) {
-      auto yaml = files::YamlReader::parse(std::string(gain) + ": " + own->second, "--param");
-      if (!yaml) return Failure(yaml.error());
-      value = yaml->vec3(gain, bounds);
-      if (auto ok = yaml->finish(); !ok) return Failure(ok.error());
-    }
-    gains += fmt::format("{}{}: {}", gains.empty() ? "" : ", ", gain, in_brackets(value));
-  }
+  auto gains = told_gains(o, s);
+  if (!gains) return gains;
+  std::string known;
   if (o.plant != "hardware") {
     const simulation::SensorConfig& sensors = s.sensing;
     const auto most = [](const Vec3& v) { return v.cwiseAbs().maxCoeff(); };
@@ -173,7 +158,7 @@ Result<std::string> told(const FlightOptions& o, const Setup& s) {
       known += "  imu: {position_m: " + in_brackets(sensors.imu_position) + "}  # in the body\n";
   }
   return "# What is known beside the recording of this flight; omniflight diagnose reads it by itself.\n" +
-         (known.empty() ? "" : "sensors:\n" + known) + "controller: {" + gains + "}\n";
+         (known.empty() ? "" : "sensors:\n" + known) + (gains->empty() ? "" : "controller: " + *gains + "\n");
 }
 
 namespace {
@@ -206,6 +191,7 @@ Result<std::string> fingerprint_of(const FlightOptions& o, const std::string& mi
                    {"plant", o.plant},          {"seed", o.seed},
                    {"realtime", o.realtime},    {"weights", s.weights},
                    {"tilt", o.tilt_mode},       {"parameters", o.parameters}};
+  if (!o.controller.empty()) j["controller"] = o.controller;
   std::vector<std::string> inputs{s.sensors, s.effects, s.faults, s.world, s.defaults};
   inputs.insert(inputs.end(), s.neighbours.begin(), s.neighbours.end());
   for (const std::string& file : inputs) {
@@ -383,6 +369,7 @@ Result<Setup> prepare(const FlightOptions& o) {
   if (auto ok = check_hover(o, plan->trajectory.knots().front().reference, s.vehicle); !ok)
     return Failure(ok.error());
   s.plan = std::move(*plan);
+  if (auto ok = check_law(o, s); !ok) return Failure(ok.error());
   if (!o.lockstep() && s.plan.certificate.alpha_highest > s.plan.certificate.alpha_lowest)
     return bad_input("moves the tilt of the rotors, which the boards of the " + o.plant + " plant cannot",
                      s.mission.file + ": alpha_deg", "Give --plant simulator or mujoco, or one tilt");

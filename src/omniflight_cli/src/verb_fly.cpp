@@ -5,6 +5,7 @@
 
 #include "flight.hpp"
 #include "folder.hpp"
+#include "omniflight_control/law.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
@@ -43,6 +44,11 @@ Action add_fly(CLI::App& verb, Common& common) {
                   "campaigns/tilt_mismatch.yaml) | FILE");
   verb.add_option("--tilt", o->tilt_mode, "fixed (of the plan) | search")
       ->check(CLI::IsMember({"fixed", "search"}));
+  verb.add_option(
+          "--controller", o->controller,
+          "Control law: full_pose (attitude free) | thrust_vector (leans into its motion) | cascaded | "
+          "incremental; default: by the vehicle's actuation. Parameters: -p controller.NAME=VALUE")
+      ->check(CLI::IsMember(control::law_names()));
   verb.add_option("--domain", o->domain, "Domain of the bus; default: the first free one")
       ->check(CLI::Range(0, 231));
   verb.add_option("--seed", o->seed, "Seed of all sensor noise");

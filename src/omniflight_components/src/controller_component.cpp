@@ -12,8 +12,8 @@
 #include "omniflight_bus/parameters.hpp"
 #include "omniflight_bus/subscription.hpp"
 #include "omniflight_components/topics.hpp"
-#include "omniflight_control/controller.hpp"
 #include "omniflight_control/estimator.hpp"
+#include "omniflight_control/law.hpp"
 #include "plant_publisher.hpp"
 #include "trajectory_message.hpp"
 
@@ -32,7 +32,8 @@ class ControllerComponent final : public bus::Component {
  private:
   Status on_configure(const YAML::Node& node) override {
     bus::Parameters p(node, "controller");
-    control::ControllerConfig c;
+    control::LawConfig law;
+    control::ControllerConfig& c = law.gains;
     const auto gain = [&](const char* key, const Vec3& otherwise) {
       const auto v = p.numbers(key, std::vector<double>{otherwise.x(), otherwise.y(), otherwise.z()}, 3);
       return v.size() == 3 ? Vec3(v[0], v[1], v[2]) : otherwise;
@@ -55,6 +56,13 @@ class ControllerComponent final : public bus::Component {
     c.unachieved_tolerance = p.number("unachieved_tolerance_mps2", c.unachieved_tolerance, 0, 1000);
     c.unachieved_angular_tolerance =
         p.number("unachieved_angular_tolerance_radps2", c.unachieved_angular_tolerance, 0, 10000);
+    const std::string law_name = p.text("law", "full_pose");
+    law.thrust_axis_B = gain("thrust_axis", law.thrust_axis_B);
+    law.max_lean = to_radians(p.number("max_lean_deg", to_degrees(law.max_lean), 1, 89));
+    law.max_correction_speed = p.number("max_correction_speed_mps", law.max_correction_speed, 0.01, 100);
+    law.max_correction_rate = p.number("max_correction_rate_radps", law.max_correction_rate, 0.01, 100);
+    law.disturbance_bandwidth = p.number("disturbance_bandwidth_radps", law.disturbance_bandwidth, 0.1, 500);
+    law.actuator_time_constant = p.number("actuator_time_constant_s", law.actuator_time_constant, 0, 2);
     control::EstimatorConfig e;
     e.position_bandwidth = p.number("estimator_position_bandwidth_radps", e.position_bandwidth, 0.1, 500);
     e.attitude_bandwidth = p.number("estimator_attitude_bandwidth_radps", e.attitude_bandwidth, 0.1, 500);
@@ -63,8 +71,13 @@ class ControllerComponent final : public bus::Component {
     auto guard = read_guard(p);
     if (auto ok = p.finish(); !ok) return ok;
     if (!guard) return Failure(guard.error());
+    auto made = control::make_law(law_name, law);
+    if (!made) return Failure(made.error());
+    if (law_name == "incremental" && !anti_windup_)
+      return bad_input("the law incremental has to know what was achieved of its last demand",
+                       "controller.anti_windup", "Give true, or take another law");
     guard_.emplace(*guard);
-    controller_.emplace(c);
+    law_ = std::move(*made);
     estimator_.emplace(e);
 
     auto out = advertise<ControllerState>(topics::controller, bus::Qos::bulk(512));
@@ -200,7 +213,7 @@ class ControllerComponent final : public bus::Component {
     }
     const bool held = tick.phase == static_cast<std::uint8_t>(FlightPhase::held);
     if (held) {
-      controller_->reset();
+      law_->reset();
       free_since_ = t;
     } else if (guard_->update(t, *estimator_, wish_)) {
       say_ = true;
@@ -212,7 +225,7 @@ class ControllerComponent final : public bus::Component {
       finish(fail(ErrorCode::incomplete, "the failsafe ended the flight (" + guard_->words() + ")",
                   "controller", "See /omniflight/failsafe in the recording"));
     const Vec6 unachieved = anti_windup_ && known ? Vec6(demand_ - achieved_) : Vec6::Zero();
-    demand_ = controller_->update(r, estimator_->state(), held ? 0.0 : tick.period, unachieved);
+    demand_ = law_->update(r, estimator_->state(), held ? 0.0 : tick.period, unachieved);
     demanded_tick_ = tick.index;
     write(tick, r, along, demand_);
     return true;
@@ -235,7 +248,7 @@ class ControllerComponent final : public bus::Component {
     put(m.est_attitude, s.q_WB);
     put(m.est_velocity, s.v_WB_W);
     put(m.est_angular_velocity, s.w_WB_B);
-    put(m.integral, controller_->integral_action());
+    put(m.integral, law_->integral_action());
     put(m.desired_acceleration, demand);
     bus::assign(m.ref_alpha, std::span(&r.alpha, tilt_told_ ? 1 : 0));
   }
@@ -276,7 +289,7 @@ class ControllerComponent final : public bus::Component {
 
   std::mutex mutex_;  ///< guards everything but message_, which serve() alone touches
   std::atomic<int> wanted_{0};
-  std::optional<control::Controller> controller_;
+  std::unique_ptr<control::Law> law_;
   std::optional<control::Estimator> estimator_;
   Trajectory trajectory_;
   double settle_ = 1.0, free_since_ = 0.0;

@@ -32,7 +32,10 @@ Status check_upright(const Waypoint& waypoint, const FlatVehicle& flat, const ve
 }
 
 Result<std::optional<Vec3>> axis_of_motion(const Mission& mission, double alpha, Tilts& tilts) {
-  std::optional<Vec3> axis;
+  const auto first = tilts.at(alpha);
+  if (!first) return Failure(first.error());
+  std::optional<Vec3> axis;  // a mission that only holds is one of its first tilt
+  if ((*first)->flat) axis = (*first)->flat->thrust_axis_B;
   std::string leaning, free;  // first waypoint that is reached either way
   for (std::size_t i = 1; i < mission.waypoints.size(); ++i) {
     const Waypoint &from = mission.waypoints[i - 1], &to = mission.waypoints[i];
@@ -41,7 +44,10 @@ Result<std::optional<Vec3>> axis_of_motion(const Mission& mission, double alpha,
     const bool moves =
         (to.pose.p_WB - from.pose.p_WB).norm() > 1e-9 || to.pose.q_WB.angularDistance(from.pose.q_WB) > 1e-9;
     if (moves && (*here)->flat && leaning.empty()) leaning = to.name, axis = (*here)->flat->thrust_axis_B;
-    if (moves && !(*here)->flat && free.empty()) free = to.name;
+    if (moves && !(*here)->flat) {
+      if (free.empty()) free = to.name;
+      if (leaning.empty()) axis.reset();
+    }
     alpha = to.alpha.value_or(alpha);
   }
   if (!leaning.empty() && !free.empty())

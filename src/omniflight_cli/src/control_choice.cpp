@@ -1,0 +1,90 @@
+#include "control_choice.hpp"
+
+#include <fmt/format.h>
+
+#include "omniflight_control/law.hpp"
+#include "omniflight_files/yaml.hpp"
+
+namespace omniflight::cli {
+namespace {
+
+constexpr std::pair<const char*, const char*> kGains[] = {{"kp", "1/s2"}, {"kv", "1/s"}, {"ki", "1/s3"},
+                                                          {"kR", "1/s2"}, {"kw", "1/s"}, {"kI", "1/s3"}};
+
+std::string in_brackets(const Vec3& v) {
+  return fmt::format("[{:.10g}, {:.10g}, {:.10g}]", v.x(), v.y(), v.z());
+}
+
+std::string law_of(const FlightOptions& o, const Setup& s) {
+  if (const auto own = o.parameters.find("controller.law"); own != o.parameters.end()) return own->second;
+  if (!o.controller.empty()) return o.controller;
+  return s.plan.certificate.leans ? "thrust_vector" : "full_pose";
+}
+
+}  // namespace
+
+std::map<std::string, std::string> control_parameters(const FlightOptions& o, const Setup& s) {
+  std::map<std::string, std::string> p;
+  const std::string law = law_of(o, s);
+  p["law"] = law;
+  double slowest = 0;
+  for (const vehicle::Rotor& rotor : s.vehicle.rotors) slowest = std::max(slowest, rotor.time_constant);
+  p["actuator_time_constant_s"] = fmt::format("{:.10g}", slowest);
+  if (!s.plan.certificate.leans) return p;
+  p["thrust_axis"] = fmt::format("[{:.17g}, {:.17g}, {:.17g}]", s.plan.certificate.thrust_axis_B.x(),
+                                 s.plan.certificate.thrust_axis_B.y(), s.plan.certificate.thrust_axis_B.z());
+  // room for corrections on top of what the plan leans
+  p["max_lean_deg"] =
+      fmt::format("{:.10g}", std::min(80.0, to_degrees(s.plan.certificate.limits.lean) + 10.0));
+  // the attitude is the position's actuator: its loop is about three times as fast, and six where nothing
+  // leads it
+  const bool led = law != "cascaded";
+  p["kp"] = in_brackets(Vec3::Constant(led ? 8 : 4));
+  p["kv"] = in_brackets(Vec3::Constant(led ? 5 : 3.5));
+  p["ki"] = in_brackets(Vec3::Constant(led ? 4 : 2));
+  p["kR"] = in_brackets(Vec3::Constant(150));
+  p["kw"] = in_brackets(Vec3::Constant(22));
+  return p;
+}
+
+Status check_law(const FlightOptions& o, const Setup& s) {
+  control::LawConfig config;
+  if (s.plan.certificate.leans) config.thrust_axis_B = s.plan.certificate.thrust_axis_B;
+  const auto law = control::make_law(law_of(o, s), config);
+  if (law) return {};
+  Error error = law.error();
+  error.where = "--controller";
+  return Failure(error);
+}
+
+Result<std::string> told_gains(const FlightOptions& o, const Setup& s) {
+  const std::string law = law_of(o, s);
+  if (law == "incremental") return std::string();
+  auto defaults = files::YamlReader::load(s.defaults);
+  if (!defaults) return Failure(defaults.error());
+  auto usual = defaults->child("controller").child("ros__parameters");
+  const auto chosen = control_parameters(o, s);
+  std::map<std::string, Vec3> gain;
+  for (const auto& [name, unit] : kGains) {
+    const auto bounds = files::between(0, 1e5, unit);
+    gain[name] = usual.vec3(name, bounds);
+    const auto own = o.parameters.find(std::string("controller.") + name);
+    const auto ours = chosen.find(name);
+    if (own == o.parameters.end() && ours == chosen.end()) continue;
+    auto yaml = files::YamlReader::parse(
+        std::string(name) + ": " + (own != o.parameters.end() ? own->second : ours->second), "--param");
+    if (!yaml) return Failure(yaml.error());
+    gain[name] = yaml->vec3(name, bounds);
+    if (auto ok = yaml->finish(); !ok) return Failure(ok.error());
+  }
+  if (law == "cascaded") {  // the inner integral acts on the outer error and on its rate
+    gain["kp"] += gain["ki"].cwiseProduct(gain["kv"]).cwiseQuotient(gain["kp"].cwiseMax(1e-6));
+    gain["kR"] += gain["kI"].cwiseProduct(gain["kw"]).cwiseQuotient(gain["kR"].cwiseMax(1e-6));
+  }
+  std::string out;
+  for (const auto& [name, unit] : kGains)
+    out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", name, in_brackets(gain[name]));
+  return "{" + out + "}";
+}
+
+}  // namespace omniflight::cli
