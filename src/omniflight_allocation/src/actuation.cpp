@@ -122,6 +122,18 @@ std::string name_of(const Vec6& direction) {
   return text;
 }
 
+/// Words for a subspace of wrenches: body axes where they span it, else the vectors of its basis.
+std::string names_of(const Matrix& basis) {
+  std::vector<std::string> axes, vectors;
+  for (int k = 0; k < 6; ++k)
+    if (basis.row(k).norm() > 0.999) axes.push_back(name_of(Vec6::Unit(k)));
+  for (Eigen::Index k = 0; k < basis.cols(); ++k) vectors.push_back(name_of(basis.col(k)));
+  std::string out;
+  for (const std::string& name : static_cast<Eigen::Index>(axes.size()) == basis.cols() ? axes : vectors)
+    out += (out.empty() ? "" : ", ") + name;
+  return out;
+}
+
 /// The place of the smallest share between two tilts, by golden section.
 double minimum_between(const vehicle::Vehicle& v, double a, double b) {
   constexpr double kGolden = 0.6180339887498949;
@@ -156,11 +168,8 @@ std::vector<SingularTilt> singular_tilts(const vehicle::Vehicle& v, const std::v
     SingularTilt s;
     s.alpha = std::abs(at) < 1e-8 ? 0.0 : at;
     s.rank = rank_of(B, kLooseRank);
-    for (int k = s.rank; k < 6; ++k) {
-      const Vec6 direction = svd.matrixU().col(k);
-      if (k == s.rank) s.lost_B = direction;
-      s.lost += (k == s.rank ? "" : ", ") + name_of(direction);
-    }
+    s.lost_B = svd.matrixU().col(s.rank);
+    s.lost = names_of(svd.matrixU().rightCols(6 - s.rank));
     out.push_back(s);
   }
   return out;

@@ -11,6 +11,8 @@ namespace {
 constexpr std::pair<const char*, const char*> kGains[] = {{"kp", "1/s2"}, {"kv", "1/s"}, {"ki", "1/s3"},
                                                           {"kR", "1/s2"}, {"kw", "1/s"}, {"kI", "1/s3"}};
 
+constexpr double kLagShare = 0.6;  // of a loop's bandwidth times the motors' time constant
+
 std::string in_brackets(const Vec3& v) {
   return fmt::format("[{:.10g}, {:.10g}, {:.10g}]", v.x(), v.y(), v.z());
 }
@@ -30,20 +32,24 @@ std::map<std::string, std::string> control_parameters(const FlightOptions& o, co
   double slowest = 0;
   for (const vehicle::Rotor& rotor : s.vehicle.rotors) slowest = std::max(slowest, rotor.time_constant);
   p["actuator_time_constant_s"] = fmt::format("{:.10g}", slowest);
+  p["disturbance_bandwidth_radps"] =
+      fmt::format("{:.10g}", std::min(15.0, kLagShare / std::max(1e-3, slowest)));
   if (!s.plan.certificate.leans) return p;
   p["thrust_axis"] = fmt::format("[{:.17g}, {:.17g}, {:.17g}]", s.plan.certificate.thrust_axis_B.x(),
                                  s.plan.certificate.thrust_axis_B.y(), s.plan.certificate.thrust_axis_B.z());
   // room for corrections on top of what the plan leans
   p["max_lean_deg"] =
       fmt::format("{:.10g}", std::min(80.0, to_degrees(s.plan.certificate.limits.lean) + 10.0));
-  // the attitude is the position's actuator: its loop is about three times as fast, and six where nothing
-  // leads it
+  // The attitude loop stays below what the motors' lag allows, and is the position's actuator: its bandwidth
+  // is four times that of the position loop, and six where nothing leads it.
+  const double fastest = 12.25;  // rad/s
+  const double r = std::min(1.0, kLagShare / std::max(1e-3, slowest) / fastest);
   const bool led = law != "cascaded";
-  p["kp"] = in_brackets(Vec3::Constant(led ? 8 : 4));
-  p["kv"] = in_brackets(Vec3::Constant(led ? 5 : 3.5));
-  p["ki"] = in_brackets(Vec3::Constant(led ? 4 : 2));
-  p["kR"] = in_brackets(Vec3::Constant(150));
-  p["kw"] = in_brackets(Vec3::Constant(22));
+  p["kp"] = in_brackets(Vec3::Constant((led ? 8 : 4) * r * r));
+  p["kv"] = in_brackets(Vec3::Constant((led ? 5 : 3.5) * r));
+  p["ki"] = in_brackets(Vec3::Constant((led ? 4 : 2) * r * r * r));
+  p["kR"] = in_brackets(Vec3::Constant(150 * r * r));
+  p["kw"] = in_brackets(Vec3::Constant(22 * r));
   return p;
 }
 

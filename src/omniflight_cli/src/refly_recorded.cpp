@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "omniflight_allocation/actuation.hpp"
 #include "omniflight_allocation/allocator.hpp"
-#include "omniflight_control/controller.hpp"
 #include "omniflight_control/estimator.hpp"
+#include "omniflight_control/law.hpp"
 #include "omniflight_core/random.hpp"
 #include "omniflight_simulation/plant.hpp"
 #include "omniflight_simulation/sensors.hpp"
@@ -168,7 +169,14 @@ class Loop {
     control::ControllerConfig gains;
     gains.kp = controlled.kp, gains.kv = controlled.kv, gains.ki = controlled.ki;
     gains.kR = controlled.kR, gains.kw = controlled.kw, gains.kI = controlled.kI;
-    control::Controller controller(gains);
+    const auto actuation = allocation::actuation_at(vehicle_, start.alpha);
+    if (!actuation) return Failure(actuation.error());
+    const bool leans = actuation->kind == allocation::ActuationKind::underactuated;
+    control::LawConfig law;
+    law.gains = gains;
+    if (leans) law.thrust_axis_B = actuation->thrust_axis_B;
+    const auto controller = control::make_law(leans ? "thrust_vector" : "full_pose", law);
+    if (!controller) return Failure(controller.error());
     control::Estimator estimator({.position_bandwidth = 25});
     auto allocation = allocation::AllocatorConfig::case_a();
     allocation.tilt_mode = allocation::TiltMode::fixed;
@@ -186,10 +194,10 @@ class Loop {
       const Reference r = free ? asked.at(at) : start;
       sensors.sample(*plant, frame);
       take(frame, estimator);
-      if (!free) controller.reset();
+      if (!free) (*controller)->reset();
       RigidState state = estimator.ready() ? estimator.state() : plant->body();
       const Vec6 unachieved = demand - achieved;
-      demand = controller.update(r, state, free ? kPeriod : 0.0, unachieved);
+      demand = (*controller)->update(r, state, free ? kPeriod : 0.0, unachieved);
       allocation::AllocationInput in;
       in.qdd_ref = demand;
       in.q_WB = state.q_WB;
@@ -211,7 +219,7 @@ class Loop {
       if (free && asked.t[at] >= asked.t.front() + kStart && at + 1 < asked.t.size()) {
         out.add(asked.at(at + 1), plant->body().p_WB, plant->body().q_WB);
         out.add_power(vehicle_, plant->rotor_speed());
-        out.add_integral(controller.integral_action());
+        out.add_integral((*controller)->integral_action());
       }
       if (free && !((plant->body().p_WB - r.p_WB).norm() < 2))
         return fail(ErrorCode::incomplete, "left its reference", "closed loop", "The model cannot be flown");
@@ -235,9 +243,8 @@ class Loop {
     if (asked.thrust.size() > 0) {
       const auto B = vehicle_.allocation_matrix(u.alpha);
       const vehicle::RotorVector seen = asked.thrust.row(static_cast<Eigen::Index>(at)).transpose();
-      const Mat6 gram = B * B.transpose();
       const Vec6 wrench = B * seen;
-      thrust += seen - B.transpose() * gram.ldlt().solve(wrench);
+      thrust += seen - B.completeOrthogonalDecomposition().solve(wrench);
     }
     for (std::size_t k = 0; k < speeds.size(); ++k) {
       const auto& rotor = vehicle_.rotors[k];

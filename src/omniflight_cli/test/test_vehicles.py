@@ -1,0 +1,73 @@
+"""Every shipped vehicle is planned for, flown and judged; underactuated ones lean into their motion."""
+
+import unittest
+
+import system
+
+UNDERACTUATED = ("quadrotor_300g", "hummingbird", "quadrotor_1200g", "hexarotor_2300g", "coaxial_x8",
+                 "crazyflie_brushed", "crazyflie_brushless")
+FREE = ("omnimorph", "omnicopter", "tilted_hexarotor", "fast_hex")
+
+
+class Vehicles(system.SystemTest):
+    def flown(self, mission, vehicle, *arguments, out):
+        flight = self.fly(mission, "--vehicle", vehicle, "--in-process", *arguments, out=out, timeout=300)
+        self.assertEqual(flight["verdict"], "flown", f"{vehicle} {mission}: {flight}")
+        return flight
+
+    def test_a_quadrotor_flies_a_metre_sideways_in_seconds(self):
+        self.run_command("plan", "sideways", "--out", "plan")
+        certificate = self.json("plan/certificate.json")
+        self.assertTrue(certificate["attitude"]["from_acceleration"])
+        self.assertLess(certificate["duration_s"], 20)
+        self.assertGreater(certificate["max"]["lean_deg"], 3)
+        self.run_command("plan", "verify", "plan")
+        flight = self.flown("sideways", "quadrotor_1200g", "--plan", "plan", out="flight")
+        self.assertLess(flight["judged"]["worst_position_m"], 0.05)
+        self.assertIn("law: thrust_vector", (self.dir / "flight/params.yaml").read_text())
+
+    def test_a_crazyflie_flies_a_figure_eight_with_noise(self):
+        flight = self.flown("figure_eight", "crazyflie_brushless", "--sensors", "laboratory", "--seed", "3", out="flight")
+        self.assertLess(flight["judged"]["worst_position_m"], 0.10)
+
+    def test_an_attitude_that_cannot_be_held_is_refused_with_what_can(self):
+        done = self.run_command("fly", "trajectory_2", "--vehicle", "quadrotor_1200g", expect=4)
+        for word in ("goal_unhoverable", "aside and tilted", "pitch 20.0", "underactuated", "rpy_deg: [0.0, 0.0, 0.0]"):
+            self.assertIn(word, done.stderr)
+
+    def test_a_law_that_cannot_fly_the_vehicle_is_refused(self):
+        done = self.run_command("fly", "sideways", "--controller", "full_pose", expect=4)
+        self.assertIn("one direction only", done.stderr)
+        done = self.run_command("fly", "trajectory_1", "--controller", "thrust_vector", expect=4)
+        self.assertIn("thrust", done.stderr)
+        self.run_command("fly", "sideways", "--controller", "pid", expect=4)
+
+    def test_the_list_tells_how_each_is_actuated(self):
+        done = self.run_command("vehicles", "--json", timeout=120)
+        vehicles = {v["name"]: v for v in system.json.loads(done.stdout)}
+        self.assertLessEqual(set(UNDERACTUATED + FREE), set(vehicles))
+        for name in UNDERACTUATED:
+            self.assertIn("underactuated", vehicles[name]["actuation"]["words"])
+        self.assertEqual(vehicles["omnicopter"]["actuation"]["words"], "omnidirectional")
+        self.assertEqual(vehicles["tilted_hexarotor"]["actuation"]["words"], "fully actuated")
+        self.assertIn("omnidirectional", vehicles["omnimorph"]["actuation"]["words"])
+        self.assertGreater(vehicles["quadrotor_1200g"]["thrust_to_weight"], 2)
+
+    def test_long_every_vehicle_flies_both_missions(self):
+        for vehicle in UNDERACTUATED + FREE:
+            for mission in ("sideways", "figure_eight"):
+                with self.subTest(vehicle=vehicle, mission=mission):
+                    self.flown(mission, vehicle, "--sensors", "laboratory", out=f"{vehicle}_{mission}")
+
+    def test_long_every_law_flies(self):
+        for vehicle, law in [(v, l) for v in ("quadrotor_1200g", "crazyflie_brushless", "coaxial_x8")
+                             for l in ("thrust_vector", "cascaded", "incremental")] + [
+                                 ("omnimorph", "cascaded"), ("omnimorph", "incremental")]:
+            for mission in ("sideways", "figure_eight"):
+                with self.subTest(vehicle=vehicle, law=law, mission=mission):
+                    self.flown(mission, vehicle, "--controller", law, "--sensors", "laboratory",
+                               out=f"{vehicle}_{law}_{mission}")
+
+
+if __name__ == "__main__":
+    unittest.main()
