@@ -52,30 +52,34 @@ class Incremental final : public Law {
   }
 
  private:
-  /// The command acts with the actuators' lag; the velocities' differences are the measured accelerations.
+  /// The command acts with the actuators' lag, in the body: its direction turns with the vehicle at once. The
+  /// velocities' differences are the measured accelerations.
   void observe(const RigidState& s, double dt, const Vec6& unachieved) {
-    Vec6 velocity;
-    velocity << s.v_WB_W, s.w_WB_B;
+    const Vec3 g = kGravity * Vec3::UnitZ();
     if (asked_ && dt > 0.0) {
       const Vec6 achieved = demand_ - unachieved;
+      Vec6 commanded;
+      commanded << state_.q_WB.conjugate() * (achieved.head<3>() + g), achieved.tail<3>();
       const double lag = config_.actuator_time_constant;
-      if (!started_) acting_ = achieved;
-      acting_ += (lag > 0 ? 1.0 - std::exp(-dt / lag) : 1.0) * (achieved - acting_);
+      if (!started_) acting_ = commanded;
+      acting_ += (lag > 0 ? 1.0 - std::exp(-dt / lag) : 1.0) * (commanded - acting_);
       if (started_) {
-        const Vec6 measured = (velocity - velocity_) / dt;
-        disturbance_ +=
-            (1.0 - std::exp(-config_.disturbance_bandwidth * dt)) * (acting_ - measured - disturbance_);
+        Vec6 difference;
+        difference << state_.q_WB.slerp(0.5, s.q_WB) * acting_.head<3>() - g -
+                          (s.v_WB_W - state_.v_WB_W) / dt,
+            acting_.tail<3>() - (s.w_WB_B - state_.w_WB_B) / dt;
+        disturbance_ += (1.0 - std::exp(-config_.disturbance_bandwidth * dt)) * (difference - disturbance_);
       }
       started_ = true;
     }
-    velocity_ = velocity;
+    state_ = s;
   }
 
   LawConfig config_;
-  Vec6 demand_ = Vec6::Zero(),
-       acting_ = Vec6::Zero();       ///< m/s^2 world, rad/s^2 body: last command, as it acts
-  Vec6 velocity_ = Vec6::Zero();     ///< m/s world, rad/s body
-  Vec6 disturbance_ = Vec6::Zero();  ///< commanded less measured acceleration
+  Vec6 demand_ = Vec6::Zero();       ///< m/s^2 world, rad/s^2 body
+  Vec6 acting_ = Vec6::Zero();       ///< N/kg and rad/s^2, body: the last commands as they act
+  RigidState state_;                 ///< of the period before
+  Vec6 disturbance_ = Vec6::Zero();  ///< commanded less measured acceleration: m/s^2 world, rad/s^2 body
   bool asked_ = false, started_ = false;
 };
 
