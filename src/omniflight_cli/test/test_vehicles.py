@@ -1,4 +1,4 @@
-"""Every shipped vehicle is planned for, flown and judged; underactuated ones lean into their motion."""
+"""Every shipped vehicle is planned for, flown, judged and diagnosed as nominal; underactuated ones lean into their motion."""
 
 import unittest
 
@@ -53,11 +53,15 @@ class Vehicles(system.SystemTest):
         self.assertIn("omnidirectional", vehicles["omnimorph"]["actuation"]["words"])
         self.assertGreater(vehicles["quadrotor_1200g"]["thrust_to_weight"], 2)
 
-    def test_long_every_vehicle_flies_both_missions(self):
+    def test_long_every_vehicle_flies_both_missions_and_lacks_nothing(self):
         for vehicle in UNDERACTUATED + FREE:
             for mission in ("sideways", "figure_eight"):
                 with self.subTest(vehicle=vehicle, mission=mission):
-                    self.flown(mission, vehicle, "--sensors", "laboratory", out=f"{vehicle}_{mission}")
+                    out = f"{vehicle}_{mission}"
+                    self.flown(mission, vehicle, "--sensors", "laboratory", out=out)
+                    self.run_command("diagnose", f"{out}/flight.mcap", "--vehicle", vehicle, "--out", f"{out}_said",
+                                     timeout=600)
+                    self.assertEqual(self.json(f"{out}_said/diagnosis.json")["verdict"], "nothing_missing")
 
     def test_long_every_law_flies(self):
         for vehicle, law in [(v, l) for v in ("quadrotor_1200g", "crazyflie_brushless", "coaxial_x8")

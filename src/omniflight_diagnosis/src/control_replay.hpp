@@ -14,12 +14,13 @@ namespace omniflight::diagnosis {
 /// push along one axis follows from its position loop instead, so that its attitude gains cannot be replayed.
 void add_control(const recording::Recording& recording, const ToldController& told, Diagnosis& diagnosis,
                  bool attitude_free = true);
-bool attitude_is_free(const vehicle::Vehicle& vehicle);
+/// At the tilts that were flown, where they were recorded.
+bool attitude_is_free(const vehicle::Vehicle& vehicle,
+                      const std::vector<const recording::Recording*>& recordings);
 
 /// The same of every recording: what several show is one finding. Diagnosis::controller is that of the first,
 /// which is flown again.
 void add_controls(const std::vector<const recording::Recording*>& recordings, const ToldController& told,
-                  Diagnosis& diagnosis,
-                  bool attitude_free = true);
+                  Diagnosis& diagnosis, bool attitude_free = true);
 
 }  // namespace omniflight::diagnosis

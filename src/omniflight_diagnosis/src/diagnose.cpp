@@ -144,7 +144,7 @@ void add_other_stages(std::span<const Repaired> fitted, const std::vector<Flight
   if (o.has_controller) {
     std::vector<const recording::Recording*> flown;
     for (const Repaired& one : fitted) flown.push_back(&one.recording);
-    add_controls(flown, o.controller, d, attitude_is_free(vehicle));
+    add_controls(flown, o.controller, d, attitude_is_free(vehicle, flown));
   }
   add_sensors(fitted, flights, vehicle, o, d);
   drop_what_a_sensor_explains(d);

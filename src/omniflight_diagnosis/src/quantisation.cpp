@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kLeastStep = 4, kMostStep = 160;  // rad/s
 constexpr std::size_t kMostSamples = 5000;
+constexpr double kMotorLag = 0.05;  // s: speeds follow commands through a low pass of about this
 constexpr double kGathered = 0.7, kSpread = 0.35;  // mean resultant length
 
 struct Speeds {
@@ -40,6 +41,19 @@ Speeds at_rest(const recording::Signal& s, const Eigen::MatrixXd& command) {
   return out;
 }
 
+/// Commands as the rotors may follow them. Noise of a command moves no rotor, and speeds that stand still
+/// under a noisy command are no steps.
+Eigen::MatrixXd lagged(Eigen::MatrixXd command, const std::vector<double>& t_s) {
+  for (Eigen::Index c = 0; c < command.cols(); ++c)
+    for (Eigen::Index i = 1; i < command.rows(); ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const double before = command(i - 1, c), share = 1.0 - std::exp(-(t_s[k] - t_s[k - 1]) / kMotorLag);
+      if (std::isfinite(before) && std::isfinite(command(i, c)))
+        command(i, c) = before + share * (command(i, c) - before);
+    }
+  return command;
+}
+
 double gathered(const std::vector<double>& x, double step) {
   std::complex<double> sum = 0;
   for (double v : x) sum += std::polar(1.0, 2 * kPi * v / step);
@@ -51,7 +65,8 @@ double gathered(const std::vector<double>& x, double step) {
 std::optional<double> speed_step(const recording::Recording& r) {
   const recording::Signal *speed = r.find("rotor_speed"), *command = r.find("rotor_command");
   if (!speed || !command || speed->width() != command->width() || speed->size() < 200) return std::nullopt;
-  const auto [measured, asked] = at_rest(*speed, recording::resample(*command, speed->t_s, 0.1));
+  const auto [measured, asked] =
+      at_rest(*speed, lagged(recording::resample(*command, speed->t_s, 0.1), speed->t_s));
   if (measured.size() < 500) return std::nullopt;
   std::optional<double> best;
   for (double step = kLeastStep; step <= kMostStep; step *= 1.002)
