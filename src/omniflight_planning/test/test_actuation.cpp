@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <iterator>
 
 #include "bench.hpp"
 #include "omniflight_planning/octree_file.hpp"
@@ -135,6 +136,46 @@ TEST(Actuation, ALeaningPlanIsVerifiedFromItsFiles) {
   plan->trajectory = Trajectory::create(knots).value();
   ASSERT_TRUE(write_plan(*plan, dir / "level"));
   EXPECT_FALSE(verify(dir / "level"));
+}
+
+TEST(Actuation, ACertificateThatIsBentIsRefusedByField) {
+  setenv("OMNIFLIGHT_CONFIGS", kConfigs.c_str(), 1);
+  const fs::path dir = fs::path(testing::TempDir()) / "bent";
+  auto plan = omniflight::planning::plan(move(Vec3(0.3, 0, 0)), quadrotor(), pyramid());
+  ASSERT_TRUE(plan) << plan.error().text();
+  ASSERT_TRUE(write_plan(*plan, dir));
+  std::ifstream in(dir / "certificate.json");
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const auto bent = [&](const std::string& from, const std::string& to, const char* word) {
+    std::string other = text;
+    const auto at = other.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    std::ofstream(dir / "certificate.json") << other.replace(at, from.size(), to);
+    const auto read = read_plan(dir);
+    ASSERT_FALSE(read) << to;
+    EXPECT_EQ(read.error().code, ErrorCode::bad_input);
+    EXPECT_NE(read.error().text().find(word), std::string::npos) << read.error().text();
+  };
+  bent("\"from_acceleration\": true", "\"from_acceleration\": 1", "from_acceleration");
+  bent("\"thrust_axis\"", "\"thrust\"", "thrust_axis");
+  bent("\"lean_deg\"", "\"lean\"", "lean_deg");
+  const auto axis = text.find("\"thrust_axis\": ["), end = text.find(']', axis);
+  bent(text.substr(axis, end + 1 - axis), "\"thrust_axis\": [0, 0, 0.5]", "unit length");
+  bent(text.substr(axis, end + 1 - axis), "\"thrust_axis\": [0, 0]", "thrust_axis");
+}
+
+TEST(Actuation, AVehicleWithoutTorqueAboutAnAxisHasNoPlanThatMovesAside) {
+  auto trirotor = quadrotor();
+  trirotor.rotors.pop_back();
+  const auto plan = omniflight::planning::plan(move(Vec3(0.3, 0, 0)), trirotor, pyramid());
+  ASSERT_FALSE(plan);
+  EXPECT_EQ(plan.error().code, ErrorCode::bad_input);
+  EXPECT_FALSE(plan.error().next_step.empty());
+  auto heavy = quadrotor();
+  heavy.mass = 3;
+  const auto falls = omniflight::planning::plan(move(Vec3(0.3, 0, 0)), heavy, pyramid());
+  ASSERT_FALSE(falls);
+  EXPECT_NE(falls.error().text().find("hover"), std::string::npos) << falls.error().text();
 }
 
 /// A mission in an unknown region: the map's box is known but for a block beside the start.

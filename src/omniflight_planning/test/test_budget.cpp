@@ -26,7 +26,7 @@ struct Budget : testing::TestWithParam<double> {
 
 std::vector<Mission> missions() {
   std::vector<Mission> out;
-  for (const char* name : {"trajectory_1", "around_frame", "tilt_sweep"})
+  for (const char* name : {"trajectory_1", "around_frame", "tilt_sweep", "figure_eight"})
     out.push_back(load_mission(name).value());
   Mission narrow =
       load_mission("around_frame").value();  // the ball passes the gap, the vehicle does not: no proof
