@@ -92,7 +92,7 @@ class TopicFeeds {
   std::map<std::pair<std::string, std::string>, std::size_t> index_;  // of topics_, by name and type
   std::vector<std::vector<double>> numbers_;
   std::vector<double> row_;
-  static constexpr std::size_t kMaxRotors = 64;
+  static constexpr std::size_t kMaxRotors = 64, kMaxTopics = 65536, kMaxFeeding = 500;
   std::size_t rotors_ = kMaxRotors;
   std::size_t feeding_ = 0;  // topics that an entry of the map fits
   std::int64_t base_ns_ = 0;
