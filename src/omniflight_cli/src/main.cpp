@@ -36,17 +36,18 @@ constexpr Verb verbs[] = {
      "omniflight campaign configs/campaigns/simulated.yaml --jobs 2 --out campaign", add_campaign},
     {"effects", "The library of left-out physics", "omniflight effects hung_cable", add_effects},
     {"vehicles", "Known vehicles", "omniflight vehicles", add_vehicles},
-    {"info", "What is in a recording", "omniflight info flight.mcap", add_info},
+    {"info", "What is in a recording: signals, topics and the vehicle that wrote it",
+     "omniflight info flight.ulg", add_info},
     {"import", "A log of another system, as MCAP (or CSV) with our topics",
-     "omniflight import bag.mcap --out flight.mcap", add_import},
+     "omniflight import flight.ulg --out flight.mcap", add_import},
     {"export", "A recording in another format", "omniflight export flight.mcap --to csv --out flight.csv",
      add_export},
     {"replay", "A recording on the bus again", "omniflight replay flight.mcap --domain 7 --rate 2",
      add_replay},
     {"topic", "What is said on the bus: list, echo, hz, record",
      "omniflight topic hz /omniflight/imu --domain 7", add_topic},
-    {"new", "A new effect, vehicle or mission to start from", "omniflight new mission around_the_table",
-     add_new},
+    {"new", "A new effect, vehicle or mission to start from",
+     "omniflight new vehicle my_quad --from flight.ulg --out here", add_new},
     {"prove", "Hidden effects on an independent plant: what does the diagnosis find?",
      "omniflight prove --cases 24 --nulls 24 --out proof", add_prove},
     {"doctor", "Whether this machine can run everything", "omniflight doctor", add_doctor},
@@ -135,11 +136,12 @@ CLI::Validator not_negative(bool zero) {
       zero ? "NONNEGATIVE" : "POSITIVE");
 }
 
-void add_csv_map(CLI::App& verb, std::string& map) {
+void add_map(CLI::App& verb, std::string& map) {
   verb.add_option(
       "--map", map,
-      "YAML (or a name under configs/csv_maps) that says which columns of a foreign CSV are which signals; "
-      "without it the map that fits is taken");
+      "YAML (or a name under configs/csv_maps or configs/topic_maps) that says which columns of a foreign "
+      "CSV, "
+      "or which topics of a bag or ULog, are which signals; without it the maps that fit are taken");
 }
 
 Status make_folder(const std::string& path) {

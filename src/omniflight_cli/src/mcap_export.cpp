@@ -133,7 +133,8 @@ class Cdr {
   std::string bytes_;
 };
 
-/// Values of a layout's signals at the times of its first recorded one.
+/// Values of a layout's signals at the times of the one with the most samples, so that none is lost; of
+/// several the first.
 struct Samples {
   const Signal* base = nullptr;
   std::map<std::string, Eigen::MatrixXd> values;
@@ -142,7 +143,8 @@ struct Samples {
 Samples sample(const Recording& r, const Layout& layout) {
   Samples out;
   for (const Field& f : layout.fields)
-    if (!out.base && *f.signal != 0) out.base = r.find(f.signal);
+    if (const Signal* s = *f.signal != 0 ? r.find(f.signal) : nullptr)
+      if (!out.base || s->size() > out.base->size()) out.base = s;
   if (!out.base) return out;
   for (const Field& f : layout.fields)
     if (const Signal* s = *f.signal != 0 ? r.find(f.signal) : nullptr)

@@ -14,6 +14,7 @@
 #include "diagnosis_page.hpp"
 #include "flight.hpp"
 #include "folder.hpp"
+#include "intake_lines.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_diagnosis/neighbour_file.hpp"
 #include "omniflight_diagnosis/told.hpp"
@@ -224,28 +225,9 @@ Status write_next_flight(const Options& o, const std::string& out, diagnosis::Di
   return {};
 }
 
-/// Signals, clocks and motion of one recording, named where there are several.
-void say_intake(const Common& common, const diagnosis::Intake& in) {
-  say(common, "  " + in.recording + ":");
-  for (const auto& s : in.signals)
-    say(common, fmt::format("  {:22} {:6} samples, {:.1f} Hz, longest gap {:.3f} s [{}]", s.name, s.samples,
-                            s.rate_hz, s.longest_gap_s, s.unit));
-  for (const auto& a : in.alignment)
-    say(common, fmt::format("  clock: {} comes {:.1f} ms (+-{:.1f}) after {}, drifts {:.0f} ppm "
-                            "(+-{:.0f}), correlation {:.2f}",
-                            a.late, 1e3 * a.lag_s, 1e3 * a.lag_se, a.early, 1e6 * a.skew, 1e6 * a.skew_se,
-                            a.correlation));
-  for (const auto& e : in.excitation)
-    say(common, fmt::format("  moves: {:18} {:9.3g} to {:9.3g} {}, RMS {:.3g}", e.name, e.low, e.high, e.unit,
-                            e.rms));
-  for (const auto& f : in.sensors)
-    say(common, fmt::format("  sensor: {:14} {:32} {:.4g} {}", f.signal, f.quantity, f.value, f.unit));
-  for (const auto& m : in.missing) say(common, fmt::format("  missing: {}: {}", m.signal, m.costs));
-}
-
 /// The answer on the console.
-void tell(const Options& o, const Common& common, const diagnosis::Diagnosis& d, const Refit& refit,
-          const std::string& out) {
+void tell(const Options& o, const Common& common, const std::vector<recording::Recording>& recordings,
+          const diagnosis::Diagnosis& d, const Refit& refit, const std::string& out) {
   say(common, "verdict: " + to_string(d.verdict) + "\n" + d.summary);
   for (const auto& m : d.mismatch)
     say(common,
@@ -281,8 +263,8 @@ void tell(const Options& o, const Common& common, const diagnosis::Diagnosis& d,
     for (const std::string& line : why(o.questions.why, d)) say(common, "    " + line);
   }
   if (o.check) {
-    say_intake(common, d.intake);
-    for (const auto& in : d.further) say_intake(common, in);
+    say_intake(common, d.intake, recordings);
+    for (const auto& in : d.further) say_intake(common, in, recordings);
     for (const auto& in : d.inputs)
       for (const auto& w : in.excluded)
         say(common, fmt::format("  cut: {:.2f} s to {:.2f} s, {}", w.from_s, w.to_s, w.why));
@@ -297,8 +279,9 @@ void tell(const Options& o, const Common& common, const diagnosis::Diagnosis& d,
 
 /// Writes and tells the answer: the exit code.
 Result<int> conclude(const Options& o, Common& common, const vehicle::Vehicle& vehicle,
-                     const recording::Recording& flown, const diagnosis::Options& options,
+                     const std::vector<recording::Recording>& recordings, const diagnosis::Options& options,
                      std::chrono::steady_clock::time_point begin, diagnosis::Diagnosis& d) {
+  const recording::Recording& flown = recordings.front();
   const bool answered =
       d.verdict != diagnosis::Verdict::checked && d.verdict != diagnosis::Verdict::unfinished;
   d.runtime_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -326,7 +309,7 @@ Result<int> conclude(const Options& o, Common& common, const vehicle::Vehicle& v
   const std::string json = diagnosis::to_json(d);
   if (auto ok = files::write_file_atomic(out + "/diagnosis.json", json); !ok) return Failure(ok.error());
   if (common.json) print_json(common, nlohmann::json::parse(json));
-  tell(o, common, d, refit, out);
+  tell(o, common, recordings, d, refit, out);
   switch (d.verdict) {
     case diagnosis::Verdict::unexplained:
     case diagnosis::Verdict::unusable:
@@ -358,7 +341,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
   verb.add_flag("--check", o->check,
                 "Only say what these recordings can and cannot tell; takes seconds and fits nothing");
   verb.add_option("--told", o->told, "What is known beside the recording (default: told.yaml beside it)");
-  add_csv_map(verb, o->map);
+  add_map(verb, o->map);
   verb.add_option("--ablation", o->ablation,
                   "Leave a safeguard out, or give something wrong, to see what an answer is worth:\n" +
                       ablations_help())
@@ -420,9 +403,8 @@ Action add_diagnose(CLI::App& verb, Common& common) {
       return interrupted() || (o->budget_s > 0 && elapsed() > 0.95 * o->budget_s);
     });
     if (bounded.ended && bounded.answer) progress.finish();
-    const auto code = bounded.answer
-                          ? conclude(*o, common, *vehicle, fit->front(), options, begin, *bounded.answer)
-                          : Result<int>(Failure(bounded.answer.error()));
+    const auto code = bounded.answer ? conclude(*o, common, *vehicle, *fit, options, begin, *bounded.answer)
+                                     : Result<int>(Failure(bounded.answer.error()));
     if (!bounded.ended) {  // its thread still works on what this function owns
       if (!code) std::fprintf(stderr, "omniflight diagnose: %s\n", code.error().text().c_str());
       std::cout.flush();

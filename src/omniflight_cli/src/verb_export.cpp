@@ -70,7 +70,7 @@ Action add_import(CLI::App& verb, Common& common) {
   auto file = std::make_shared<std::string>();
   auto map = std::make_shared<std::string>();
   verb.add_option("log", *file, "Log of another system, recognised by its content")->required();
-  add_csv_map(verb, *map);
+  add_map(verb, *map);
   auto force = std::make_shared<bool>(false);
   verb.add_flag("--force", *force, "Overwrite the file that --out names");
   return [file, map, force, &common]() -> Result<int> {

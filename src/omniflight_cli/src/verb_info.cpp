@@ -1,40 +1,62 @@
 // `info`: looking into recordings.
 #include <fmt/format.h>
 
+#include "log_sources.hpp"
 #include "omniflight_recording/formats.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
+namespace {
+
+void tell(const recording::Recording& r, const Common& common) {
+  say(common, fmt::format("{}: {}, {:.2f} s, sha256 {}", r.file, r.format, r.duration_s, r.sha256));
+  for (const auto& [name, s] : r.signals)
+    say(common,
+        fmt::format("  {:22} {:8} samples x {}  [{}]  from {}", name, s.size(), s.width(), s.unit, s.source));
+  if (r.signals.empty() && !r.topics.empty())
+    say(common, "  no topic gives a signal; a map says which do (--map, configs/topic_maps)");
+  for (const std::string& line : topic_lines(r)) say(common, "  " + line);
+  for (const std::string& line : vehicle_lines(r)) say(common, "  vehicle: " + line);
+  if (!r.parameters.empty())
+    say(common, fmt::format("  {} parameters of the autopilot (--json lists them)", r.parameters.size()));
+  for (const auto& [key, value] : r.metadata) say(common, "  " + key + ": " + value);
+  for (const auto& n : r.notes) say(common, "  note: " + n.text);
+}
+
+nlohmann::json as_json(const recording::Recording& r) {
+  nlohmann::json signals = nlohmann::json::array(), notes = nlohmann::json::array();
+  for (const auto& [name, s] : r.signals)
+    signals.push_back({{"name", name},
+                       {"unit", s.unit},
+                       {"samples", s.size()},
+                       {"components", s.width()},
+                       {"source", s.source}});
+  for (const auto& n : r.notes) notes.push_back(n.text);
+  return {{"file", r.file},
+          {"format", r.format},
+          {"sha256", r.sha256},
+          {"duration_s", r.duration_s},
+          {"signals", signals},
+          {"topics", topics_json(r)},
+          {"vehicle", vehicle_json(r)},
+          {"parameters", r.parameters},
+          {"notes", notes},
+          {"metadata", r.metadata}};
+}
+
+}  // namespace
 
 Action add_info(CLI::App& verb, Common& common) {
-  auto file = std::make_shared<std::string>();
+  auto file = std::make_shared<std::string>(), map = std::make_shared<std::string>();
   verb.add_option("recording", *file, "Any supported log")->required();
-  return [file, &common]() -> Result<int> {
-    auto r = recording::load(*file, {});
+  add_map(verb, *map);
+  return [file, map, &common]() -> Result<int> {
+    recording::LoadOptions options;
+    options.map = *map;
+    const auto r = recording::load(*file, options);
     if (!r) return Failure(r.error());
-    nlohmann::json signals = nlohmann::json::array(), notes = nlohmann::json::array();
-    say(common, fmt::format("{}: {}, {:.2f} s, sha256 {}", r->file, r->format, r->duration_s, r->sha256));
-    for (const auto& [name, s] : r->signals) {
-      signals.push_back({{"name", name},
-                         {"unit", s.unit},
-                         {"samples", s.size()},
-                         {"components", s.width()},
-                         {"source", s.source}});
-      say(common, fmt::format("  {:22} {:8} samples x {}  [{}]  from {}", name, s.size(), s.width(), s.unit,
-                              s.source));
-    }
-    for (const auto& [key, value] : r->metadata) say(common, "  " + key + ": " + value);
-    for (const auto& n : r->notes) {
-      notes.push_back(n.text);
-      say(common, "  note: " + n.text);
-    }
-    print_json(common, {{"file", r->file},
-                        {"format", r->format},
-                        {"sha256", r->sha256},
-                        {"duration_s", r->duration_s},
-                        {"signals", signals},
-                        {"notes", notes},
-                        {"metadata", r->metadata}});
+    tell(*r, common);
+    print_json(common, as_json(*r));
     return 0;
   };
 }

@@ -5,7 +5,9 @@
 #include <regex>
 
 #include "omniflight_files/files.hpp"
+#include "omniflight_recording/formats.hpp"
 #include "skeletons.hpp"
+#include "vehicle_from_log.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
@@ -41,10 +43,26 @@ Result<fs::path> workspace(const Common& common) {
   return configs->parent_path();
 }
 
-Result<int> run(const std::string& kind, const std::string& name, const Common& common) {
+/// The text of a vehicle file, of a log where one is given; what is from the log and what is made up is said.
+Result<std::string> vehicle_text(const std::string& name, const std::string& log, const Common& common) {
+  if (log.empty()) return vehicle_skeleton(name);
+  const auto recording = recording::load(log, {});
+  if (!recording) return Failure(recording.error());
+  const auto draft = vehicle_from_log(name, *recording);
+  if (!draft) return Failure(draft.error());
+  for (const std::string& line : draft->told) say(common, "from the log: " + line);
+  for (const std::string& line : draft->missing) say(common, "missing: " + line);
+  return draft->yaml;
+}
+
+Result<int> run(const std::string& kind, const std::string& name, const std::string& log,
+                const Common& common) {
   if (!std::regex_match(name, std::regex("[a-z][a-z0-9_]{0,48}")))
     return bad_input("'" + name + "' is no name: small letters, digits and _ only, a letter first", "name",
                      "For instance my_" + kind);
+  if (!log.empty() && kind != "vehicle")
+    return bad_input("is for a vehicle", "--from",
+                     "For instance omniflight new vehicle " + name + " --from " + log);
   auto root = workspace(common);
   if (!root) return Failure(root.error());
   std::vector<std::string> written;
@@ -66,9 +84,13 @@ Result<int> run(const std::string& kind, const std::string& name, const Common& 
            name + "`";
   } else if (kind == "vehicle") {
     const fs::path file = *root / "configs" / "vehicles" / name / (name + ".yaml");
-    if (auto ok = write_new(file, vehicle_skeleton(name)); !ok) return Failure(ok.error());
+    const auto text = vehicle_text(name, log, common);
+    if (!text) return Failure(text.error());
+    if (auto ok = write_new(file, *text); !ok) return Failure(ok.error());
     written = {file.string()};
-    next = "omniflight design " + file.string() + " --alpha 0";
+    next = log.empty() ? "omniflight design " + file.string() + " --alpha 0"
+                       : "put in what is missing, then omniflight diagnose " + log + " --vehicle " +
+                             file.string() + " --check";
   } else {
     const fs::path file = *root / "configs" / "missions" / (name + ".yaml");
     if (auto ok = write_new(file, mission_skeleton(name)); !ok) return Failure(ok.error());
@@ -90,7 +112,10 @@ Action add_new(CLI::App& verb, Common& common) {
       ->required()
       ->check(CLI::IsMember({"effect", "vehicle", "mission"}));
   verb.add_option("name", *name, "Small letters, digits and _")->required();
-  return [kind, name, &common] { return run(*kind, *name, common); };
+  auto log = std::make_shared<std::string>();
+  verb.add_option("--from", *log,
+                  "Log that the vehicle wrote: rotor count, geometry and thrust as far as it tells them");
+  return [kind, name, log, &common] { return run(*kind, *name, *log, common); };
 }
 
 }  // namespace omniflight::cli

@@ -43,8 +43,8 @@ Action add_doctor(CLI::App& verb, Common& common);
 
 /// Refuses an option's number below zero (and zero itself when `zero` is false), saying so in words.
 CLI::Validator not_negative(bool zero = true);
-/// The option --map of every verb that opens a foreign CSV.
-void add_csv_map(CLI::App& verb, std::string& map);
+/// The option --map of every verb that opens foreign logs.
+void add_map(CLI::App& verb, std::string& map);
 /// Makes the folder; the error names it.
 Status make_folder(const std::string& path);
 /// Prints JSON on stdout when asked for.
