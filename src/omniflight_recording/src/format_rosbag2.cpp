@@ -9,6 +9,7 @@
 #include "format_table.hpp"
 #include "omniflight_files/files.hpp"
 #include "topic_feeds.hpp"
+#include "unpack.hpp"
 
 namespace omniflight::recording {
 namespace {
@@ -102,8 +103,11 @@ std::string text(const Statement& s, int column) {
 
 class Loader {
  public:
-  Loader(Database& db, TopicMap map, Recording& recording)
-      : db_(db), recording_(recording), feeds_(std::move(map), recording) {}
+  Loader(Database& db, std::size_t bytes, TopicMap map, Recording& recording)
+      : db_(db),
+        budget_(std::max<std::uint64_t>(files::kSmallEnough, bytes * files::kMostGzipRatio)),
+        recording_(recording),
+        feeds_(std::move(map), recording) {}
 
   Status run(const std::string& file) {
     for (const char* table : {"topics", "messages"})
@@ -184,7 +188,7 @@ class Loader {
       if (topic == topics_.end())
         ++homeless;
       else
-        feeds_.message(topic->second, data ? std::string_view(data, size) : std::string_view(),
+        feeds_.message(topic->second, unpacked(data ? std::string_view(data, size) : std::string_view()),
                        sqlite3_column_int64(s.get(), 1));
     }
     if (code != SQLITE_DONE)
@@ -196,7 +200,17 @@ class Loader {
     recording_.metadata["rosbag2.messages"] = std::to_string(read);
   }
 
+  /// Of bags that were recorded with --compression-mode message; other messages begin with a zero.
+  std::string_view unpacked(std::string_view message) {
+    if (message.substr(0, kZstdMagic.size()) != kZstdMagic) return message;
+    if (!unpack_zstd(message, std::min<std::uint64_t>(budget_, kMostValue), unpacked_)) return {};
+    budget_ -= unpacked_.size();
+    return unpacked_;
+  }
+
   Database& db_;
+  std::uint64_t budget_;  // bytes that may still be unpacked
+  std::string unpacked_;
   Recording& recording_;
   TopicFeeds feeds_;
   std::map<std::string, std::string> definitions_;
@@ -211,7 +225,8 @@ Result<Recording> read(std::string_view bytes, const std::string& file, const Lo
   Database db;
   if (auto ok = db.open(bytes, file); !ok) return Failure(ok.error());
   Recording recording;
-  if (auto ok = Loader(db, std::move(*map), recording).run(file); !ok) return Failure(ok.error());
+  if (auto ok = Loader(db, bytes.size(), std::move(*map), recording).run(file); !ok)
+    return Failure(ok.error());
   std::error_code ec;
   if (const auto size = std::filesystem::file_size(file + "-wal", ec); !ec && size > 0)
     recording.note(Note::Kind::loss,

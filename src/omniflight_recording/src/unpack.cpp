@@ -2,6 +2,7 @@
 
 #include <bzlib.h>
 #include <lz4frame.h>
+#include <zstd.h>
 
 #include <limits>
 
@@ -30,6 +31,13 @@ bool unpack_bz2(std::string_view in, std::string& out) {
   const int result = BZ2_bzBuffToBuffDecompress(out.data(), &size, const_cast<char*>(in.data()),
                                                 static_cast<unsigned>(in.size()), 0, 0);
   return result == BZ_OK && size == out.size();
+}
+
+bool unpack_zstd(std::string_view in, std::size_t most, std::string& out) {
+  const auto size = ZSTD_getFrameContentSize(in.data(), in.size());
+  if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN || size > most) return false;
+  out.resize(static_cast<std::size_t>(size));
+  return ZSTD_decompress(out.data(), out.size(), in.data(), in.size()) == size;
 }
 
 }  // namespace omniflight::recording

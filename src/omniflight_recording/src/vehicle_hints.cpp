@@ -55,6 +55,8 @@ void read_rotors(const Parameters& p, VehicleHints& out) {
         to_our_axes(Vec3(p.get(name + "PX", 0), p.get(name + "PY", 0), p.get(name + "PZ", 0)), Axes::frd);
     const Vec3 axis(p.get(name + "AX", 0), p.get(name + "AY", 0), p.get(name + "AZ", -1));
     if (axis.norm() > 1e-3) rotor.axis_B = to_our_axes(Vec3(axis.normalized()), Axes::frd);
+    rotor.p_B += Vec3::Zero();  // no -0
+    rotor.axis_B += Vec3::Zero();
     const double km = p.get(name + "KM", 0);
     rotor.spin = km > 0 ? -1 : 1;
     rotor.drag_ratio = std::abs(km);

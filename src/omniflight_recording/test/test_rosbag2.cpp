@@ -1,6 +1,7 @@
 // ROS 2 bags in SQLite of a made-up flight, sound and damaged; and those of others where they are at hand.
 #include <gtest/gtest.h>
 #include <unistd.h>
+#include <zstd.h>
 
 #include <algorithm>
 #include <random>
@@ -56,6 +57,23 @@ TEST_F(Rosbag2, AFlightComesBackWithAndWithoutDefinitionsInTheBag) {
     EXPECT_TRUE(has_note(*r, "topic '/vrpn/drone/pose' was taken for what it is by its type"));
     EXPECT_EQ(r->metadata.at("rosbag2.messages"), "550");
   }
+}
+
+TEST_F(Rosbag2, MessagesThatWereCompressedOneByOneAreUnpacked) {
+  const auto packed = [](const std::string& message) {
+    std::string out(ZSTD_compressBound(message.size()), '\0');
+    out.resize(ZSTD_compress(out.data(), out.size(), message.data(), message.size(), 1));
+    return out;
+  };
+  sample::Bag2 bag(file, false);
+  bag.topic(1, "/imu", "sensor_msgs/msg/Imu");
+  for (std::uint64_t k = 0; k < 20; ++k)
+    bag.message(1, k * 1'000'000, packed(sample::imu_message(k * 1'000'000)));
+  bag.message(1, 20'000'000, packed(std::string(300u << 20, '\0')));  // a bomb of 300 MB
+  bag.message(1, 21'000'000, packed(sample::imu_message(0)).substr(0, 25));
+  const auto r = read(bag.bytes()).value();
+  EXPECT_EQ(samples(r, "gyro"), 20);
+  EXPECT_TRUE(has_note(r, "/imu: 2 messages do not fit their definition"));
 }
 
 TEST_F(Rosbag2, TheFileIsNotTouchedAndAWriteAheadLogIsTold) {
