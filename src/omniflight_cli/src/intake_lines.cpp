@@ -5,10 +5,11 @@
 #include <algorithm>
 
 #include "log_sources.hpp"
+#include "motor_order.hpp"
 
 namespace omniflight::cli {
 
-void say_intake(const Common& common, const diagnosis::Intake& in,
+void say_intake(const Common& common, const diagnosis::Intake& in, const vehicle::Vehicle& vehicle,
                 const std::vector<recording::Recording>& recordings) {
   const auto log = std::find_if(recordings.begin(), recordings.end(),
                                 [&](const recording::Recording& r) { return r.file == in.recording; });
@@ -23,6 +24,7 @@ void say_intake(const Common& common, const diagnosis::Intake& in,
   if (log != recordings.end()) {
     for (const std::string& line : topic_lines(*log)) say(common, "  " + line);
     for (const std::string& line : vehicle_lines(*log)) say(common, "  vehicle: " + line);
+    say(common, "  motors: " + to_text(judge_motor_order(*log, vehicle)));
     for (const recording::Note& n : log->notes) say(common, "  note: " + n.text);
   }
   for (const auto& a : in.alignment)

@@ -226,8 +226,9 @@ Status write_next_flight(const Options& o, const std::string& out, diagnosis::Di
 }
 
 /// The answer on the console.
-void tell(const Options& o, const Common& common, const std::vector<recording::Recording>& recordings,
-          const diagnosis::Diagnosis& d, const Refit& refit, const std::string& out) {
+void tell(const Options& o, const Common& common, const vehicle::Vehicle& vehicle,
+          const std::vector<recording::Recording>& recordings, const diagnosis::Diagnosis& d,
+          const Refit& refit, const std::string& out) {
   say(common, "verdict: " + to_string(d.verdict) + "\n" + d.summary);
   for (const auto& m : d.mismatch)
     say(common,
@@ -263,8 +264,8 @@ void tell(const Options& o, const Common& common, const std::vector<recording::R
     for (const std::string& line : why(o.questions.why, d)) say(common, "    " + line);
   }
   if (o.check) {
-    say_intake(common, d.intake, recordings);
-    for (const auto& in : d.further) say_intake(common, in, recordings);
+    say_intake(common, d.intake, vehicle, recordings);
+    for (const auto& in : d.further) say_intake(common, in, vehicle, recordings);
     for (const auto& in : d.inputs)
       for (const auto& w : in.excluded)
         say(common, fmt::format("  cut: {:.2f} s to {:.2f} s, {}", w.from_s, w.to_s, w.why));
@@ -309,7 +310,7 @@ Result<int> conclude(const Options& o, Common& common, const vehicle::Vehicle& v
   const std::string json = diagnosis::to_json(d);
   if (auto ok = files::write_file_atomic(out + "/diagnosis.json", json); !ok) return Failure(ok.error());
   if (common.json) print_json(common, nlohmann::json::parse(json));
-  tell(o, common, recordings, d, refit, out);
+  tell(o, common, vehicle, recordings, d, refit, out);
   switch (d.verdict) {
     case diagnosis::Verdict::unexplained:
     case diagnosis::Verdict::unusable:

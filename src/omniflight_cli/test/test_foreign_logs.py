@@ -86,6 +86,7 @@ class ForeignLogs(system.SystemTest):
         self.assertRegex(done.stdout, r"rotor_speed .*100\.0 Hz.*from esc_status esc\.esc_rpm")
         self.assertNotIn("missing: rotor_speed", done.stdout)
         self.assertIn("missing: ref_position", done.stdout)
+        self.assertIn("motors: their order cannot be told", done.stdout)  # it does not turn
         self.assertEqual(self.json("check/diagnosis.json")["verdict"], "checked")
         self.run_command("new", "mission", "mine", "--from", "flight.ulg", expect=4)
         self.write("empty.csv", "t_s,vbat_V\n0,12\n1,12\n")
