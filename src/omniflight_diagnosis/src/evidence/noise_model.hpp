@@ -18,7 +18,7 @@ namespace omniflight::diagnosis {
 class NoiseSpectrum {
  public:
   static constexpr std::size_t kParts = 12;
-  static constexpr std::size_t kTerms = 7;
+  static constexpr std::size_t kTerms = 5;
 
   /// Maximises Whittle's likelihood of these amplitudes' squares at these frequencies [Hz]: multiplicative
   /// updates, which keep the parts non-negative.
