@@ -1,6 +1,8 @@
 #include "topic_map.hpp"
 
 #include <algorithm>
+#include <map>
+#include <mutex>
 
 #include "omniflight_files/files.hpp"
 
@@ -91,6 +93,28 @@ Result<std::vector<std::filesystem::path>> shipped_maps() {
   return out;
 }
 
+/// A map of the configuration, read again only when its file was changed: a campaign opens many recordings.
+Result<TopicMap> cached_map(const std::filesystem::path& file) {
+  struct Cached {
+    std::filesystem::file_time_type time;
+    std::uintmax_t size = 0;
+    TopicMap map;
+  };
+  static std::mutex mutex;
+  static std::map<std::filesystem::path, Cached> cache;
+  constexpr std::size_t kMost = 100;  // files
+  std::error_code no_time, no_size;
+  const auto time = std::filesystem::last_write_time(file, no_time);
+  const auto size = std::filesystem::file_size(file, no_size);
+  const std::lock_guard lock(mutex);
+  if (const auto known = cache.find(file); known != cache.end() && !no_time && !no_size &&
+                                           known->second.time == time && known->second.size == size)
+    return known->second.map;
+  auto map = load_topic_map(file);
+  if (map && !no_time && !no_size && cache.size() < kMost) cache[file] = {time, size, *map};
+  return map;
+}
+
 }  // namespace
 
 const std::vector<TopicEntry>& own_topics() {
@@ -137,7 +161,7 @@ Status add_shipped_maps(TopicMap& map) {
   const auto files = shipped_maps();
   if (!files) return Failure(files.error());
   for (const auto& file : *files) {
-    auto shipped = load_topic_map(file);
+    auto shipped = cached_map(file);
     if (!shipped) return Failure(shipped.error());
     for (TopicEntry& entry : shipped->entries) {
       if (entry.topic.empty())

@@ -84,6 +84,24 @@ TEST_F(TopicMaps, MistakesAreNamedWithLineAndNextStep) {
   EXPECT_NE(csv.error().text().find("This map is for CSV"), std::string::npos);
 }
 
+TEST_F(TopicMaps, AChangedMapOfTheConfigurationIsReadAgain) {
+  fs::create_directories(folder / "configs/topic_maps");
+  fs::create_directories(folder / "configs/vehicles");
+  setenv("OMNIFLIGHT_CONFIGS", (folder / "configs").c_str(), 1);
+  const auto entries = [&](const std::string& topics) {
+    std::ofstream(folder / "configs/topic_maps/site.yaml") << "schema: omniflight.topic_map/1\ntopics:\n"
+                                                           << topics;
+    TopicMap map = topic_map_for({}).value();
+    const auto ok = add_shipped_maps(map);
+    return ok ? static_cast<int>(entries_for(map, "/x", "").size()) : -1;
+  };
+  const std::string topic = "  - topic: x\n    signals: [{signal: vbat, fields: [v]}]\n";
+  EXPECT_EQ(entries(topic), 1);
+  EXPECT_EQ(entries(topic), 1);
+  EXPECT_EQ(entries(topic + topic), 2);
+  EXPECT_EQ(entries("  - topic: x\n"), -1);
+}
+
 TEST_F(TopicMaps, OfTwoTopicsOneIsTakenAndTheOtherIsSaid) {
   const auto r = sample::read_as("rosbag2_sqlite", bag()).value();
   EXPECT_EQ(r.find("position")->source, "/a/pose pose.position.x");
