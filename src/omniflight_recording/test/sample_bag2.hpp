@@ -76,14 +76,14 @@ inline const char* kPx4Odometry =
     "uint32 MESSAGE_VERSION = 0\nuint64 timestamp # us\nuint64 timestamp_sample\nuint8 POSE_FRAME_NED=1\n"
     "uint8 pose_frame\nfloat32[3] position\nfloat32[4] q\nuint8 velocity_frame\nfloat32[3] velocity\n"
     "float32[3] angular_velocity\n";
-inline std::string px4_odometry(std::uint64_t us, const Moment& m) {
+inline std::string px4_odometry(std::uint64_t us, const Moment& m, bool in_body = false) {
   Cdr c;
   c.put(us + 500).put(us).put(std::uint8_t{1});
-  const auto p = ned(m.p_WB), v = ned(m.v_WB), w = frd(m.w_B);
+  const auto p = ned(m.p_WB), w = frd(m.w_B), v = in_body ? frd(m.q_WB.conjugate() * m.v_WB) : ned(m.v_WB);
   const auto q = ned_frd(m.q_WB);
   for (int i = 0; i < 3; ++i) c.put(static_cast<float>(p(i)));
   for (const double value : {q.w(), q.x(), q.y(), q.z()}) c.put(static_cast<float>(value));
-  c.put(std::uint8_t{1});
+  c.put(static_cast<std::uint8_t>(in_body ? 3 : 1));
   for (int i = 0; i < 3; ++i) c.put(static_cast<float>(v(i)));
   for (int i = 0; i < 3; ++i) c.put(static_cast<float>(w(i)));
   return c.text();

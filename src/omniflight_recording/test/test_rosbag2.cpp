@@ -94,26 +94,28 @@ TEST_F(Rosbag2, TheFileIsNotTouchedAndAWriteAheadLogIsTold) {
 }
 
 TEST_F(Rosbag2, Px4OverRos2IsConvertedAndPutOnOneClock) {
-  sample::Bag2 bag(file, true);
-  bag.topic(1, "/fmu/out/vehicle_odometry", "px4_msgs/msg/VehicleOdometry", sample::kPx4Odometry);
-  bag.topic(2, "/mocap/pose", "geometry_msgs/msg/PoseStamped", sample::pose_topic().schema_text);
-  for (std::uint64_t k = 0; k < 100; ++k) {
-    const std::uint64_t us = 30'000'000 + k * 10'000, ns = kEpoch + k * 10'000'000;
-    bag.message(1, ns, sample::px4_odometry(us, sample::moment(1e-2 * static_cast<double>(k))));
-    bag.message(2, ns, sample::pose_message(ns));
-  }
-  const auto r = read(bag.bytes());
-  ASSERT_TRUE(r) << r.error().text();
-  EXPECT_TRUE(has_note(*r, "another clock"));
-  EXPECT_LT(r->duration_s, 1.0);
-  const Signal &q = *r->find("est_attitude"), &p = *r->find("est_position"), &v = *r->find("est_velocity");
-  ASSERT_EQ(q.size(), 100);
-  for (Eigen::Index i = 0; i < 100; ++i) {
-    const auto m = sample::moment(1e-2 * static_cast<double>(i));
-    const Quat here(q.values(i, 0), q.values(i, 1), q.values(i, 2), q.values(i, 3));
-    EXPECT_LT(log_rotation(m.q_WB.conjugate() * here).norm(), 1e-6);
-    EXPECT_LT((Vec3(p.values.row(i)) - m.p_WB).norm(), 1e-6);
-    EXPECT_LT((Vec3(v.values.row(i)) - m.v_WB).norm(), 1e-6);
+  for (const bool in_body : {false, true}) {  // the velocity in world axes, or in those of the body
+    sample::Bag2 bag(file, true);
+    bag.topic(1, "/fmu/out/vehicle_odometry", "px4_msgs/msg/VehicleOdometry", sample::kPx4Odometry);
+    bag.topic(2, "/mocap/pose", "geometry_msgs/msg/PoseStamped", sample::pose_topic().schema_text);
+    for (std::uint64_t k = 0; k < 100; ++k) {
+      const std::uint64_t us = 30'000'000 + k * 10'000, ns = kEpoch + k * 10'000'000;
+      bag.message(1, ns, sample::px4_odometry(us, sample::moment(1e-2 * static_cast<double>(k)), in_body));
+      bag.message(2, ns, sample::pose_message(ns));
+    }
+    const auto r = read(bag.bytes());
+    ASSERT_TRUE(r) << r.error().text();
+    EXPECT_TRUE(has_note(*r, "another clock"));
+    EXPECT_LT(r->duration_s, 1.0);
+    const Signal &q = *r->find("est_attitude"), &p = *r->find("est_position"), &v = *r->find("est_velocity");
+    ASSERT_EQ(q.size(), 100);
+    for (Eigen::Index i = 0; i < 100; ++i) {
+      const auto m = sample::moment(1e-2 * static_cast<double>(i));
+      const Quat here(q.values(i, 0), q.values(i, 1), q.values(i, 2), q.values(i, 3));
+      EXPECT_LT(log_rotation(m.q_WB.conjugate() * here).norm(), 1e-6);
+      EXPECT_LT((Vec3(p.values.row(i)) - m.p_WB).norm(), 1e-6);
+      EXPECT_LT((Vec3(v.values.row(i)) - m.v_WB).norm(), 1e-6);
+    }
   }
 }
 
