@@ -64,10 +64,15 @@ class Loader {
     DeclaredTopic topic;
     topic.name = channel.topic;
     topic.type = short_type(channel.schema.name);
-    if (channel.message_encoding != "cdr" || channel.schema.encoding != "ros2msg")
+    const auto is = [&](const char* message, const char* schema) {
+      return channel.message_encoding == message && channel.schema.encoding == schema;
+    };
+    if (is("ros1", "ros1msg"))  // a ROS 1 bag that was converted
+      topic.encoding = Encoding::ros1;
+    else if (!is("cdr", "ros2msg"))
       topic.unreadable = "its messages are " + files::shown(channel.message_encoding) +
                          " by a definition in " + files::shown(channel.schema.encoding) +
-                         "; cdr by ros2msg is read";
+                         "; cdr by ros2msg and ros1 by ros1msg are read";
     topic.definition = channel.schema.text;
     return feeds_.open(topic);
   }

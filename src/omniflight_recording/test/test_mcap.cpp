@@ -2,6 +2,7 @@
 #include <lz4frame.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <random>
 
 #include "../src/mcap_records.hpp"
@@ -9,6 +10,7 @@
 #include "omniflight_recording/mcap_reader.hpp"
 #include "real_data.hpp"
 #include "sample_bag.hpp"
+#include "sample_bag1.hpp"
 
 namespace fs = std::filesystem;
 using namespace omniflight;
@@ -178,6 +180,43 @@ TEST_F(Mcap, UncompressedAndLz4ChunksAreRead) {
     EXPECT_EQ(r->find("gyro")->size(), 10);
     EXPECT_NEAR(r->find("gyro")->values(9, 2), 0.009, 1e-12);
   }
+}
+
+TEST_F(Mcap, BagsOfRos1ThatWereConvertedAreRead) {
+  using mcap::Bytes;
+  const auto channel = [](std::uint16_t id, const std::string& topic, const std::string& encoding) {
+    return mcap::record(
+        mcap::kChannel,
+        Bytes().put(id).put(std::uint16_t{3}).string(topic).string(encoding).strings({}).text());
+  };
+  std::string bytes = std::string(mcap::kMagic) +
+                      mcap::record(mcap::kHeader, Bytes().string("ros1").string("other").text()) +
+                      mcap::record(mcap::kSchema, Bytes()
+                                                      .put(std::uint16_t{3})
+                                                      .string("sensor_msgs/Imu")
+                                                      .string("ros1msg")
+                                                      .string(sample::imu_definition1())
+                                                      .text()) +
+                      channel(1, "/imu", "ros1") + channel(2, "/b/imu", "json");
+  for (std::uint32_t k = 0; k < 30; ++k) {
+    const std::uint64_t ns = k * std::uint64_t{1'000'000} + 1;
+    bytes += mcap::record(mcap::kMessage, Bytes()
+                                              .put(std::uint16_t{1})
+                                              .put(k)
+                                              .put(ns)
+                                              .put(ns)
+                                              .raw(sample::imu_message1(k, ns, sample::moment(1e-3 * k)))
+                                              .text());
+  }
+  const auto r = sample::read_as("mcap", bytes).value();
+  ASSERT_NE(r.find("gyro"), nullptr);
+  ASSERT_EQ(r.find("gyro")->size(), 30);
+  EXPECT_LT((Vec3(r.find("gyro")->values.row(7)) - sample::moment(0.007).w_B).norm(), 1e-9);
+  const bool told = std::any_of(r.notes.begin(), r.notes.end(), [](const Note& n) {
+    return n.text.find("'/b/imu' (sensor_msgs/Imu) cannot be decoded: its messages are 'json'") !=
+           std::string::npos;
+  });
+  EXPECT_TRUE(told);
 }
 
 /// By the text of a definition, as ROS 2 has it.
