@@ -20,6 +20,9 @@ struct DecoderBuilder {
   const std::vector<std::string>& wanted;
   MessageDecoder& decoder;
   std::string error = {};
+  std::size_t fields_built = 0;
+  static constexpr int kMaxDepth = 32;
+  static constexpr std::size_t kMaxRecords = 2000, kMaxFields = 20000;
 
   static std::optional<Kind> primitive(const std::string& name) {
     static const std::map<std::string, Kind> table{
@@ -55,13 +58,14 @@ struct DecoderBuilder {
 
   /// Builds the record of `type` as used at `path`; returns its index, or -1 with `error` set.
   int build(const std::string& type, const std::string& path, int depth) {
-    if (depth > 32 || decoder.records_.size() > 2000) {
-      error = "its types nest too deeply";
-      return -1;
-    }
     const auto* definitions = fields_of(type);
     if (!definitions) {
       error = "type " + files::shown(type) + " is not defined";
+      return -1;
+    }
+    fields_built += definitions->size();
+    if (depth > kMaxDepth || decoder.records_.size() > kMaxRecords || fields_built > kMaxFields) {
+      error = "its types nest too deeply, or have too many fields";
       return -1;
     }
     const int index = static_cast<int>(decoder.records_.size());

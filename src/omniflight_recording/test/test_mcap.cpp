@@ -261,6 +261,13 @@ TEST(Cdr, DecodesEveryKindInBothByteOrdersAndRefusesCutMessages) {
   EXPECT_FALSE(cdr_decoder("p/S", "Missing x\n", {"x"}));
   EXPECT_FALSE(cdr_decoder("p/S", "S x\n", {"x"}));  // contains itself
   EXPECT_FALSE(cdr_decoder("p/S", "float64\n", {"x"}));
+  std::string wide = "A a0\n";  // 999 fields, each of 999 fields
+  for (int i = 1; i < 999; ++i) wide += "A a" + std::to_string(i) + "\n";
+  wide += "====\nMSG: p/A\n";
+  for (int i = 0; i < 999; ++i) wide += "uint8 b" + std::to_string(i) + "\n";
+  const auto refused = cdr_decoder("p/S", wide, {"a7.b3"});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().text().find("too many fields"), std::string::npos);
 }
 
 TEST(RealBags, EveryMcapBagOfOthersIsReadCompletely) {
