@@ -228,6 +228,7 @@ Result<ActuationClass> classify_actuation(const vehicle::Vehicle& v) {
   while (tilts && alphas.back() < v.tilt.max - 1e-9)
     alphas.push_back(std::min(v.tilt.max, v.tilt.min + static_cast<double>(alphas.size()) * kStep));
   ActuationClass out;
+  out.individual = v.tilt.kind == vehicle::TiltKind::individual;
   for (const double alpha : alphas) {
     auto a = actuation_at(v, alpha);
     if (!a) return Failure(a.error());
@@ -274,6 +275,7 @@ std::string ActuationClass::words() const {
     std::snprintf(text, sizeof text, "; at %.2f deg rank %d, without ", to_degrees(s.alpha), s.rank);
     out += text + s.lost;
   }
+  if (individual) out += "; all of it at a common tilt, the rotors tilt one by one";
   return out;
 }
 

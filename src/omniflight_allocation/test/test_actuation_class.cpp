@@ -94,6 +94,10 @@ TEST(ActuationClass, OfOmniMorphGoesThroughAllKindsOverTheTilt) {
   EXPECT_EQ(c.tilts[41].kind, Kind::fully_actuated);  // thesis: omnidirectional from about 42 deg
   EXPECT_EQ(c.tilts[42].kind, Kind::omnidirectional);
   EXPECT_DOUBLE_EQ(c.tilts[42].lean, kPi);
+  auto one_by_one = omnimorph();
+  one_by_one.tilt.kind = vehicle::TiltKind::individual;
+  EXPECT_NE(classify_actuation(one_by_one)->words().find("at a common tilt"), std::string::npos);
+  EXPECT_EQ(c.words().find("at a common tilt"), std::string::npos);
   for (std::size_t k = 1; k < c.tilts.size(); ++k)
     EXPECT_GE(c.tilts[k].lean, c.tilts[k - 1].lean - 1e-3) << k;
   ASSERT_EQ(c.singular.size(), 1u);

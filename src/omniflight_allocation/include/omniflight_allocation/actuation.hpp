@@ -43,6 +43,7 @@ struct SingularTilt {
 
 struct ActuationClass {
   std::vector<ActuationAtTilt> tilts;  ///< every degree and both limits; one for a vehicle that does not tilt
+  bool individual = false;             ///< the rotors tilt one by one; what is told is that of a common tilt
   std::vector<SingularTilt> singular;  ///< in the order of the tilt
   /// Best hover over all tilts: the one with the largest thrust to weight ratio.
   const ActuationAtTilt& strongest() const;
