@@ -26,7 +26,7 @@ class RotorLoad {
   struct Inertial {
     Vec6 unreachable_B;  ///< N, part of the whole wrench that no thrusts give (torques divided by a lever
                          ///< arm, about the centre of mass)
-    double size = 0;  ///< N, norm of what is needed beyond hovering
+    double size = 0;     ///< N, norm of what is needed beyond hovering
   };
   Inertial inertial_wrench(const Reference& motion) const;
 
