@@ -65,7 +65,8 @@ Status check_law(const FlightOptions& o, const Setup& s) {
 
 Result<std::string> told_gains(const FlightOptions& o, const Setup& s) {
   const std::string law = law_of(o, s);
-  if (law == "incremental") return std::string();
+  // an integral of the velocity error is none of the position error: the estimate is corrected in between
+  if (law == "incremental" || law == "cascaded") return std::string();
   auto defaults = files::YamlReader::load(s.defaults);
   if (!defaults) return Failure(defaults.error());
   auto usual = defaults->child("controller").child("ros__parameters");
@@ -82,10 +83,6 @@ Result<std::string> told_gains(const FlightOptions& o, const Setup& s) {
     if (!yaml) return Failure(yaml.error());
     gain[name] = yaml->vec3(name, bounds);
     if (auto ok = yaml->finish(); !ok) return Failure(ok.error());
-  }
-  if (law == "cascaded") {  // the inner integral acts on the outer error and on its rate
-    gain["kp"] += gain["ki"].cwiseProduct(gain["kv"]).cwiseQuotient(gain["kp"].cwiseMax(1e-6));
-    gain["kR"] += gain["kI"].cwiseProduct(gain["kw"]).cwiseQuotient(gain["kR"].cwiseMax(1e-6));
   }
   std::string out;
   for (const auto& [name, unit] : kGains)
