@@ -48,9 +48,17 @@ Vec3 half_angle_error(const Quat& q_WB, const Quat& q_WD) {
   return (q.w() < 0 ? -2.0 : 2.0) * q.vec();
 }
 
-Vec3 attitude_feed_forward(const AttitudeTarget& target, const RigidState& state) {
+Vec3 target_rate(const AttitudeTarget& target, const RigidState& state) {
+  return state.q_WB.conjugate() * (target.q_WD * target.w_WD_D);
+}
+
+Vec6 demand(const AttitudeTarget& target, const Vec3& turn, const RigidState& state, bool feed_forward) {
+  Vec6 out;
+  out << target.acceleration_W, turn;
+  if (!feed_forward) return out;
   const Quat q_BD = state.q_WB.conjugate() * target.q_WD;
-  return q_BD * target.dw_WD_D - state.w_WB_B.cross(q_BD * target.w_WD_D);
+  out.tail<3>() += q_BD * target.dw_WD_D - state.w_WB_B.cross(q_BD * target.w_WD_D);
+  return out;
 }
 
 Vec6 relevant_miss(const Vec6& unachieved, const RigidState& state, const LawConfig& config) {
@@ -58,6 +66,12 @@ Vec6 relevant_miss(const Vec6& unachieved, const RigidState& state, const LawCon
   if (config.thrust_axis_B.isZero()) return out;
   const Vec3 n = state.q_WB * config.thrust_axis_B;
   out.head<3>() = n * n.dot(unachieved.head<3>());
+  return out;
+}
+
+Vec6 LoopIntegrals::action() const {
+  Vec6 out;
+  out << position.action(), attitude.action();
   return out;
 }
 

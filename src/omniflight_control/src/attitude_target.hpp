@@ -32,8 +32,12 @@ Vec3 acceleration_now(const Vec3& last_demand_W, const RigidState& state, const 
 /// for large-angle rotational maneuvers"). At exactly half a turn either way round is as good; one is taken.
 Vec3 half_angle_error(const Quat& q_WB, const Quat& q_WD);
 
-/// Angular acceleration [rad/s^2, body axes] that holds a body on the target while it is on it.
-Vec3 attitude_feed_forward(const AttitudeTarget& target, const RigidState& state);
+/// Rate of the target [rad/s] in the axes of the body.
+Vec3 target_rate(const AttitudeTarget& target, const RigidState& state);
+
+/// What a law asks for, m/s^2 world and rad/s^2 body: the target's acceleration, and `turn` with, where
+/// feed_forward is set, the angular acceleration that holds a body on the target while it is on it.
+Vec6 demand(const AttitudeTarget& target, const Vec3& turn, const RigidState& state, bool feed_forward);
 
 /// What a miss of the last demand [m/s^2 world, rad/s^2 body] tells the integrators: of an underactuated
 /// vehicle only the part along its thrust axis, since it gets the rest by leaning.
@@ -63,6 +67,18 @@ class BoundedIntegral {
   Vec3 gain_;
   double limit_, tolerance_;
   Vec3 value_ = Vec3::Zero();
+};
+
+/// The integrals of a law, of its position and of its attitude loop.
+struct LoopIntegrals {
+  BoundedIntegral position, attitude;
+  LoopIntegrals(const Vec3& position_gain, const Vec3& attitude_gain, const ControllerConfig& limits)
+      : position(position_gain, limits.max_integral_acceleration, limits.unachieved_tolerance),
+        attitude(attitude_gain, limits.max_integral_angular_acceleration,
+                 limits.unachieved_angular_tolerance) {}
+  /// m/s^2 world, rad/s^2 body.
+  Vec6 action() const;
+  void reset() { position.reset(), attitude.reset(); }
 };
 
 }  // namespace omniflight::control

@@ -22,50 +22,38 @@ class Cascaded final : public Law {
       : config_(config),
         k_position_(outer_gain(config.gains.kp, config.gains.kv)),
         k_attitude_(outer_gain(config.gains.kR, config.gains.kw)),
-        velocity_(inner_integral(config.gains.ki, k_position_), config.gains.max_integral_acceleration,
-                  config.gains.unachieved_tolerance),
-        rate_(inner_integral(config.gains.kI, k_attitude_), config.gains.max_integral_angular_acceleration,
-              config.gains.unachieved_angular_tolerance) {}
+        integrals_(inner_integral(config.gains.ki, k_position_), inner_integral(config.gains.kI, k_attitude_),
+                   config.gains) {}
 
   Vec6 update(const Reference& r, const RigidState& s, double dt, const Vec6& unachieved) override {
     const ControllerConfig& g = config_.gains;
     const Vec3 correction =
         clamp_each(k_position_.cwiseProduct(r.p_WB - s.p_WB), config_.max_correction_speed);
     const Vec3 e_v = r.v_WB_W + correction - s.v_WB_W;
-    const Vec3 feedback = g.kv.cwiseProduct(e_v) + velocity_.action();
+    const Vec3 feedback = g.kv.cwiseProduct(e_v) + integrals_.position.action();
     const Vec3 limited = clamp_each(feedback, g.max_acceleration);
     const Vec3 forward = g.feed_forward ? r.a_WB_W : Vec3::Zero();
     const AttitudeTarget target = attitude_target(r, limited + forward, Vec3::Zero(), config_);
 
     const Vec3 e_R = half_angle_error(s.q_WB, target.q_WD);
-    const Vec3 w_d = s.q_WB.conjugate() * (target.q_WD * target.w_WD_D);
-    const Vec3 e_w = w_d + clamp_each(k_attitude_.cwiseProduct(e_R), config_.max_correction_rate) - s.w_WB_B;
-    const Vec3 turn = g.kw.cwiseProduct(e_w) + rate_.action();
+    const Vec3 e_w = target_rate(target, s) +
+                     clamp_each(k_attitude_.cwiseProduct(e_R), config_.max_correction_rate) - s.w_WB_B;
+    const Vec3 turn = g.kw.cwiseProduct(e_w) + integrals_.attitude.action();
     const Vec3 turn_limited = clamp_each(turn, g.max_angular_acceleration);
 
     const Vec6 missed = relevant_miss(unachieved, s, config_);
-    velocity_.update(e_v, dt, missed.head<3>(), cut_axes(feedback, limited, target.limited));
-    rate_.update(e_w, dt, missed.tail<3>(), cut_axes(turn, turn_limited));
-    Vec6 out;
-    out << target.acceleration_W, turn_limited;
-    if (g.feed_forward) out.tail<3>() += attitude_feed_forward(target, s);
-    return out;
+    integrals_.position.update(e_v, dt, missed.head<3>(), cut_axes(feedback, limited, target.limited));
+    integrals_.attitude.update(e_w, dt, missed.tail<3>(), cut_axes(turn, turn_limited));
+    return demand(target, turn_limited, s, g.feed_forward);
   }
 
-  Vec6 integral_action() const override {
-    Vec6 out;
-    out << velocity_.action(), rate_.action();
-    return out;
-  }
-  void reset() override {
-    velocity_.reset();
-    rate_.reset();
-  }
+  Vec6 integral_action() const override { return integrals_.action(); }
+  void reset() override { integrals_.reset(); }
 
  private:
   LawConfig config_;
-  Vec3 k_position_, k_attitude_;     ///< 1/s
-  BoundedIntegral velocity_, rate_;  ///< m, rad
+  Vec3 k_position_, k_attitude_;  ///< 1/s
+  LoopIntegrals integrals_;       ///< of velocity and rate errors: m, rad
 };
 
 }  // namespace

@@ -25,15 +25,13 @@ class Incremental final : public Law {
     const AttitudeTarget target = attitude_target(r, wanted + taken_out.head<3>(), jerk, config_);
 
     const Vec3 e_R = half_angle_error(s.q_WB, target.q_WD);
-    const Vec3 w_d = s.q_WB.conjugate() * (target.q_WD * target.w_WD_D);
-    Vec3 turn =
-        clamp_each(g.kR.cwiseProduct(e_R) + g.kw.cwiseProduct(w_d - s.w_WB_B), g.max_angular_acceleration);
-    if (g.feed_forward) turn += attitude_feed_forward(target, s);
-    Vec6 out;
-    out << target.acceleration_W, turn + taken_out.tail<3>();
-    demand_ = out;
+    const Vec3 turn =
+        clamp_each(g.kR.cwiseProduct(e_R) + g.kw.cwiseProduct(target_rate(target, s) - s.w_WB_B),
+                   g.max_angular_acceleration);
+    demand_ = demand(target, turn, s, g.feed_forward);
+    demand_.tail<3>() += taken_out.tail<3>();
     asked_ = true;
-    return out;
+    return demand_;
   }
 
   /// What is added to the demand against the disturbance, bounded as the integral action of the other laws

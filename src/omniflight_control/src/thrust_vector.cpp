@@ -9,15 +9,12 @@ namespace {
 class ThrustVector final : public Law {
  public:
   explicit ThrustVector(const LawConfig& config)
-      : config_(config),
-        position_(config.gains.ki, config.gains.max_integral_acceleration, config.gains.unachieved_tolerance),
-        attitude_(config.gains.kI, config.gains.max_integral_angular_acceleration,
-                  config.gains.unachieved_angular_tolerance) {}
+      : config_(config), integrals_(config.gains.ki, config.gains.kI, config.gains) {}
 
   Vec6 update(const Reference& r, const RigidState& s, double dt, const Vec6& unachieved) override {
     const ControllerConfig& g = config_.gains;
     const Vec3 e_p = r.p_WB - s.p_WB, e_v = r.v_WB_W - s.v_WB_W;
-    const Vec3 feedback = g.kp.cwiseProduct(e_p) + g.kv.cwiseProduct(e_v) + position_.action();
+    const Vec3 feedback = g.kp.cwiseProduct(e_p) + g.kv.cwiseProduct(e_v) + integrals_.position.action();
     const Vec3 limited = clamp_each(feedback, g.max_acceleration);
     const Vec3 forward = g.feed_forward ? r.a_WB_W : Vec3::Zero();
     const Vec3 now = acceleration_now(last_, s, config_);
@@ -26,33 +23,25 @@ class ThrustVector final : public Law {
     last_ = target.acceleration_W;
 
     const Vec3 e_R = half_angle_error(s.q_WB, target.q_WD);
-    const Vec3 w_d = s.q_WB.conjugate() * (target.q_WD * target.w_WD_D);
-    const Vec3 turn = g.kR.cwiseProduct(e_R) + g.kw.cwiseProduct(w_d - s.w_WB_B) + attitude_.action();
+    const Vec3 turn = g.kR.cwiseProduct(e_R) + g.kw.cwiseProduct(target_rate(target, s) - s.w_WB_B) +
+                      integrals_.attitude.action();
     const Vec3 turn_limited = clamp_each(turn, g.max_angular_acceleration);
 
     const Vec6 missed = relevant_miss(unachieved, s, config_);
-    position_.update(e_p, dt, missed.head<3>(), cut_axes(feedback, limited, target.limited));
-    attitude_.update(e_R, dt, missed.tail<3>(), cut_axes(turn, turn_limited));
-    Vec6 out;
-    out << target.acceleration_W, turn_limited;
-    if (g.feed_forward) out.tail<3>() += attitude_feed_forward(target, s);
-    return out;
+    integrals_.position.update(e_p, dt, missed.head<3>(), cut_axes(feedback, limited, target.limited));
+    integrals_.attitude.update(e_R, dt, missed.tail<3>(), cut_axes(turn, turn_limited));
+    return demand(target, turn_limited, s, g.feed_forward);
   }
 
-  Vec6 integral_action() const override {
-    Vec6 out;
-    out << position_.action(), attitude_.action();
-    return out;
-  }
+  Vec6 integral_action() const override { return integrals_.action(); }
   void reset() override {
-    position_.reset();
-    attitude_.reset();
+    integrals_.reset();
     last_.setZero();
   }
 
  private:
   LawConfig config_;
-  BoundedIntegral position_, attitude_;
+  LoopIntegrals integrals_;
   Vec3 last_ = Vec3::Zero();  ///< m/s^2, last demand
 };
 
