@@ -2,12 +2,10 @@
 
 #include "actuation.hpp"
 #include "omniflight_planning/flatness.hpp"
+#include "shortest_ride.hpp"
 
 namespace omniflight::planning {
 namespace {
-
-constexpr int kShapeSamples = 400;
-constexpr double kLongest = 600.0;  // s, for one ride
 
 /// s^5 (126 - 420 s + 540 s^2 - 315 s^3 + 70 s^4) on [0, 1] with four derivatives, which vanish at both ends.
 std::array<double, 5> law(double s) {
@@ -47,35 +45,17 @@ Result<std::vector<TrajectoryKnot>> ride(const FlatCurve& curve, const FlatVehic
                                          const allocation::RotorLoad& rotors, const MotionLimits& limits,
                                          const Deadline& deadline) {
   const auto keeps = [&](const std::vector<TrajectoryKnot>& knots) {
-    const MotionPeaks p = peaks(knots, rotors);
-    return p.rotor_load <= 1.0 - limits.rotor_headroom && p.speed <= limits.speed &&
-           p.acceleration <= limits.acceleration && p.rate <= limits.rate &&
-           p.angular_acceleration <= limits.angular_acceleration &&
-           largest_lean(knots, vehicle) <= limits.lean;
+    return within(peaks(knots, rotors), limits) && largest_lean(knots, vehicle) <= limits.lean;
   };
-  const auto fits = [&](double T) { return keeps(sample(curve, vehicle, rotors.alpha(), kShapeSamples, T)); };
-  const auto late = [&] { return out_of_time(deadline, "finding the shortest time of a ride"); };
+  const auto knots = [&](int intervals, double duration) {
+    return sample(curve, vehicle, rotors.alpha(), intervals, duration);
+  };
   // slower rides lean less, turn slower and need less of the rotors, down to hovering
-  double low = 0.1, high = low;
-  while (high < kLongest && !fits(high)) {
-    if (deadline.passed()) return late();
-    low = high;
-    high *= 1.5;
-  }
-  while (high - low > 0.5 * kKnotPeriod) {
-    if (deadline.passed()) return late();
-    (fits(0.5 * (low + high)) ? high : low) = 0.5 * (low + high);
-  }
-  for (int intervals = static_cast<int>(std::ceil(high / kKnotPeriod - 1e-9));
-       intervals * kKnotPeriod < kLongest; ++intervals) {
-    if (deadline.passed()) return late();
-    auto knots = sample(curve, vehicle, rotors.alpha(), intervals, intervals * kKnotPeriod);
-    if (!keeps(knots)) continue;
-    if (auto ok = check_actuation(knots, rotors); !ok) return Failure(ok.error());
-    return knots;
-  }
-  return fail(ErrorCode::incomplete, "no ride of less than 600 s keeps the limits", "limits",
-              "Allow more speed or acceleration, or shorten the way");
+  auto found = shortest_ride(
+      0.1, knots, [&](double T) { return keeps(knots(kShapeSamples, T)); }, keeps, deadline);
+  if (!found) return found;
+  if (auto ok = check_actuation(*found, rotors); !ok) return Failure(ok.error());
+  return found;
 }
 
 }  // namespace omniflight::planning

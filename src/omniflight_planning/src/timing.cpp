@@ -5,13 +5,12 @@
 #include <cstdio>
 
 #include "actuation.hpp"
+#include "shortest_ride.hpp"
 
 namespace omniflight::planning {
 namespace {
 
 constexpr double kRotationLength = 0.3;  // m a radian
-constexpr int kShapeSamples = 400;
-constexpr double kLongest = 600.0;  // s, for one ride
 
 /// The rotation vector of q that lies nearest to `near`: it must not jump by a turn along a curve.
 Vec3 log_near(const Quat& q, const Vec3& near) {
@@ -148,32 +147,13 @@ Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const allocatio
   const std::vector<TrajectoryKnot> in_a_second = sample(kShapeSamples, 1.0);
   if (auto ok = check_actuation(in_a_second, rotors); !ok) return Failure(ok.error());
   const MotionPeaks unit = peaks(in_a_second, rotors);
-  double low = std::max({unit.speed / limits.speed, unit.rate / limits.rate,
-                         std::sqrt(unit.acceleration / limits.acceleration),
-                         std::sqrt(unit.angular_acceleration / limits.angular_acceleration), 0.1});
-  const auto fits = [&](double T) { return peaks(sample(kShapeSamples, T), rotors).rotor_load <= allowed; };
-  double high = low;
-  const auto late = [&] { return out_of_time(deadline, "finding the shortest time of a ride"); };
-  while (high < kLongest && !fits(high)) {
-    if (deadline.passed()) return late();
-    low = high;
-    high *= 1.5;
-  }
-  while (high - low > 0.5 * kKnotPeriod) {
-    if (deadline.passed()) return late();
-    (fits(0.5 * (low + high)) ? high : low) = 0.5 * (low + high);
-  }
-  for (int intervals = static_cast<int>(std::ceil(high / kKnotPeriod - 1e-9));
-       intervals * kKnotPeriod < kLongest; ++intervals) {
-    if (deadline.passed()) return late();
-    auto knots = sample(intervals, intervals * kKnotPeriod);
-    const MotionPeaks p = peaks(knots, rotors);
-    if (p.rotor_load <= allowed && p.speed <= limits.speed && p.acceleration <= limits.acceleration &&
-        p.rate <= limits.rate && p.angular_acceleration <= limits.angular_acceleration)
-      return knots;
-  }
-  return fail(ErrorCode::incomplete, "no ride of less than 600 s keeps the limits", "limits",
-              "Allow more speed or acceleration, or shorten the way");
+  const double low = std::max({unit.speed / limits.speed, unit.rate / limits.rate,
+                               std::sqrt(unit.acceleration / limits.acceleration),
+                               std::sqrt(unit.angular_acceleration / limits.angular_acceleration), 0.1});
+  return shortest_ride(
+      low, sample, [&](double T) { return peaks(sample(kShapeSamples, T), rotors).rotor_load <= allowed; },
+      [&](const std::vector<TrajectoryKnot>& knots) { return within(peaks(knots, rotors), limits); },
+      deadline);
 }
 
 }  // namespace omniflight::planning

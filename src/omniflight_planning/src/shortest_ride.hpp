@@ -1,0 +1,46 @@
+// The shortest time of a ride along a curve that keeps every limit.
+#pragma once
+
+#include <cmath>
+
+#include "omniflight_planning/timing.hpp"
+
+namespace omniflight::planning {
+
+inline constexpr int kShapeSamples = 400;      // knots at which a duration is judged
+inline constexpr double kLongestRide = 600.0;  // s
+
+inline bool within(const MotionPeaks& p, const MotionLimits& limits) {
+  return p.rotor_load <= 1.0 - limits.rotor_headroom && p.speed <= limits.speed &&
+         p.acceleration <= limits.acceleration && p.rate <= limits.rate &&
+         p.angular_acceleration <= limits.angular_acceleration;
+}
+
+/// Knots of the shortest ride (a whole number of knot periods) that lasts `low` [s] at least: the duration is
+/// bracketed and halved by fits(duration), and the first knots(intervals, duration) from there that pass
+/// keeps(knots) are taken.
+template <class Knots, class Fits, class Keeps>
+Result<std::vector<TrajectoryKnot>> shortest_ride(double low, const Knots& knots, const Fits& fits,
+                                                  const Keeps& keeps, const Deadline& deadline) {
+  const auto late = [&] { return out_of_time(deadline, "finding the shortest time of a ride"); };
+  double high = low;
+  while (high < kLongestRide && !fits(high)) {
+    if (deadline.passed()) return late();
+    low = high;
+    high *= 1.5;
+  }
+  while (high - low > 0.5 * kKnotPeriod) {
+    if (deadline.passed()) return late();
+    (fits(0.5 * (low + high)) ? high : low) = 0.5 * (low + high);
+  }
+  for (int intervals = static_cast<int>(std::ceil(high / kKnotPeriod - 1e-9));
+       intervals * kKnotPeriod < kLongestRide; ++intervals) {
+    if (deadline.passed()) return late();
+    auto found = knots(intervals, intervals * kKnotPeriod);
+    if (keeps(found)) return found;
+  }
+  return fail(ErrorCode::incomplete, "no ride of less than 600 s keeps the limits", "limits",
+              "Allow more speed or acceleration, or shorten the way");
+}
+
+}  // namespace omniflight::planning
