@@ -39,12 +39,11 @@ Eigen::VectorXd expected_wrench(const RegressionProblem& problem, const Hypothes
                                 const SetMember& member) {
   if (h.pattern) return h.pattern->raw * member.weights;
   EffectTerm term{h.effect, member.theta, member.start};
-  const bool linear = h.linear_amplitudes.cols() > 0;
-  for (std::size_t k = 0; linear && k < term.theta.size(); ++k)
+  for (std::size_t k = 0; h.is_linear() && k < term.theta.size(); ++k)
     term.theta[k] *= h.first_stage[static_cast<Eigen::Index>(k)];
   Eigen::VectorXd value;
   problem.wrench_of(term, value, nullptr, nullptr);
-  return linear ? value : Eigen::VectorXd(member.first_stage.value_or(1.0) * value);
+  return h.is_linear() ? value : Eigen::VectorXd(member.first_stage.value_or(1.0) * value);
 }
 
 /// Which coordinate is what.
@@ -93,7 +92,7 @@ void Evidence::evaluate(const Layout& layout, const Eigen::VectorXd& u, std::vec
     for (Eigen::Index k = 0; k < parameters; ++k)
       member.theta[static_cast<std::size_t>(k)] =
           coordinates[static_cast<std::size_t>(k)].prior.value(u[first + k]);
-    if (h.linear.cols() > 0) {
+    if (h.is_linear()) {
       rest -= h.linear * Eigen::Map<const Eigen::VectorXd>(member.theta.data(), parameters);
       if (columns)
         for (Eigen::Index k = 0; k < parameters; ++k)
@@ -191,7 +190,7 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
     const std::vector<double> spread = h.effect->start_spread(member.theta.data());
     const auto states = static_cast<Eigen::Index>(spread.size() * problem_.memory_windows().size());
     if (member.start.size() != states) member.start = Eigen::VectorXd::Zero(states);
-    if (h.linear.cols() == 0 && !member.first_stage) member.first_stage = first_stage_of(member);
+    if (!h.is_linear() && !member.first_stage) member.first_stage = first_stage_of(member);
     layout.total += states;
     layout.all.resize(static_cast<std::size_t>(layout.total));
   }
@@ -231,7 +230,7 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
   linearise();
   const bool linear = std::all_of(members.begin(), members.end(), [&](const SetMember& m) {
     const Hypothesis& h = hypotheses_[static_cast<std::size_t>(m.hypothesis)];
-    return h.pattern || h.linear.cols() > 0;
+    return h.pattern || h.is_linear();
   });
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     // coordinates at a bound that the step would cross are held

@@ -216,8 +216,7 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
       }
       return physics::rotor_wrench(s);
     });
-  }
-  if (modelled) {
+  } else {
     add("thrust_exponent", tol.modelled_exponent, [&](const Situation& s, int i) {
       return Vec6(physics::rotor_wrench(s) * drive_[static_cast<std::size_t>(i)][0]);
     });

@@ -149,8 +149,7 @@ void whiten_one(const NoiseModel& noise, Hypothesis& h) {
     at.columns = noise.scale(at.amplitudes);
     for (Eigen::Index k = 0; k < at.first_stage.size(); ++k) at.columns.col(k) *= at.first_stage[k];
   }
-  if (h.linear_amplitudes.cols() > 0)
-    h.linear = noise.scale(h.linear_amplitudes) * h.first_stage.asDiagonal();
+  if (h.is_linear()) h.linear = noise.scale(h.linear_amplitudes) * h.first_stage.asDiagonal();
 }
 
 }  // namespace

@@ -40,6 +40,8 @@ struct Hypothesis {
   Eigen::MatrixXd linear;             ///< whitened, for a unit of each parameter; of constant columns only
   Eigen::VectorXd first_stage;        ///< of these columns
   Eigen::MatrixXd linear_amplitudes;  ///< cosine amplitudes of these columns before the first stage
+
+  bool is_linear() const { return linear_amplitudes.cols() > 0; }
 };
 
 /// Linear in its parameters and without memory: its columns never change.

@@ -108,13 +108,13 @@ void without_idle_members(const Profiler& profiler, Profile& best) {
 }
 
 /// A set loses by the noise of another one. Nothing at all, and the likeliest rivals, count in their own.
-/// `log_scale`: of the noise of the posterior.
-void in_own_noise(const Profiler& profiler, const Profile& nothing, double log_scale, Posterior& p,
+/// `log_scale`: of the noise of the posterior; `nothing`: Profile::joint of the empty set.
+void in_own_noise(const Profiler& profiler, double nothing, double log_scale, Posterior& p,
                   const Options& o) {
   std::vector<SetPosterior*> rivals;
   for (SetPosterior& s : p.sets) {
     if (s.hypotheses.empty())
-      s.log_joint = std::max(s.log_joint, nothing.joint + log_scale);
+      s.log_joint = std::max(s.log_joint, nothing + log_scale);
     else if (s.log_joint > p.joint_of_best - kRival && rivals.size() < kTried &&
              s.hypotheses != p.sets.front().hypotheses)
       rivals.push_back(&s);
@@ -193,8 +193,8 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
                                               first->apply(problem.calibration().measured)));
   use(std::move(first), {});
   const Profiler profiler(problem, out.hypotheses, slow, o, temperature);
-  const Profile nothing = profiler.of({});
   Profile current = profiler.of({});
+  const double nothing = current.joint;
   for (int round = 0; round < kRounds && !o.stopped(); ++round) {
     // what the search found, and what may come out only when the noise no longer contains it
     std::vector<std::vector<SetMember>> tried{out.posterior.best.members};

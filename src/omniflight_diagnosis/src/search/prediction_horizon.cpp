@@ -27,13 +27,19 @@ using Estimator = Eigen::VectorXd;
 std::array<Estimator, 12> estimators(const RegressionProblem& p, const NoiseModel& noise) {
   std::array<Estimator, 12> out;
   const int n = p.samples();
+  std::vector<Vec6> predicted, measured;  // of the rotors
+  for (int i = 0; i < n; ++i) {
+    predicted.push_back(physics::rotor_wrench(p.situation(i)));
+    measured.push_back(physics::rotor_wrench(p.measured(i)));
+  }
   for (int c = 0; c < (p.forces_only() ? 3 : 6); ++c) {
     // of rotors and of drag: predicted, measured; constant
     Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(p.rows(), 5);
     for (int i = 0; i < n; ++i) {
       const physics::Situation &x = p.situation(i), &m = p.measured(i);
-      columns.row(c * n + i) << physics::rotor_wrench(x)[c], c < 3 ? x.v_WB_B[c] : x.body.w_WB_B[c - 3],
-          physics::rotor_wrench(m)[c], c < 3 ? m.v_WB_B[c] : m.body.w_WB_B[c - 3], p.scale(c);
+      const auto at = static_cast<std::size_t>(i);
+      columns.row(c * n + i) << predicted[at][c], c < 3 ? x.v_WB_B[c] : x.body.w_WB_B[c - 3], measured[at][c],
+          c < 3 ? m.v_WB_B[c] : m.body.w_WB_B[c - 3], p.scale(c);
     }
     Eigen::MatrixXd x = noise.apply(columns);
     const double constant = x.col(4).squaredNorm();
