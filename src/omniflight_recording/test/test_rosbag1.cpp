@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <random>
 
+#include "notes.hpp"
 #include "real_data.hpp"
 #include "sample_bag.hpp"
 #include "sample_bag1.hpp"
@@ -15,17 +16,6 @@ using namespace omniflight::recording;
 namespace {
 
 Result<Recording> read(std::string_view bytes) { return sample::read_as("rosbag1", bytes); }
-
-bool has_note(const Recording& r, const std::string& part) {
-  return std::any_of(r.notes.begin(), r.notes.end(),
-                     [&](const Note& n) { return n.text.find(part) != std::string::npos; });
-}
-std::vector<std::string> texts(const Recording& r) {
-  std::vector<std::string> out;
-  for (const Note& n : r.notes) out.push_back(n.text);
-  return out;
-}
-Eigen::Index samples(const Recording& r, const char* name) { return r.find(name) ? r.find(name)->size() : 0; }
 
 class Rosbag1 : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Compression, Rosbag1, testing::Values("none", "bz2", "lz4"),

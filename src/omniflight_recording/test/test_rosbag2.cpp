@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <random>
 
+#include "notes.hpp"
 #include "real_data.hpp"
 #include "sample_bag2.hpp"
 
@@ -37,11 +38,6 @@ class Rosbag2 : public testing::Test {
 };
 
 Result<Recording> read(std::string_view bytes) { return sample::read_as("rosbag2_sqlite", bytes); }
-bool has_note(const Recording& r, const std::string& part) {
-  return std::any_of(r.notes.begin(), r.notes.end(),
-                     [&](const Note& n) { return n.text.find(part) != std::string::npos; });
-}
-Eigen::Index samples(const Recording& r, const char* name) { return r.find(name) ? r.find(name)->size() : 0; }
 
 TEST_F(Rosbag2, AFlightComesBackWithAndWithoutDefinitionsInTheBag) {
   for (const bool definitions : {true, false}) {

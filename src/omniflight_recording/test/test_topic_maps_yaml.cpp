@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "../src/topic_map.hpp"
+#include "notes.hpp"
 #include "sample_bag2.hpp"
 
 namespace fs = std::filesystem;
@@ -44,11 +45,6 @@ class TopicMaps : public testing::Test {
     return out.bytes();
   }
 };
-
-bool has_note(const Recording& r, const std::string& part) {
-  return std::any_of(r.notes.begin(), r.notes.end(),
-                     [&](const Note& n) { return n.text.find(part) != std::string::npos; });
-}
 
 TEST_F(TopicMaps, TheShippedOnesLoadAndEverySignalIsCanonical) {
   TopicMap map = topic_map_for({}).value();

@@ -6,6 +6,7 @@
 #include <random>
 #include <regex>
 
+#include "notes.hpp"
 #include "omniflight_recording/alignment.hpp"
 #include "omniflight_recording/vehicle_hints.hpp"
 #include "real_data.hpp"
@@ -19,17 +20,6 @@ using namespace omniflight::recording;
 namespace {
 
 Result<Recording> read(std::string_view bytes) { return sample::read_as("ulog", bytes); }
-
-bool has_note(const Recording& r, const std::string& part) {
-  return std::any_of(r.notes.begin(), r.notes.end(),
-                     [&](const Note& n) { return n.text.find(part) != std::string::npos; });
-}
-
-std::vector<std::string> texts(const Recording& r) {
-  std::vector<std::string> out;
-  for (const Note& n : r.notes) out.push_back(n.text);
-  return out;
-}
 
 TEST(Ulog, AFlightComesBackInOurAxesAndUnits) {
   const auto r = read(sample::flight_log(1000).bytes());
