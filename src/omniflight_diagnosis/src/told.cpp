@@ -152,6 +152,7 @@ void apply(const Told& told, Options& o) {
     const double b = std::max(0.001, largest(*v));
     o.tolerance.accelerometer_lateral = b;
     o.tolerance.accelerometer_vertical = std::min(b, 0.1);
+    o.tolerance.told.insert("acceleration_bias");
   }
   if (const auto* v = get("sensors.accelerometer.scale")) o.tolerance.accelerometer_scale = largest(*v);
   if (const auto* v = get("sensors.accelerometer.misalignment_rad"))
@@ -159,14 +160,17 @@ void apply(const Told& told, Options& o) {
   if (const auto* v = get("sensors.imu.position_m")) o.imu_position = three(*v);
   if (const auto* v = get("sensors.gyro.bias_radps")) o.tolerance.gyro_bias = std::max(1e-4, largest(*v));
   if (const auto* v = get("tolerance.thrust_scale")) {
-    const double ratio = std::min(1.0, (*v)[0] / o.tolerance.thrust_scale);
     o.tolerance.thrust_scale = (*v)[0];
-    for (double* part : {&o.tolerance.inertia, &o.tolerance.center_of_mass, &o.tolerance.rotor_scale,
-                         &o.tolerance.rotor_axis, &o.tolerance.imu_position})
-      *part *= ratio;
+    o.tolerance.told.insert("thrust_scale");
   }
-  if (const auto* v = get("tolerance.world_force")) o.tolerance.world_force = (*v)[0];
-  if (const auto* v = get("tolerance.torque_trim")) o.tolerance.torque_trim = (*v)[0];
+  if (const auto* v = get("tolerance.world_force")) {
+    o.tolerance.world_force = (*v)[0];
+    o.tolerance.told.insert("world_force");
+  }
+  if (const auto* v = get("tolerance.torque_trim")) {
+    o.tolerance.torque_trim = (*v)[0];
+    o.tolerance.told.insert("torque_trim");
+  }
   if (const auto* v = get("tolerance.rotor_clock_s")) o.tolerance.rotor_clock = (*v)[0];
   ToldController& c = o.controller;
   for (const auto& [place, gain] : {std::pair{"controller.kp", &c.kp},

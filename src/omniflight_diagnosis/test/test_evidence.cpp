@@ -1,7 +1,9 @@
 // Evidence of sets of hypotheses against what it is by definition.
 #include <cmath>
+#include <set>
 
 #include "../src/evidence/first_stage.hpp"
+#include "../src/evidence/tolerances.hpp"
 #include "../src/search/inference.hpp"
 
 #include "synthetic.hpp"
@@ -39,9 +41,16 @@ struct Setting {
     std::vector<const physics::Effect*> effects;
     for (const std::string& id : ids) effects.push_back(find_effect(id));
     noise = estimate_noise(*problem, slow_columns(*problem), Eigen::VectorXd::Zero(problem->rows()), 1);
+    problem->scale_calibration(first_stages(noise->apply(problem->calibration().columns),
+                                            noise->apply(problem->calibration().measured)));
     hypotheses = make_hypotheses(*problem, *noise, effects, options);
   }
 };
+
+/// Tolerances as they are assumed.
+Eigen::VectorXd assumed(const RegressionProblem& problem) {
+  return Eigen::VectorXd::Ones(problem.calibration().settled.size());
+}
 
 /// ln N(z; 0, I + X X^T), up to the constant of N(0, I).
 double log_density(const Eigen::VectorXd& z, const Eigen::MatrixXd& X) {
@@ -52,7 +61,7 @@ double log_density(const Eigen::VectorXd& z, const Eigen::MatrixXd& X) {
 
 TEST(Evidence, OfALinearEffectIsTheMarginalDensityOfTheData) {
   const Setting s({"com_offset"}, {{find_effect("com_offset"), {0.004, 0, 0.003}}});
-  const Evidence evidence(*s.problem, *s.noise, s.hypotheses, 0);
+  const Evidence evidence(*s.problem, *s.noise, s.hypotheses, 0, assumed(*s.problem));
   const Eigen::VectorXd z = s.noise->apply(s.problem->residual());
   const Eigen::MatrixXd B = s.noise->apply(s.problem->calibration().columns);
   const SetFit nothing = evidence.fit({});
@@ -66,7 +75,7 @@ TEST(Evidence, OfALinearEffectIsTheMarginalDensityOfTheData) {
 
 TEST(Evidence, ASignThatPhysicsGivesHalvesThePriorAndKeepsTheRightHalf) {
   const Setting s({"rotor_drag"}, {});
-  const Evidence evidence(*s.problem, *s.noise, s.hypotheses, 0);
+  const Evidence evidence(*s.problem, *s.noise, s.hypotheses, 0, assumed(*s.problem));
   const SetFit one = evidence.fit({evidence.member_at(0, 0, Eigen::VectorXd::Ones(1))});
   // by quadrature over u >= 0 of the density 2 N(u; 0, 1)
   const Eigen::VectorXd z = s.noise->apply(s.problem->residual());
@@ -82,6 +91,69 @@ TEST(Evidence, ASignThatPhysicsGivesHalvesThePriorAndKeepsTheRightHalf) {
     sum +=
         kStep * 2 / std::sqrt(2 * kPi) * std::exp(-0.5 * u * u + u * x.dot(by_z) - 0.5 * u * u * x.dot(by_x));
   EXPECT_NEAR(one.log_evidence - base, std::log(sum), 0.02);
+}
+
+/// A vehicle of which nothing is told, and that was measured well.
+TEST(Tolerances, AreThoseUnderWhichTheFlightIsLikeliest) {
+  const Setting s({"rotor_axis_misalignment"}, {});
+  const Calibration& c = s.problem->calibration();
+  const SetFit nothing = Evidence(*s.problem, *s.noise, s.hypotheses, 0, assumed(*s.problem)).fit({});
+  const Eigen::VectorXd found = likeliest_tolerances(c, nothing, assumed(*s.problem));
+  const auto evidence_with = [&](const Eigen::VectorXd& tolerances) {
+    return Evidence(*s.problem, *s.noise, s.hypotheses, 0, tolerances).fit({}).log_evidence;
+  };
+  const double best = evidence_with(found);
+  EXPECT_GT(best, evidence_with(assumed(*s.problem)) + 5);
+  const std::set<std::string> kinds(c.kinds.begin(), c.kinds.end());
+  for (const std::string& kind : kinds)
+    for (const double factor : {2.0, 1.0, 0.5, 0.25, 0.125, 0.0625}) {
+      Eigen::VectorXd other = found;
+      for (std::size_t k = 0; k < c.kinds.size(); ++k)
+        if (c.kinds[k] == kind) other[static_cast<Eigen::Index>(k)] = factor;
+      EXPECT_LT(evidence_with(other), best + 1e-6) << kind << " times " << factor;
+    }
+}
+
+TEST(Tolerances, ThatAreToldStay) {
+  const vehicle::Vehicle v = test::omnimorph();
+  Options o;
+  o.engine = Engine::posterior;
+  o.tolerance.told = {"torque_trim"};
+  const Flight flight = flown(v, o, {}, 8);
+  const Flight* one[] = {&flight};
+  const RegressionProblem problem(one, v, o, 0.15);
+  const auto noise = estimate_noise(problem, slow_columns(problem), Eigen::VectorXd::Zero(problem.rows()), 1);
+  const SetFit nothing = Evidence(problem, *noise, {}, 0, assumed(problem)).fit({});
+  const Eigen::VectorXd found = likeliest_tolerances(problem.calibration(), nothing, assumed(problem));
+  for (std::size_t k = 0; k < problem.calibration().kinds.size(); ++k) {
+    if (problem.calibration().kinds[k] != "torque_trim") continue;
+    EXPECT_EQ(found[static_cast<Eigen::Index>(k)], 1) << problem.calibration().names[k];
+  }
+}
+
+/// One rotor that is mounted askew by 3.4 degrees among seven that are not.
+TEST(Tolerances, OneRotorAmongManyIsNoTolerance) {
+  const vehicle::Vehicle v = test::omnimorph();
+  const physics::Effect* askew = find_effect("rotor_axis_misalignment");
+  std::vector<double> theta(static_cast<std::size_t>(askew->parameter_count()), 0.0);
+  theta[1] = 0.06;
+  Options o;
+  o.engine = Engine::posterior;
+  const Flight flight = flown(v, o, {{askew, theta}}, 40);
+  const Flight* one[] = {&flight};
+  const auto log_odds = [&](const Options& options) {
+    const Inference in = infer(one, v, {askew}, options);
+    double with = -1e300;
+    for (const SetPosterior& set : in.posterior.sets)
+      if (!set.hypotheses.empty()) with = std::max(with, set.log_joint);
+    return with - in.posterior.joint_of_best - std::log(in.posterior.probability_of_nothing);
+  };
+  const double adapted = log_odds(o);
+  o.tolerance.told = {"rotor_axis", "rotor_scale", "torque_trim", "center_of_mass", "drag_torque", "inertia"};
+  const double as_assumed = log_odds(o);
+  std::printf("log odds that a rotor is askew: %.1f; with tolerances as assumed %.1f\n", adapted, as_assumed);
+  EXPECT_GT(adapted, 3);
+  EXPECT_GT(adapted, as_assumed + 3);
 }
 
 TEST(FirstStage, IsTheRegressionOnThePrediction) {
@@ -114,7 +186,8 @@ TEST(Evidence, ACoefficientDoesNotShrinkWithTheHorizonOfPrediction) {
     problem.scale_calibration(first_stages(noise->apply(problem.calibration().columns),
                                            noise->apply(problem.calibration().measured)));
     const auto hypotheses = make_hypotheses(problem, *noise, {drag}, o);
-    const SetFit fit = Evidence(problem, *noise, hypotheses, 0).fit({SetMember{0, {flown_drag / 2}, {}, {}}});
+    const SetFit fit = Evidence(problem, *noise, hypotheses, 0, assumed(problem))
+                           .fit({SetMember{0, {flown_drag / 2}, {}, {}}});
     std::printf("horizon %.2f s: rotor drag %.3g +- %.2g (flown %.3g), first stage %.3f\n", horizon_s,
                 fit.members[0].theta[0], fit.theta_deviation[0], flown_drag, hypotheses[0].first_stage[0]);
     EXPECT_LT(hypotheses[0].first_stage[0], 0.8) << "predictions that tell everything show nothing";

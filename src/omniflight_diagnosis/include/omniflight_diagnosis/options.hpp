@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,10 @@ namespace omniflight::diagnosis {
 /// How well the numbers of the vehicle and the sensors are known: deviations below these are no finding.
 /// One standard deviation each; they enter the fit as unnamed offsets with this prior.
 struct Tolerance {
+  /// Kinds of numbers of which the laboratory told how well they are known (names of
+  /// RegressionProblem::calibration().kinds). Of others a flight may show that they were measured better or
+  /// worse than is assumed below. Posterior only.
+  std::set<std::string> told;
   double thrust_scale = 0.01;            ///< 1, thrust coefficient and mass together
   double accelerometer_lateral = 0.15;   ///< m/s^2, bias and mounting tilt
   double accelerometer_vertical = 0.05;  ///< m/s^2
@@ -29,15 +34,17 @@ struct Tolerance {
   /// 1, of the day against the one at which thrust was measured: pressure and temperature by 2 % each;
   /// nothing where the density is told. Posterior only.
   double air_density = 0.025;
-  /// Of the vehicle file, where nothing is told (posterior only): numbers of a vehicle that was measured with
-  /// ordinary means. `told` scales them as the told thrust scale is to the default one.
+  /// Of the vehicle file (posterior only): numbers of a vehicle that was measured with ordinary means.
   double inertia = 0.08;         ///< 1, each principal moment of inertia
   double center_of_mass = 0.02;  ///< 1, over the largest arm
   double rotor_scale = 0.02;     ///< 1, each rotor by itself
   double rotor_axis = 0.01;      ///< rad, each rotor by itself
+  double drag_torque = 0.1;      ///< 1, drag torque over thrust, all rotors together
   double motor_lag = 0.2;        ///< 1, time constants of motors whose speed is not measured
   double imu_position = 0.03;    ///< 1, over the largest arm
-  double torque_trim = 0.03;     ///< 1, constant torque over weight times largest rotor arm
+  double air_gradient =
+      0.005;                  ///< 1, air that moves with the place: force over weight at the end of the room
+  double torque_trim = 0.03;  ///< 1, constant torque over weight times largest rotor arm
   /// How unevenly motors of one kind share a load: torque over weight times mean arm.
   double motor_lateral = 0.03, motor_yaw = 0.06;
   /// When thrust is only modelled from duty cycles: its scale, its exponent and its dependence on voltage.

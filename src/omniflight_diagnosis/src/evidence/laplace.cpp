@@ -60,13 +60,16 @@ struct Evidence::Layout {
 };
 
 Evidence::Evidence(const RegressionProblem& problem, const NoiseModel& noise,
-                   const std::vector<Hypothesis>& hypotheses, double law_error)
+                   const std::vector<Hypothesis>& hypotheses, double law_error,
+                   const Eigen::VectorXd& tolerances)
     : problem_(problem),
       noise_(noise),
       hypotheses_(hypotheses),
       law_error_(law_error),
+      tolerances_(tolerances),
+      deviations_(problem.calibration().deviations(tolerances)),
       z_(noise.apply(problem.residual())),
-      b_(noise.apply(problem.calibration().columns)) {}
+      b_(noise.apply(problem.calibration().columns) * deviations_.asDiagonal()) {}
 
 void Evidence::evaluate(const Layout& layout, const Eigen::VectorXd& u, std::vector<SetMember>& members,
                         Eigen::VectorXd& rest, Eigen::MatrixXd* columns) const {
@@ -313,7 +316,7 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
                                     std::sqrt(covariance(at, at)));
     }
   out.rest = std::move(rest);
-  out.calibration = u.head(layout.calibration);
+  out.calibration = deviations_.cwiseProduct(u.head(layout.calibration));
   out.coordinates = std::move(u);
   out.first = layout.first;
   out.members = std::move(members);

@@ -24,7 +24,7 @@ Eigen::VectorXd expected_wrench(const RegressionProblem& problem, const Hypothes
 
 struct SetFit {
   std::vector<SetMember> members;
-  Eigen::VectorXd calibration;          ///< in standard deviations
+  Eigen::VectorXd calibration;          ///< coefficients of the problem's calibration columns
   double log_evidence = 0;              ///< ln p(z | set) up to a constant that all sets share
   Eigen::VectorXd rest;                 ///< whitened residual at the optimum
   Eigen::MatrixXd columns;              ///< whitened derivatives by the standardised coordinates
@@ -41,8 +41,9 @@ double log_normal_between(double low, double high);
 
 class Evidence {
  public:
+  /// `tolerances`: over those of the problem, one number a calibration column, see Calibration::deviations.
   Evidence(const RegressionProblem& problem, const NoiseModel& noise,
-           const std::vector<Hypothesis>& hypotheses, double law_error);
+           const std::vector<Hypothesis>& hypotheses, double law_error, const Eigen::VectorXd& tolerances);
 
   /// Maximises the posterior density from these values and integrates around it.
   SetFit fit(std::vector<SetMember> members) const;
@@ -53,6 +54,7 @@ class Evidence {
 
   const Eigen::VectorXd& whitened_residual() const { return z_; }
   const Eigen::MatrixXd& calibration_columns() const { return b_; }
+  const Eigen::VectorXd& tolerances() const { return tolerances_; }
   const RegressionProblem& problem() const { return problem_; }
   const NoiseModel& noise() const { return noise_; }
   const std::vector<Hypothesis>& hypotheses() const { return hypotheses_; }
@@ -68,8 +70,10 @@ class Evidence {
   const NoiseModel& noise_;
   const std::vector<Hypothesis>& hypotheses_;
   double law_error_;
-  Eigen::VectorXd z_;  ///< whitened residual
-  Eigen::MatrixXd b_;  ///< whitened calibration columns
+  Eigen::VectorXd tolerances_;
+  Eigen::VectorXd deviations_;  ///< of the calibration over the problem's
+  Eigen::VectorXd z_;           ///< whitened residual
+  Eigen::MatrixXd b_;           ///< whitened calibration columns
 };
 
 }  // namespace omniflight::diagnosis

@@ -16,7 +16,7 @@ SlowColumns slow_columns(const RegressionProblem& problem) {
   Eigen::Index total = 0;
   for (std::size_t k = 0; k < c.names.size(); ++k) {
     const bool constant = c.names[k].starts_with("torque_trim") || c.names[k].starts_with("world_force") ||
-                          c.names[k].starts_with("acceleration_bias");
+                          c.kinds[k] == "acceleration_bias" || c.kinds[k] == "air_gradient";
     if (!constant) continue;
     parts.emplace_back(c.columns.col(static_cast<Eigen::Index>(k)));
     ++total;

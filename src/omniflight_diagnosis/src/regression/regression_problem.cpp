@@ -21,6 +21,9 @@ constexpr double kFilterDelay = 0.005;
 /// Exponent of thrust over rotor speed, one standard deviation about 2: thrust stands find 1.9 to 2.1.
 constexpr double kThrustExponent = 0.05;
 
+/// Share of the variance of what is physics or telemetry, and no matter of how well a vehicle was measured.
+constexpr double kSettled = 1;
+
 /// Relative step of the numerical derivative by an initial state.
 constexpr double kStartStep = 1e-4;
 
@@ -80,7 +83,9 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
                                   const Options& options) {
   const Tolerance& tol = options.tolerance;
   std::vector<Eigen::VectorXd> columns, measured;
-  const auto add = [&](const std::string& name, double deviation, const auto& wrench_at) {
+  std::vector<double> settled;
+  const auto add = [&](const std::string& kind, const std::string& which, double deviation,
+                       const auto& wrench_at, double settled_share = 0) {
     const auto column_at = [&](States states) {
       Eigen::VectorXd x(rows());
       for (int i = 0; i < n_; ++i) {
@@ -91,23 +96,28 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
     };
     Eigen::VectorXd x = column_at(States::predicted), m = column_at(States::measured);
     if (x.norm() < 1e-12 || !x.allFinite() || !m.allFinite()) return;
-    calibration_.names.push_back(name);
+    calibration_.names.push_back(which.empty() ? kind : kind + "_" + which);
+    calibration_.kinds.push_back(kind);
+    settled.push_back(tol.told.contains(kind) ? 1.0 : settled_share);
     columns.push_back(std::move(x));
     measured.push_back(std::move(m));
   };
   using physics::Situation;
   const char* const axis[] = {"x", "y", "z"};
   const bool modelled = forces_only_;
-  add("thrust_scale", modelled ? 0.1 * tol.modelled_scale : std::hypot(tol.thrust_scale, tol.air_density),
-      [](const Situation& s, int) { return physics::rotor_wrench(s); });
+  const double thrust = std::hypot(tol.thrust_scale, tol.air_density);
+  add(
+      "thrust_scale", "", modelled ? 0.1 * tol.modelled_scale : thrust,
+      [](const Situation& s, int) { return physics::rotor_wrench(s); },
+      modelled ? kSettled : std::pow(tol.air_density / std::max(1e-12, thrust), 2));
   for (int k = 0; k < 3; ++k) {
     const double torque = tol.torque_trim * size_.weight * size_.arm;
-    add(std::string("torque_trim_") + axis[k], torque, [&](const Situation&, int) {
+    add("torque_trim", axis[k], torque, [&](const Situation&, int) {
       Vec6 w = Vec6::Zero();
       w[3 + k] = 1;
       return w;
     });
-    add(std::string("world_force_") + axis[k], tol.world_force * size_.weight, [&](const Situation& s, int) {
+    add("world_force", axis[k], tol.world_force * size_.weight, [&](const Situation& s, int) {
       Vec6 w = Vec6::Zero();
       w.head<3>() = s.R_WB.row(k).transpose();
       return w;
@@ -115,7 +125,7 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
     // air that moves in the room: as much again at the ends of where they flew
     for (int along = 0; along < 3; ++along) {
       const double half = std::max(0.1, 0.5 * (highest_[along] - lowest_[along]));
-      add(std::string("world_force_") + axis[k] + "_by_" + axis[along], tol.world_force * size_.weight,
+      add("air_gradient", std::string(axis[k]) + "_by_" + axis[along], tol.air_gradient * size_.weight,
           [&, half, along](const Situation& s, int) {
             Vec6 w = Vec6::Zero();
             const double place = (s.body.p_WB[along] - 0.5 * (highest_[along] + lowest_[along])) / half;
@@ -127,48 +137,51 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
     const double bias = modelled ? tol.modelled_trim * kGravity * 0.1
                         : k < 2  ? tol.accelerometer_lateral
                                  : tol.accelerometer_vertical;
-    add(std::string("acceleration_bias_") + axis[k], vehicle.mass * bias, [&](const Situation&, int) {
+    add("acceleration_bias", axis[k], vehicle.mass * bias, [&](const Situation&, int) {
       Vec6 w = Vec6::Zero();
       w[k] = 1;
       return w;
     });
-    add(std::string("inertia_") + axis[k], tol.inertia * vehicle.inertia(k, k), [&](const Situation& s, int) {
+    add("inertia", axis[k], tol.inertia * vehicle.inertia(k, k), [&](const Situation& s, int) {
       Vec6 w = Vec6::Zero();
       w[3 + k] = s.dw_WB_B[k];
       return w;
     });
     if (tol.accelerometer_scale > 0)
-      add(std::string("accelerometer_scale_") + axis[k], tol.accelerometer_scale,
-          [&](const Situation& s, int) {
-            Vec6 w = Vec6::Zero();
-            w[k] = physics::rotor_wrench(s)[k];
-            return w;
-          });
+      add("accelerometer_scale", axis[k], tol.accelerometer_scale, [&](const Situation& s, int) {
+        Vec6 w = Vec6::Zero();
+        w[k] = physics::rotor_wrench(s)[k];
+        return w;
+      });
     if (tol.accelerometer_misalignment > 0)
-      add(std::string("accelerometer_turn_") + axis[k], tol.accelerometer_misalignment,
-          [&](const Situation& s, int) {
-            Vec6 w = Vec6::Zero();
-            w.head<3>() = Vec3::Unit(k).cross(physics::rotor_wrench(s).head<3>());
-            return w;
-          });
+      add("accelerometer_turn", axis[k], tol.accelerometer_misalignment, [&](const Situation& s, int) {
+        Vec6 w = Vec6::Zero();
+        w.head<3>() = Vec3::Unit(k).cross(physics::rotor_wrench(s).head<3>());
+        return w;
+      });
   }
   // the vehicle file, by the laws of the effects that say the same beyond tolerance
   for (int k = 0; k < 3; ++k) {
-    add(std::string("center_of_mass_") + axis[k], tol.center_of_mass * size_.arm,
-        [&](const Situation& s, int) {
-          const Vec3 c = Vec3::Unit(k), &w = s.body.w_WB_B;
-          Vec6 wrench;
-          wrench << -vehicle.mass * (s.dw_WB_B.cross(c) + w.cross(w.cross(c))),
-              -vehicle.mass * c.cross(Vec3(s.a_WB_B - s.g_B));
-          return wrench;
-        });
+    add("center_of_mass", axis[k], tol.center_of_mass * size_.arm, [&](const Situation& s, int) {
+      const Vec3 c = Vec3::Unit(k), &w = s.body.w_WB_B;
+      Vec6 wrench;
+      wrench << -vehicle.mass * (s.dw_WB_B.cross(c) + w.cross(w.cross(c))),
+          -vehicle.mass * c.cross(Vec3(s.a_WB_B - s.g_B));
+      return wrench;
+    });
     if (!modelled)  // an accelerometer beside the origin reads what the motion adds there
-      add(std::string("imu_position_") + axis[k], tol.imu_position * size_.arm, [&](const Situation& s, int) {
+      add("imu_position", axis[k], tol.imu_position * size_.arm, [&](const Situation& s, int) {
         Vec6 wrench = Vec6::Zero();
         wrench.head<3>() = vehicle.mass * beside_origin(Vec3::Unit(k), s.body.w_WB_B, s.dw_WB_B);
         return wrench;
       });
   }
+  add("drag_torque", "", modelled ? 0.0 : tol.drag_torque, [](const Situation& s, int) {
+    Vec6 wrench = Vec6::Zero();
+    for (const physics::RotorSituation& r : s.all_rotors())
+      wrench.tail<3>() += r.thrust * r.spin * r.drag_ratio * r.n_B;
+    return wrench;
+  });
   const int rotors = n_ > 0 ? situation(0).rotor_count : 0;
   for (int r = 0; r < rotors; ++r) {
     const auto at = static_cast<std::size_t>(r);
@@ -177,10 +190,10 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
       wrench << axis_B, x.p_BR.cross(axis_B) + x.spin * x.drag_ratio * axis_B;
       return Vec6(x.thrust * wrench);
     };
-    add("rotor_scale_" + std::to_string(r + 1), modelled ? 0.0 : tol.rotor_scale,
+    add("rotor_scale", std::to_string(r + 1), modelled ? 0.0 : tol.rotor_scale,
         [&](const Situation& s, int) { return along(s.rotors[at], s.rotors[at].n_B); });
     for (int k = 0; k < 2; ++k)
-      add("rotor_axis_" + std::to_string(r + 1) + axis[k], modelled ? 0.0 : tol.rotor_axis,
+      add("rotor_axis", std::to_string(r + 1) + axis[k], modelled ? 0.0 : tol.rotor_axis,
           [&](const Situation& s, int) {
             const Vec3& n = s.rotors[at].n_B;
             const Vec3 first = n.unitOrthogonal();
@@ -193,39 +206,53 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
   if (!flights.empty() && flights.front()->speed_from_command)
     for (const vehicle::Rotor& r : vehicle.rotors) late = std::max(late, tol.motor_lag * r.time_constant);
   for (int half = 0; half < 2; ++half)
-    add(half == 0 ? "rotor_clock_force" : "rotor_clock_torque", late, [half](const Situation& s, int) {
-      Situation rate = s;
-      for (int k = 0; k < s.rotor_count; ++k) {
-        const physics::RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
-        rate.rotors[static_cast<std::size_t>(k)].thrust =
-            2 * r.thrust_coefficient * std::abs(r.speed) * r.acceleration;
-      }
-      Vec6 wrench = physics::rotor_wrench(rate);
-      wrench.segment<3>(3 - 3 * half).setZero();
-      return wrench;
-    });
+    add(
+        "rotor_clock", half == 0 ? "force" : "torque", late,
+        [half](const Situation& s, int) {
+          Situation rate = s;
+          for (int k = 0; k < s.rotor_count; ++k) {
+            const physics::RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
+            rate.rotors[static_cast<std::size_t>(k)].thrust =
+                2 * r.thrust_coefficient * std::abs(r.speed) * r.acceleration;
+          }
+          Vec6 wrench = physics::rotor_wrench(rate);
+          wrench.segment<3>(3 - 3 * half).setZero();
+          return wrench;
+        },
+        kSettled);
   if (!modelled) {
     double mean = 0;
     for (const Situation& s : situation_)
       for (const physics::RotorSituation& r : s.all_rotors()) mean += std::abs(r.speed);
     mean = std::max(1.0, mean / std::max(1, n_ * rotors));
-    add("thrust_exponent", kThrustExponent, [mean](Situation s, int) {
-      for (int k = 0; k < s.rotor_count; ++k) {
-        physics::RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
-        r.thrust *= std::log(std::max(0.1, std::abs(r.speed) / mean));
-      }
-      return physics::rotor_wrench(s);
-    });
+    add(
+        "thrust_exponent", "", kThrustExponent,
+        [mean](Situation s, int) {
+          for (int k = 0; k < s.rotor_count; ++k) {
+            physics::RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
+            r.thrust *= std::log(std::max(0.1, std::abs(r.speed) / mean));
+          }
+          return physics::rotor_wrench(s);
+        },
+        kSettled);
   } else {
-    add("thrust_exponent", tol.modelled_exponent, [&](const Situation& s, int i) {
-      return Vec6(physics::rotor_wrench(s) * drive_[static_cast<std::size_t>(i)][0]);
-    });
-    add("thrust_voltage", tol.modelled_voltage, [&](const Situation& s, int i) {
-      return Vec6(physics::rotor_wrench(s) * drive_[static_cast<std::size_t>(i)][1]);
-    });
+    add(
+        "thrust_exponent", "", tol.modelled_exponent,
+        [&](const Situation& s, int i) {
+          return Vec6(physics::rotor_wrench(s) * drive_[static_cast<std::size_t>(i)][0]);
+        },
+        kSettled);
+    add(
+        "thrust_voltage", "", tol.modelled_voltage,
+        [&](const Situation& s, int i) {
+          return Vec6(physics::rotor_wrench(s) * drive_[static_cast<std::size_t>(i)][1]);
+        },
+        kSettled);
   }
   calibration_.columns.resize(rows(), static_cast<Eigen::Index>(columns.size()));
   calibration_.measured.resize(rows(), static_cast<Eigen::Index>(columns.size()));
+  calibration_.settled =
+      Eigen::Map<const Eigen::VectorXd>(settled.data(), static_cast<Eigen::Index>(settled.size()));
   for (std::size_t k = 0; k < columns.size(); ++k) {
     calibration_.columns.col(static_cast<Eigen::Index>(k)) = columns[k];
     calibration_.measured.col(static_cast<Eigen::Index>(k)) = measured[k];

@@ -37,6 +37,16 @@ struct Calibration {
   std::vector<std::string> names;
   Eigen::MatrixXd columns;   ///< rows x names, at predicted states
   Eigen::MatrixXd measured;  ///< the same at measured ones
+  /// Which columns are tolerances of one kind (rotor axes, centre of mass, ...), measured by the same means.
+  std::vector<std::string> kinds;
+  /// Share of each column's variance that is no matter of how well the vehicle was measured; one where the
+  /// laboratory told its tolerance.
+  Eigen::VectorXd settled;
+
+  /// Standard deviations over those of the columns where each tolerance is `scale` times what it is here.
+  Eigen::VectorXd deviations(const Eigen::VectorXd& scale) const {
+    return (settled.array() + scale.array().square() * (1 - settled.array())).sqrt();
+  }
 };
 
 /// Rows are channel-major: row(channel, i) = channel * samples + i; channels Fx Fy Fz [N] Mx My Mz [Nm],

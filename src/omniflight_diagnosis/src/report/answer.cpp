@@ -201,6 +201,13 @@ void add_decisions(const Inference& in, const std::set<std::string>& best, Diagn
                            "estimates against those of longer horizons, " + t.about, t.statistic,
                            kHorizonsDisagree, "Hausman's test, chi-square of one degree of freedom",
                            t.statistic < kHorizonsDisagree ? "chosen" : "refused: feedback biases it"});
+  const Calibration& c = in.problem->calibration();
+  std::set<std::string> listed;
+  for (std::size_t k = 0; k < c.kinds.size(); ++k)
+    if (c.settled[static_cast<Eigen::Index>(k)] < 1 && listed.insert(c.kinds[k]).second)
+      d.decisions.push_back({"tolerance: " + c.kinds[k], "factor on what is assumed where nothing is told",
+                             in.evidence->tolerances()[static_cast<Eigen::Index>(k)], 1,
+                             "empirical Bayes by kinds of calibration", "as the flight shows it"});
   for (const auto& [name, g] : gain) {
     const double p = in.posterior.inclusion(name, in.hypotheses);
     d.decisions.push_back({name, "evidence alone against nothing", g, -odds[name],

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "../evidence/first_stage.hpp"
+#include "../evidence/tolerances.hpp"
 #include "grid_search.hpp"
 #include "parallel.hpp"
 
@@ -19,11 +20,14 @@ constexpr double kFarHidden = 300;  ///< nat: the same of a load that swings, wi
 constexpr std::size_t kLoads = 2;   ///< of these
 constexpr double kRival = 12;       ///< nat: rivals that are this far behind are asked in their own noise
 constexpr double kWorth = 1e-3;     ///< nat
+constexpr int kPasses = 2;          ///< noise and set in turn; nothing moves by a nat afterwards
 constexpr std::size_t kTried = 6;   ///< sets that are asked in their own noise at once
 
-/// ln evidence plus ln prior of a set in the noise that it leaves itself, and that set in it.
+/// ln evidence plus ln prior of a set in the noise that it leaves itself, beside the tolerances that are
+/// likeliest with it, and that set fitted there.
 struct Profile {
   std::unique_ptr<NoiseModel> noise;
+  Eigen::VectorXd tolerances;  ///< over the problem's
   SetFit fit;
   double joint = -1e300;
 };
@@ -34,8 +38,9 @@ class Profiler {
            const SlowColumns& slow, const Options& o, double temperature)
       : problem_(problem), hypotheses_(hypotheses), slow_(slow), o_(o), temperature_(temperature) {}
 
-  Profile of(std::vector<SetMember> members) const {
+  Profile of(std::vector<SetMember> members, const Eigen::VectorXd& tolerances) const {
     Profile out;
+    out.tolerances = tolerances;
     std::vector<Hypothesis> few;
     std::vector<int> index;
     double log_prior = 0;
@@ -45,14 +50,18 @@ class Profiler {
       log_prior += few.back().log_odds;
       m.hypothesis = static_cast<int>(few.size()) - 1;
     }
-    for (int pass = 0; pass < 2; ++pass) {
+    for (int pass = 0; pass < kPasses; ++pass) {
       SetFit now;
       now.members = members;
       out.noise =
           estimate_noise(problem_, slow_, wrench_of_set(problem_, few, now, States::predicted), temperature_);
       whiten(*out.noise, 1, few);
-      const Evidence evidence(problem_, *out.noise, few, o_.law_error);
-      out.fit = evidence.fit(members);
+      out.fit = Evidence(problem_, *out.noise, few, o_.law_error, out.tolerances).fit(members);
+      Eigen::VectorXd likeliest = likeliest_tolerances(problem_.calibration(), out.fit, out.tolerances);
+      if (likeliest != out.tolerances) {
+        out.tolerances = std::move(likeliest);
+        out.fit = Evidence(problem_, *out.noise, few, o_.law_error, out.tolerances).fit(out.fit.members);
+      }
       members = out.fit.members;
     }
     out.joint = out.fit.log_evidence + log_prior - out.noise->log_scale();
@@ -81,10 +90,11 @@ class Profiler {
 };
 
 /// The best of these sets, each in its own noise.
-Profile best_of(const Profiler& profiler, const std::vector<std::vector<SetMember>>& sets, const Options& o) {
+Profile best_of(const Profiler& profiler, const std::vector<std::vector<SetMember>>& sets,
+                const Eigen::VectorXd& tolerances, const Options& o) {
   std::vector<Profile> all(sets.size());
   parallel_for(
-      sets.size(), o.threads, [&](std::size_t k) { all[k] = profiler.of(sets[k]); }, o.stop);
+      sets.size(), o.threads, [&](std::size_t k) { all[k] = profiler.of(sets[k], tolerances); }, o.stop);
   return std::move(*std::max_element(all.begin(), all.end(),
                                      [](const Profile& a, const Profile& b) { return a.joint < b.joint; }));
 }
@@ -97,7 +107,7 @@ void without_idle_members(const Profiler& profiler, Profile& best) {
     for (std::size_t k = 0; k < best.fit.members.size(); ++k) {
       std::vector<SetMember> rest = best.fit.members;
       rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
-      Profile without = profiler.of(std::move(rest));
+      Profile without = profiler.of(std::move(rest), best.tolerances);
       if (without.joint > best.joint && without.joint > better.joint) better = std::move(without);
     }
     if (better.joint > best.joint) {
@@ -108,9 +118,10 @@ void without_idle_members(const Profiler& profiler, Profile& best) {
 }
 
 /// A set loses by the noise of another one. Nothing at all, and the likeliest rivals, count in their own.
-/// `log_scale`: of the noise of the posterior; `nothing`: Profile::joint of the empty set.
-void in_own_noise(const Profiler& profiler, double nothing, double log_scale, Posterior& p,
+/// `nothing`: Profile::joint of the empty set.
+void in_own_noise(const Profiler& profiler, double nothing, const Evidence& evidence, Posterior& p,
                   const Options& o) {
+  const double log_scale = evidence.noise().log_scale();
   std::vector<SetPosterior*> rivals;
   for (SetPosterior& s : p.sets) {
     if (s.hypotheses.empty())
@@ -123,7 +134,7 @@ void in_own_noise(const Profiler& profiler, double nothing, double log_scale, Po
       rivals.size(), o.threads,
       [&](std::size_t k) {
         SetPosterior& s = *rivals[k];
-        s.log_joint = std::max(s.log_joint, profiler.of(s.members).joint + log_scale);
+        s.log_joint = std::max(s.log_joint, profiler.of(s.members, evidence.tolerances()).joint + log_scale);
       },
       o.stop);
   double sum = 0;
@@ -177,12 +188,13 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
   limits.stop = o.stop;
   limits.most_members = 8;
   std::unique_ptr<GridSearch> grid;
-  const auto use = [&](std::unique_ptr<NoiseModel> noise, const std::vector<SetMember>& seed) {
+  const auto use = [&](std::unique_ptr<NoiseModel> noise, const Eigen::VectorXd& tolerances,
+                       const std::vector<SetMember>& seed) {
     if (out.hypotheses.empty())
       out.hypotheses = make_hypotheses(problem, *noise, effects, o);
     else
       whiten(*noise, o.threads, out.hypotheses);
-    out.evidence = std::make_unique<Evidence>(problem, *noise, out.hypotheses, o.law_error);
+    out.evidence = std::make_unique<Evidence>(problem, *noise, out.hypotheses, o.law_error, tolerances);
     out.noise = std::move(noise);
     grid = std::make_unique<GridSearch>(*out.evidence, limits);
     out.posterior = search(*out.evidence, *grid, limits, seed);
@@ -191,10 +203,10 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
   auto first = estimate_noise(problem, slow, Eigen::VectorXd::Zero(problem.rows()), temperature);
   out.problem->scale_calibration(first_stages(first->apply(problem.calibration().columns),
                                               first->apply(problem.calibration().measured)));
-  use(std::move(first), {});
   const Profiler profiler(problem, out.hypotheses, slow, o, temperature);
-  Profile current = profiler.of({});
+  Profile current = profiler.of({}, Eigen::VectorXd::Ones(problem.calibration().settled.size()));
   const double nothing = current.joint;
+  use(std::move(first), current.tolerances, {});
   for (int round = 0; round < kRounds && !o.stopped(); ++round) {
     // what the search found, and what may come out only when the noise no longer contains it
     std::vector<std::vector<SetMember>> tried{out.posterior.best.members};
@@ -214,13 +226,13 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
         ask(c);
       }
     }
-    Profile best = best_of(profiler, tried, o);
+    Profile best = best_of(profiler, tried, current.tolerances, o);
     without_idle_members(profiler, best);
     if (!(best.joint > current.joint + kWorth)) break;
     current = std::move(best);
-    use(std::move(current.noise), current.fit.members);
+    use(std::move(current.noise), current.tolerances, current.fit.members);
   }
-  in_own_noise(profiler, nothing, out.noise->log_scale(), out.posterior, o);
+  in_own_noise(profiler, nothing, *out.evidence, out.posterior, o);
   add_unfitted(*grid, out.hypotheses, out.posterior);
   return out;
 }

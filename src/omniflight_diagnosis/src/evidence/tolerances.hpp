@@ -1,0 +1,16 @@
+// How well the laboratory measured its vehicle, as the flight itself shows it.
+#pragma once
+
+#include "laplace.hpp"
+
+namespace omniflight::diagnosis {
+
+/// The factors on the tolerances, one for each kind, under which this fitted set is likeliest (empirical
+/// Bayes, automatic relevance determination of MacKay 1994 by groups): where the axes of most rotors turn out
+/// to be right, they were measured better than is assumed of a vehicle of which nothing is told, and the one
+/// that is not right is no matter of measuring. One number a calibration column. `current`: the factors of
+/// the fit.
+Eigen::VectorXd likeliest_tolerances(const Calibration& calibration, const SetFit& fit,
+                                     const Eigen::VectorXd& current);
+
+}  // namespace omniflight::diagnosis
