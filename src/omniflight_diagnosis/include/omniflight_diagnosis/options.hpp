@@ -42,8 +42,6 @@ struct Tolerance {
   double drag_torque = 0.1;      ///< 1, drag torque over thrust, all rotors together
   double motor_lag = 0.2;        ///< 1, time constants of motors whose speed is not measured
   double imu_position = 0.03;    ///< 1, over the largest arm
-  double air_gradient =
-      0.005;                  ///< 1, air that moves with the place: force over weight at the end of the room
   double torque_trim = 0.03;  ///< 1, constant torque over weight times largest rotor arm
   /// How unevenly motors of one kind share a load: torque over weight times mean arm.
   double motor_lateral = 0.03, motor_yaw = 0.06;

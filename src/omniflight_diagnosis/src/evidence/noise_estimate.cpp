@@ -16,7 +16,7 @@ SlowColumns slow_columns(const RegressionProblem& problem) {
   Eigen::Index total = 0;
   for (std::size_t k = 0; k < c.names.size(); ++k) {
     const bool constant = c.names[k].starts_with("torque_trim") || c.names[k].starts_with("world_force") ||
-                          c.kinds[k] == "acceleration_bias" || c.kinds[k] == "air_gradient";
+                          c.kinds[k] == "acceleration_bias";
     if (!constant) continue;
     parts.emplace_back(c.columns.col(static_cast<Eigen::Index>(k)));
     ++total;
@@ -45,18 +45,18 @@ std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, con
   Eigen::VectorXd rest = y;
   const int n = problem.samples();
   for (int c = 0; c < 6; ++c) rest.segment(c * n, n).array() -= rest.segment(c * n, n).mean();
-  double parameters = 0;
+  Eigen::VectorXd freedom = Eigen::VectorXd::Ones(slow.amplitudes.rows());
   for (int pass = 0; pass < 2; ++pass) {
-    const NoiseModel noise(problem, rest, static_cast<int>(parameters), 1);
+    const NoiseModel noise(problem, rest, freedom, 1);
     const Eigen::MatrixXd X = noise.scale(slow.amplitudes);
     Eigen::MatrixXd H = Eigen::MatrixXd::Identity(X.cols(), X.cols());
     H.selfadjointView<Eigen::Lower>().rankUpdate(X.transpose());
     const Eigen::LLT<Eigen::MatrixXd> factor(H);
     rest = y - slow.raw * factor.solve(X.transpose() * noise.apply(y));
-    parameters =
-        static_cast<double>(H.rows()) - factor.solve(Eigen::MatrixXd::Identity(H.rows(), H.cols())).trace();
+    const Eigen::MatrixXd half = factor.matrixL().solve(X.transpose());
+    freedom = noise.by_amplitude(1 - half.colwise().squaredNorm().transpose().array(), 1);
   }
-  return std::make_unique<NoiseModel>(problem, rest, static_cast<int>(parameters), temperature);
+  return std::make_unique<NoiseModel>(problem, rest, freedom, temperature);
 }
 
 }  // namespace omniflight::diagnosis

@@ -14,7 +14,11 @@ constexpr double kReference = 5;  ///< Hz, at which the rising parts are one
 /// Hz, below which the correction runs over frequency, above over its logarithm.
 constexpr double kKnee = 0.2;
 constexpr double kCorrection = 0.5;  ///< prior standard deviation of a term of the correction
-constexpr int kScoring = 12;         ///< Fisher scoring converges in some
+constexpr int kOctaves = 9;          ///< in which the power of noise is compared
+constexpr double kLowest = 0.08;     ///< Hz, end of the first
+/// Of an amplitude that a regression explains whole: it tells nothing of the noise.
+constexpr double kLeastFreedom = 0.02;
+constexpr int kScoring = 12;  ///< Fisher scoring converges in some
 
 }  // namespace
 
@@ -29,8 +33,9 @@ std::array<double, NoiseSpectrum::kParts> NoiseSpectrum::parts(double f) {
   return out;
 }
 
-void NoiseSpectrum::fit(const Eigen::VectorXd& f, const Eigen::VectorXd& power) {
-  const double mean = power.size() > 0 ? power.mean() : 0.0;
+void NoiseSpectrum::fit(const Eigen::VectorXd& f, const Eigen::VectorXd& power,
+                        const Eigen::VectorXd& freedom) {
+  const double mean = freedom.sum() > 0 ? power.sum() / freedom.sum() : 0.0;
   silent_ = !(mean > 0) || !std::isfinite(mean);
   if (silent_) return;
   Eigen::MatrixXd B(f.size(), static_cast<Eigen::Index>(kParts));
@@ -42,11 +47,11 @@ void NoiseSpectrum::fit(const Eigen::VectorXd& f, const Eigen::VectorXd& power) 
   for (int pass = 0; pass < kUpdates; ++pass) {
     const Eigen::ArrayXd S = (B * w).array().max(1e-9 * mean);
     const Eigen::VectorXd up = B.transpose() * (power.array() / S.square()).matrix();
-    const Eigen::VectorXd down = B.transpose() * S.inverse().matrix();
+    const Eigen::VectorXd down = B.transpose() * (freedom.array() / S).matrix();
     w.array() *= (up.array() / down.array().max(1e-300)).sqrt();
   }
   for (std::size_t k = 0; k < kParts; ++k) weight_[k] = w[static_cast<Eigen::Index>(k)];
-  correct(f, power);
+  correct(f, power, freedom);
 }
 
 std::array<double, NoiseSpectrum::kTerms> NoiseSpectrum::terms(double f) const {
@@ -57,7 +62,8 @@ std::array<double, NoiseSpectrum::kTerms> NoiseSpectrum::terms(double f) const {
 }
 
 /// Penalised Whittle likelihood by Fisher scoring.
-void NoiseSpectrum::correct(const Eigen::VectorXd& f, const Eigen::VectorXd& power) {
+void NoiseSpectrum::correct(const Eigen::VectorXd& f, const Eigen::VectorXd& power,
+                            const Eigen::VectorXd& freedom) {
   highest_ = f.maxCoeff();
   if (!(highest_ > 0)) return;
   const auto terms_count = static_cast<Eigen::Index>(kTerms);
@@ -68,12 +74,13 @@ void NoiseSpectrum::correct(const Eigen::VectorXd& f, const Eigen::VectorXd& pow
     for (std::size_t k = 0; k < kTerms; ++k) B(i, static_cast<Eigen::Index>(k)) = t[k];
     ratio[i] = power[i] / std::max(1e-300, sum_of_parts(f[i]));
   }
-  Eigen::MatrixXd information = 0.5 * B.transpose() * B;  // of amplitudes, which have one degree of freedom
+  Eigen::MatrixXd information =
+      0.5 * B.transpose() * freedom.asDiagonal() * B;  // of amplitudes, which have one degree of freedom
   information.diagonal().array() += 1 / (kCorrection * kCorrection);
   const Eigen::LLT<Eigen::MatrixXd> factor(information);
   Eigen::VectorXd c = Eigen::VectorXd::Zero(terms_count);
   for (int pass = 0; pass < kScoring; ++pass) {
-    const Eigen::VectorXd surplus = (ratio * (-(B * c).array()).exp() - 1).matrix();
+    const Eigen::VectorXd surplus = (ratio * (-(B * c).array()).exp() - freedom.array()).matrix();
     const Eigen::VectorXd gradient = 0.5 * B.transpose() * surplus - c / (kCorrection * kCorrection);
     Eigen::VectorXd step = factor.solve(gradient);
     step *= std::min(1.0, 1.0 / std::max(1e-12, step.cwiseAbs().maxCoeff()));
@@ -97,33 +104,38 @@ double NoiseSpectrum::density(double f) const {
   return sum_of_parts(f) * std::exp(correction);
 }
 
-NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& rest, int parameters,
-                       double temperature)
-    : problem_(problem), spectra_(static_cast<std::size_t>(problem.flights())) {
+NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& rest,
+                       const Eigen::VectorXd& freedom, double temperature)
+    : problem_(problem),
+      spectra_(static_cast<std::size_t>(problem.flights())),
+      temperature_(std::max(1e-3, temperature)) {
   const int n = problem.samples();
   const double rate = 1 / problem.period();
-  // what the fitted parameters took from the noise
-  const double inflation = 1.0 / std::max(0.5, 1.0 - parameters / (6.0 * std::max(1, n)));
   for (int flight = 0; flight < problem.flights(); ++flight)
     for (int c = 0; c < 6; ++c) {
-      std::vector<double> frequency, power;
+      std::vector<double> frequency, power, free;
+      Eigen::Index amplitude = 0;
       for (const Stretch& s : problem.stretches()) {
-        if (s.flight != flight) continue;
         const int size = transform_length(s.size());
+        const Eigen::Index first = amplitude + c * size;
+        amplitude += 6 * size;
+        if (s.flight != flight) continue;
         Eigen::VectorXd x = rest.segment(c * n + s.begin, size);
         if (x.norm() < 1e-9 * problem.scale(c)) continue;
         CosineTransform(size).apply(x);
         for (int k = 0; k < size; ++k) {
           frequency.push_back(0.5 * rate * k / size);
           power.push_back(x[k] * x[k]);
+          free.push_back(std::max(kLeastFreedom, freedom[first + k]));
         }
       }
       NoiseSpectrum& spectrum = spectra_[static_cast<std::size_t>(flight)][static_cast<std::size_t>(c)];
-      spectrum.fit(Eigen::Map<Eigen::VectorXd>(frequency.data(), static_cast<Eigen::Index>(frequency.size())),
-                   Eigen::Map<Eigen::VectorXd>(power.data(), static_cast<Eigen::Index>(power.size())));
-      spectrum.scale(inflation * std::max(1e-3, temperature));
+      const auto vector = [](const std::vector<double>& x) {
+        return Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size()));
+      };
+      spectrum.fit(vector(frequency), vector(power), vector(free));
+      spectrum.scale(temperature_);
     }
-  Eigen::Index amplitude = 0;
   for (const Stretch& s : problem.stretches())
     for (int c = 0; c < 6; ++c) {
       const NoiseSpectrum& spectrum =
@@ -131,8 +143,10 @@ NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& 
       Block b;
       b.size = transform_length(s.size());
       b.row = rows_;
-      b.amplitude = amplitude;
-      amplitude += b.size;
+      b.amplitude = amplitudes_;
+      b.spectrum = 6 * s.flight + c;
+      b.frequency_step = 0.5 * rate / b.size;
+      amplitudes_ += b.size;
       if (spectrum.silent()) continue;
       b.inverse.resize(b.size);
       for (int k = 0; k < b.size; ++k)
@@ -141,6 +155,34 @@ NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& 
       rows_ += b.size;
       blocks_.push_back(std::move(b));
     }
+}
+
+double NoiseModel::gain_of_own_noise(const Eigen::VectorXd& before, const Eigen::VectorXd& after) const {
+  struct Band {
+    double count = 0, before = 0, after = 0;
+  };
+  std::vector<std::array<Band, kOctaves>> bands(6 * spectra_.size());
+  for (const Block& b : blocks_)
+    for (Eigen::Index k = 0; k < b.size; ++k) {
+      const double octave = std::log2(std::max(1e-9, static_cast<double>(k) * b.frequency_step / kLowest));
+      const auto at = static_cast<std::size_t>(std::clamp(octave, 0.0, kOctaves - 1.0));
+      Band& band = bands[static_cast<std::size_t>(b.spectrum)][at];
+      band.count += 1;
+      band.before += before[b.row + k] * before[b.row + k];
+      band.after += after[b.row + k] * after[b.row + k];
+    }
+  double gain = 0;
+  for (const auto& spectrum : bands)
+    for (const Band& b : spectrum)
+      if (b.before > 0 && b.after > 0)
+        gain += 0.5 * b.count * std::log(b.before / b.after) / temperature_ - 0.5 * (b.before - b.after);
+  return gain;
+}
+
+Eigen::VectorXd NoiseModel::by_amplitude(const Eigen::VectorXd& by_row, double silent) const {
+  Eigen::VectorXd out = Eigen::VectorXd::Constant(amplitudes_, silent);
+  for (const Block& b : blocks_) out.segment(b.amplitude, b.size) = by_row.segment(b.row, b.size);
+  return out;
 }
 
 Eigen::MatrixXd cosine_amplitudes(const RegressionProblem& problem,

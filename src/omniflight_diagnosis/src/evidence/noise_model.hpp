@@ -21,8 +21,9 @@ class NoiseSpectrum {
   static constexpr std::size_t kTerms = 5;
 
   /// Maximises Whittle's likelihood of these amplitudes' squares at these frequencies [Hz]: multiplicative
-  /// updates, which keep the parts non-negative.
-  void fit(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& power);
+  /// updates, which keep the parts non-negative. `freedom`: degrees of freedom that a regression left to each
+  /// amplitude (restricted likelihood, Patterson and Thompson 1971).
+  void fit(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& power, const Eigen::VectorXd& freedom);
   double density(double frequency_hz) const;
   bool silent() const { return silent_; }
   void scale(double factor) {
@@ -33,7 +34,8 @@ class NoiseSpectrum {
   static std::array<double, kParts> parts(double frequency_hz);
   std::array<double, kTerms> terms(double frequency_hz) const;
   double sum_of_parts(double frequency_hz) const;
-  void correct(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& power);
+  void correct(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& power,
+               const Eigen::VectorXd& freedom);
   std::array<double, kParts> weight_{};
   std::array<double, kTerms> correction_{};  ///< of ln density, cosines of log frequency
   double highest_ = 1;                       ///< Hz, where the last half wave ends
@@ -47,9 +49,10 @@ Eigen::MatrixXd cosine_amplitudes(const RegressionProblem& problem,
 
 class NoiseModel {
  public:
-  /// Fitted to `rest`, what a model with `parameters` numbers left of the residual. `temperature` divides all
-  /// log-likelihoods (1: as they are).
-  NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& rest, int parameters,
+  /// Fitted to `rest`, what a regression left of the residual, with `freedom` of each of its cosine
+  /// amplitudes (1: nothing was fitted, 0: all of it). `temperature` divides all log-likelihoods (1: as they
+  /// are).
+  NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& rest, const Eigen::VectorXd& freedom,
              double temperature);
   NoiseModel(const NoiseModel&) = delete;
   NoiseModel& operator=(const NoiseModel&) = delete;
@@ -67,6 +70,12 @@ class NoiseModel {
     return out;
   }
   Eigen::Index whitened_rows() const { return rows_; }
+  /// What a set that leaves `after` gains on one that leaves `before` [nat, of log-likelihood] in the noise
+  /// that it leaves itself, beyond what it gains in this noise: noise that contains an effect hides it. By
+  /// the power in octaves, without an estimate of that noise.
+  double gain_of_own_noise(const Eigen::VectorXd& before, const Eigen::VectorXd& after) const;
+  /// Numbers of whitened rows as numbers of cosine amplitudes; `silent` where a channel has no noise.
+  Eigen::VectorXd by_amplitude(const Eigen::VectorXd& by_row, double silent) const;
   /// Standard deviation of the noise of a channel above half of the highest frequency, mean over flights:
   /// what a sample does not tell of the next.
   double fast_part(int channel) const;
@@ -80,11 +89,14 @@ class NoiseModel {
     Eigen::Index row = 0;        ///< first of its whitened rows
     Eigen::Index amplitude = 0;  ///< first of its cosine amplitudes
     Eigen::VectorXd inverse;     ///< one over the standard deviation of each amplitude
+    int spectrum = 0;            ///< flight and channel
+    double frequency_step = 0;   ///< Hz
   };
   const RegressionProblem& problem_;
   std::vector<std::array<NoiseSpectrum, 6>> spectra_;
   std::vector<Block> blocks_;
-  Eigen::Index rows_ = 0;
+  Eigen::Index rows_ = 0, amplitudes_ = 0;
+  double temperature_ = 1;
   double log_scale_ = 0;
 };
 

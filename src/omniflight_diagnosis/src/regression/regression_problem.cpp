@@ -122,17 +122,6 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
       w.head<3>() = s.R_WB.row(k).transpose();
       return w;
     });
-    // air that moves in the room: as much again at the ends of where they flew
-    for (int along = 0; along < 3; ++along) {
-      const double half = std::max(0.1, 0.5 * (highest_[along] - lowest_[along]));
-      add("air_gradient", std::string(axis[k]) + "_by_" + axis[along], tol.air_gradient * size_.weight,
-          [&, half, along](const Situation& s, int) {
-            Vec6 w = Vec6::Zero();
-            const double place = (s.body.p_WB[along] - 0.5 * (highest_[along] + lowest_[along])) / half;
-            w.head<3>() = place * s.R_WB.row(k).transpose();
-            return w;
-          });
-    }
     // bias of the accelerometer, or, without one, trim of the attitude that turns gravity
     const double bias = modelled ? tol.modelled_trim * kGravity * 0.1
                         : k < 2  ? tol.accelerometer_lateral

@@ -98,7 +98,8 @@ class GridSearch::Implementation {
     return out;
   }
 
-  std::vector<Candidate> additions(const SetFit& fit, double least_gain, std::size_t most, Kind kind) const {
+  std::vector<Candidate> additions(const SetFit& fit, double least_gain, std::size_t most, Kind kind,
+                                   Noise noise) const {
     std::set<int> taken;
     const auto& hypotheses = evidence_.hypotheses();
     for (std::size_t h = 0; h < hypotheses.size(); ++h)
@@ -107,8 +108,22 @@ class GridSearch::Implementation {
     const Eigen::MatrixXf own = fit.columns.cast<float>();
     const Eigen::MatrixXf slab = own.transpose() * columns_;
     const Eigen::VectorXd left = (columns_.transpose() * fit.rest.cast<float>()).cast<double>();
+    const Eigen::LLT<Eigen::MatrixXd> factor(fit.precision);
+    std::vector<Promise> all = promises(slab, factor, left, taken);
+    if (noise == Noise::own) {
+      parallel_for(all.size(), limits_.threads, [&](std::size_t k) {
+        const Block& b = blocks_[static_cast<std::size_t>(all[k].block)];
+        const Eigen::VectorXf mean = all[k].mean.cast<float>();
+        const Eigen::VectorXf moved =
+            factor.solve((slab.middleCols(b.begin, b.size) * mean).cast<double>()).cast<float>();
+        const Eigen::VectorXf less = columns_.middleCols(b.begin, b.size) * mean - own * moved;
+        all[k].gain += evidence_.noise().gain_of_own_noise(fit.rest, fit.rest - less.cast<double>());
+      });
+      std::stable_sort(all.begin(), all.end(),
+                       [](const Promise& x, const Promise& y) { return x.gain > y.gain; });
+    }
     std::vector<Candidate> out;
-    for (const Promise& p : promises(slab, Eigen::LLT<Eigen::MatrixXd>(fit.precision), left, taken)) {
+    for (const Promise& p : all) {
       if (out.size() >= most || p.gain < least_gain) break;
       const Block& b = blocks_[static_cast<std::size_t>(p.block)];
       out.push_back({p.gain, evidence_.member_at(b.hypothesis, b.point, p.mean)});
@@ -293,8 +308,8 @@ GridSearch::~GridSearch() = default;
 std::vector<std::vector<SetMember>> GridSearch::promising_sets() { return implementation_->run(); }
 
 std::vector<Candidate> GridSearch::additions(const SetFit& fit, double least_gain, std::size_t most,
-                                             Kind kind) const {
-  return implementation_->additions(fit, least_gain, most, kind);
+                                             Kind kind, Noise noise) const {
+  return implementation_->additions(fit, least_gain, most, kind, noise);
 }
 
 }  // namespace omniflight::diagnosis

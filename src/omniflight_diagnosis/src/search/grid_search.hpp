@@ -24,7 +24,11 @@ class GridSearch {
   /// What would add at least `least_gain` to a fitted set, the most promising first. A law of several shapes
   /// shows only a part of its gain at a point of its grid, a pattern all of it: they are asked apart.
   enum class Kind { law, pattern };
-  std::vector<Candidate> additions(const SetFit& fit, double least_gain, std::size_t most, Kind kind) const;
+  /// Whether a gain counts in the noise of the evidence, or about as it is in the noise that the set would
+  /// leave itself.
+  enum class Noise { given, own };
+  std::vector<Candidate> additions(const SetFit& fit, double least_gain, std::size_t most, Kind kind,
+                                   Noise noise = Noise::given) const;
 
  private:
   class Implementation;

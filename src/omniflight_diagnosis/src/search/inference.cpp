@@ -15,13 +15,13 @@ namespace {
 /// Times at most that the noise is estimated beside the best set so far: laws that are not linear, and
 /// whatever else is not a slow function of place, count as noise until they are known.
 constexpr int kRounds = 6;
-constexpr double kHidden = 30;      ///< nat: by how much noise that contains an effect may speak against it
-constexpr double kFarHidden = 300;  ///< nat: the same of a load that swings, with its initial states
-constexpr std::size_t kLoads = 2;   ///< of these
-constexpr double kRival = 12;       ///< nat: rivals that are this far behind are asked in their own noise
-constexpr double kWorth = 1e-3;     ///< nat
-constexpr int kPasses = 2;          ///< noise and set in turn; nothing moves by a nat afterwards
-constexpr std::size_t kTried = 6;   ///< sets that are asked in their own noise at once
+constexpr double kNear = 10;          ///< nat: what a point of a grid may be behind
+constexpr std::size_t kLaws = 6;      ///< that are asked in their own noise at once
+constexpr std::size_t kPatterns = 2;  ///< of these
+constexpr double kRival = 12;         ///< nat: rivals that are this far behind are asked in their own noise
+constexpr double kWorth = 1e-3;       ///< nat
+constexpr int kPasses = 2;            ///< noise and set in turn; nothing moves by a nat afterwards
+constexpr std::size_t kTried = 6;     ///< sets that are asked in their own noise at once
 
 /// ln evidence plus ln prior of a set in the noise that it leaves itself, beside the tolerances that are
 /// likeliest with it, and that set fitted there.
@@ -215,17 +215,10 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
       tried.push_back(here.members);
       tried.back().push_back(std::move(c.member));
     };
-    for (Candidate& c : grid->additions(here, -kHidden, 1, GridSearch::Kind::pattern)) ask(c);
-    // loads that swing are noise before they are known, and their initial states weigh against them: always
-    // asked
-    std::size_t laws = 0, loads = 0;
-    for (Candidate& c : grid->additions(here, -kFarHidden, out.hypotheses.size(), GridSearch::Kind::law)) {
-      const bool load = c.member.start.size() > 0;
-      if ((laws < kTried && c.gain > -kHidden) || (load && loads < kLoads)) {
-        ++(load ? loads : laws);
+    for (const auto kind : {GridSearch::Kind::law, GridSearch::Kind::pattern})
+      for (Candidate& c : grid->additions(here, -kNear, kind == GridSearch::Kind::law ? kLaws : kPatterns,
+                                          kind, GridSearch::Noise::own))
         ask(c);
-      }
-    }
     Profile best = best_of(profiler, tried, current.tolerances, o);
     without_idle_members(profiler, best);
     if (!(best.joint > current.joint + kWorth)) break;
