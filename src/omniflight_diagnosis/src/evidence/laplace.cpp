@@ -285,6 +285,13 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
     if (fell < kConverged || (linear && length == 1)) break;
   }
 
+  // A free coordinate has no gradient at the optimum; what is left of one where a law has a kink (a rope that
+  // comes taut) leads nowhere. One that is held at its bound would go on without it.
+  std::vector<char> at_bound(static_cast<std::size_t>(layout.total), 0);
+  for (Eigen::Index k = 0; k < layout.total; ++k) {
+    const auto& c = layout.all[static_cast<std::size_t>(k)];
+    at_bound[static_cast<std::size_t>(k)] = u[k] <= c.low || u[k] >= c.high;
+  }
   // relative law errors are integrated over at the optimum
   const Eigen::MatrixXd law = law_error_columns(members);
   if (law.cols() > 0) {
@@ -296,6 +303,8 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
     layout.all.resize(static_cast<std::size_t>(own + law.cols()));
     linearise();
   }
+  for (std::size_t k = 0; k < at_bound.size(); ++k)
+    if (!at_bound[k]) gradient[static_cast<Eigen::Index>(k)] = 0;
   const Eigen::VectorXd optimum = u + factor.solve(gradient);  // without bounds
   const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(u.size(), u.size()));
   out.log_evidence = -objective + 0.5 * gradient.dot(factor.solve(gradient)) - 0.5 * log_determinant(factor);
