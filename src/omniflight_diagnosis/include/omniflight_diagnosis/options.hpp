@@ -39,10 +39,12 @@ struct Tolerance {
   double center_of_mass = 0.02;  ///< 1, over the largest arm
   double rotor_scale = 0.02;     ///< 1, each rotor by itself
   double rotor_axis = 0.01;      ///< rad, each rotor by itself
-  double drag_torque = 0.1;      ///< 1, drag torque over thrust, all rotors together
-  double motor_lag = 0.2;        ///< 1, time constants of motors whose speed is not measured
-  double imu_position = 0.03;    ///< 1, over the largest arm
-  double torque_trim = 0.03;  ///< 1, constant torque over weight times largest rotor arm
+  double rotor_place =
+      0.01;  ///< 1, over the largest arm, each rotor by itself and along each axis of its plane
+  double drag_torque = 0.1;    ///< 1, drag torque over thrust, all rotors together
+  double motor_lag = 0.2;      ///< 1, time constants of motors whose speed is not measured
+  double imu_position = 0.03;  ///< 1, over the largest arm
+  double torque_trim = 0.03;   ///< 1, constant torque over weight times largest rotor arm
   /// How unevenly motors of one kind share a load: torque over weight times mean arm.
   double motor_lateral = 0.03, motor_yaw = 0.06;
   /// When thrust is only modelled from duty cycles: its scale, its exponent and its dependence on voltage.

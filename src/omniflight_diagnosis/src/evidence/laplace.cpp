@@ -57,6 +57,12 @@ struct Evidence::Layout {
   std::vector<Eigen::Index> first;             ///< a member
   std::vector<std::vector<Coordinate>> theta;  ///< a member
   std::vector<Coordinate> all;
+
+  /// 1 and -1 at the lower and the upper bound of a coordinate, 0 between.
+  int inward(Eigen::Index k, double u) const {
+    const Coordinate& c = all[static_cast<std::size_t>(k)];
+    return u <= c.low ? 1 : u >= c.high ? -1 : 0;
+  }
 };
 
 Evidence::Evidence(const RegressionProblem& problem, const NoiseModel& noise,
@@ -165,6 +171,37 @@ Eigen::MatrixXd Evidence::law_error_columns(const std::vector<SetMember>& member
   Eigen::MatrixXd columns(problem_.rows(), static_cast<Eigen::Index>(raw.size()));
   for (std::size_t k = 0; k < raw.size(); ++k) columns.col(static_cast<Eigen::Index>(k)) = raw[k];
   return noise_.apply(columns);
+}
+
+/// ln of the posterior's integral over its density at u, by its quadratic there: over all of the coordinates
+/// between bounds, then over one side of those at a bound, each by itself. Less ln of the prior's mass within
+/// bounds: what would have to lie beyond them to explain the residual is no evidence.
+double Evidence::log_integral(const Layout& layout, const Eigen::VectorXd& u,
+                              const Eigen::MatrixXd& precision, const Eigen::VectorXd& gradient) {
+  std::vector<Eigen::Index> free, held;
+  for (Eigen::Index k = 0; k < u.size(); ++k) (layout.inward(k, u[k]) == 0 ? free : held).push_back(k);
+  const Eigen::LLT<Eigen::MatrixXd> factor(precision(free, free));
+  const Eigen::VectorXd step = factor.solve(Eigen::VectorXd(gradient(free)));
+  double sum = 0.5 * step.dot(Eigen::VectorXd(gradient(free))) - 0.5 * log_determinant(factor);
+  const Eigen::MatrixXd half =
+      factor.matrixL().solve(Eigen::MatrixXd::Identity(factor.rows(), factor.cols()));
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const auto& c = layout.all[static_cast<std::size_t>(free[i])];
+    if (c.low < -kFar && c.high > kFar) continue;
+    const auto at = static_cast<Eigen::Index>(i);
+    const double deviation = half.col(at).norm(), optimum = u[free[i]] + step[at];
+    sum += log_normal_between((c.low - optimum) / deviation, (c.high - optimum) / deviation) -
+           log_normal_between(c.low, c.high);
+  }
+  for (const Eigen::Index k : held) {
+    const auto& c = layout.all[static_cast<std::size_t>(k)];
+    const Eigen::VectorXd with = precision(free, std::vector<Eigen::Index>{k});
+    const double curvature = std::sqrt(precision(k, k) - with.dot(factor.solve(with)));
+    const double slope = layout.inward(k, u[k]) * (gradient[k] - with.dot(step)) / curvature;
+    sum +=
+        0.5 * slope * slope + log_normal_cdf(slope) - std::log(curvature) - log_normal_between(c.low, c.high);
+  }
+  return sum;
 }
 
 SetFit Evidence::fit(std::vector<SetMember> members) const {
@@ -285,39 +322,29 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
     if (fell < kConverged || (linear && length == 1)) break;
   }
 
-  // A free coordinate has no gradient at the optimum; what is left of one where a law has a kink (a rope that
-  // comes taut) leads nowhere. One that is held at its bound would go on without it.
-  std::vector<char> at_bound(static_cast<std::size_t>(layout.total), 0);
-  for (Eigen::Index k = 0; k < layout.total; ++k) {
-    const auto& c = layout.all[static_cast<std::size_t>(k)];
-    at_bound[static_cast<std::size_t>(k)] = u[k] <= c.low || u[k] >= c.high;
-  }
+  // A free coordinate has no gradient at the optimum. What is left of one where a law has a kink (a rope that
+  // comes taut), or where the iterations ended before, is no gain, and none of the law's error either.
+  const Eigen::Index own = out.columns.cols();
+  std::vector<Eigen::Index> free;
+  for (Eigen::Index k = 0; k < own; ++k)
+    if (layout.inward(k, u[k]) == 0) free.push_back(k);
+  const Eigen::VectorXd left =
+      Eigen::MatrixXd(out.precision(free, free)).llt().solve(Eigen::VectorXd(gradient(free)));
+  const Eigen::VectorXd beyond = rest - out.columns(Eigen::all, free) * left;
   // relative law errors are integrated over at the optimum
   const Eigen::MatrixXd law = law_error_columns(members);
   if (law.cols() > 0) {
-    const Eigen::Index own = out.columns.cols();
     out.columns.conservativeResize(Eigen::NoChange, own + law.cols());
     out.columns.rightCols(law.cols()) = law;
     u.conservativeResize(own + law.cols());
     u.tail(law.cols()).setZero();
     layout.all.resize(static_cast<std::size_t>(own + law.cols()));
     linearise();
+    gradient.tail(law.cols()) = law.transpose() * beyond;
   }
-  for (std::size_t k = 0; k < at_bound.size(); ++k)
-    if (!at_bound[k]) gradient[static_cast<Eigen::Index>(k)] = 0;
-  const Eigen::VectorXd optimum = u + factor.solve(gradient);  // without bounds
+  for (const Eigen::Index k : free) gradient[k] = 0;
+  out.log_evidence = -objective + log_integral(layout, u, out.precision, gradient);
   const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(u.size(), u.size()));
-  out.log_evidence = -objective + 0.5 * gradient.dot(factor.solve(gradient)) - 0.5 * log_determinant(factor);
-  // share of the posterior within the bounds over that of the prior, a coordinate at a time: what would have
-  // to lie beyond them to explain the residual is no evidence
-  for (Eigen::Index k = 0; k < u.size(); ++k) {
-    const auto& c = layout.all[static_cast<std::size_t>(k)];
-    if (c.low < -kFar && c.high > kFar) continue;
-    const double deviation = std::sqrt(covariance(k, k));
-    out.log_evidence +=
-        log_normal_between((c.low - optimum[k]) / deviation, (c.high - optimum[k]) / deviation) -
-        log_normal_between(c.low, c.high);
-  }
   for (std::size_t m = 0; m < members.size(); ++m)
     for (std::size_t k = 0; k < layout.theta[m].size(); ++k) {
       const Eigen::Index at = layout.first[m] + static_cast<Eigen::Index>(k);

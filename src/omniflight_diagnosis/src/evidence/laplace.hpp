@@ -63,6 +63,8 @@ class Evidence {
   struct Layout;
   void evaluate(const Layout& layout, const Eigen::VectorXd& u, std::vector<SetMember>& members,
                 Eigen::VectorXd& rest, Eigen::MatrixXd* columns) const;
+  static double log_integral(const Layout& layout, const Eigen::VectorXd& u, const Eigen::MatrixXd& precision,
+                             const Eigen::VectorXd& gradient);
   double first_stage_of(const SetMember& member) const;
   Eigen::MatrixXd law_error_columns(const std::vector<SetMember>& members) const;
 

@@ -30,25 +30,34 @@ Eigen::VectorXd likeliest_tolerances(const Calibration& calibration, const SetFi
     const Eigen::VectorXd b = scale.cwiseProduct(moment);
     return 0.5 * b.dot(llt.solve(b)) - llt.matrixLLT().diagonal().array().log().sum();
   };
-  Eigen::VectorXd best = current;
-  double most = evidence(best);
   std::set<std::string> kinds;
   for (std::size_t k = 0; k < calibration.kinds.size(); ++k)
     if (calibration.settled[static_cast<Eigen::Index>(k)] < 1) kinds.insert(calibration.kinds[k]);
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    const Eigen::VectorXd before = best;
-    for (const std::string& kind : kinds)
-      for (const double factor : kFactors) {
-        Eigen::VectorXd trial = best;
-        for (std::size_t k = 0; k < calibration.kinds.size(); ++k)
-          if (calibration.kinds[k] == kind) trial[static_cast<Eigen::Index>(k)] = factor;
-        if (trial == best) continue;
-        const double value = evidence(trial);
-        if (value > most) most = value, best = trial;
-      }
-    if (best == before) break;
+  Eigen::VectorXd best = current;
+  double most = evidence(best);
+  // what a wide tolerance takes up may also be an effect of the set: asked from both ends
+  for (Eigen::VectorXd here : {current, tightest_tolerances(calibration)}) {
+    double value = evidence(here);
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+      const double before = value;
+      for (const std::string& kind : kinds)
+        for (const double factor : kFactors) {
+          Eigen::VectorXd trial = here;
+          for (std::size_t k = 0; k < calibration.kinds.size(); ++k)
+            if (calibration.kinds[k] == kind) trial[static_cast<Eigen::Index>(k)] = factor;
+          if (trial == here) continue;
+          if (const double there = evidence(trial); there > value) value = there, here = trial;
+        }
+      if (value == before) break;
+    }
+    if (value > most) most = value, best = here;
   }
   return best;
+}
+
+Eigen::VectorXd tightest_tolerances(const Calibration& calibration) {
+  return (calibration.settled.array() < 1)
+      .select(Eigen::VectorXd::Constant(calibration.settled.size(), kFactors.back()), 1.0);
 }
 
 }  // namespace omniflight::diagnosis

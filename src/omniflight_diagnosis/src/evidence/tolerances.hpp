@@ -13,4 +13,7 @@ namespace omniflight::diagnosis {
 Eigen::VectorXd likeliest_tolerances(const Calibration& calibration, const SetFit& fit,
                                      const Eigen::VectorXd& current);
 
+/// The least of these factors for every kind.
+Eigen::VectorXd tightest_tolerances(const Calibration& calibration);
+
 }  // namespace omniflight::diagnosis

@@ -182,6 +182,16 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
     add("rotor_scale", std::to_string(r + 1), modelled ? 0.0 : tol.rotor_scale,
         [&](const Situation& s, int) { return along(s.rotors[at], s.rotors[at].n_B); });
     for (int k = 0; k < 2; ++k)
+      add("rotor_place", std::to_string(r + 1) + axis[k], modelled ? 0.0 : tol.rotor_place * size_.arm,
+          [&](const Situation& s, int) {
+            const physics::RotorSituation& rotor = s.rotors[at];
+            const Vec3 first = rotor.n_B.unitOrthogonal();
+            Vec6 wrench = Vec6::Zero();
+            wrench.tail<3>() =
+                rotor.thrust * (k == 0 ? first : Vec3(rotor.n_B.cross(first))).cross(rotor.n_B);
+            return wrench;
+          });
+    for (int k = 0; k < 2; ++k)
       add("rotor_axis", std::to_string(r + 1) + axis[k], modelled ? 0.0 : tol.rotor_axis,
           [&](const Situation& s, int) {
             const Vec3& n = s.rotors[at].n_B;

@@ -17,11 +17,11 @@ namespace {
 constexpr int kRounds = 6;
 constexpr double kNear = 10;          ///< nat: what a point of a grid may be behind
 constexpr std::size_t kLaws = 6;      ///< that are asked in their own noise at once
-constexpr std::size_t kPatterns = 2;  ///< of these
+constexpr std::size_t kPatterns = 1;  ///< of these
 constexpr double kRival = 12;         ///< nat: rivals that are this far behind are asked in their own noise
 constexpr double kWorth = 1e-3;       ///< nat
 constexpr int kPasses = 2;            ///< noise and set in turn; nothing moves by a nat afterwards
-constexpr std::size_t kTried = 6;     ///< sets that are asked in their own noise at once
+constexpr std::size_t kTried = 4;     ///< sets that are asked in their own noise at once
 
 /// ln evidence plus ln prior of a set in the noise that it leaves itself, beside the tolerances that are
 /// likeliest with it, and that set fitted there.
@@ -209,16 +209,23 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
   use(std::move(first), current.tolerances, {});
   for (int round = 0; round < kRounds && !o.stopped(); ++round) {
     // what the search found, and what may come out only when the noise no longer contains it
-    std::vector<std::vector<SetMember>> tried{out.posterior.best.members};
-    const SetFit here = out.evidence->fit(current.fit.members);
-    const auto ask = [&](Candidate& c) {
-      tried.push_back(here.members);
-      tried.back().push_back(std::move(c.member));
-    };
-    for (const auto kind : {GridSearch::Kind::law, GridSearch::Kind::pattern})
-      for (Candidate& c : grid->additions(here, -kNear, kind == GridSearch::Kind::law ? kLaws : kPatterns,
-                                          kind, GridSearch::Noise::own))
-        ask(c);
+    std::vector<std::vector<SetMember>> tried;
+    for (const SetPosterior& rival : out.posterior.sets)
+      if (rival.log_joint > out.posterior.joint_of_best - kRival && tried.size() < kTried)
+        tried.push_back(rival.members);
+    const Evidence tight(problem, *out.noise, out.hypotheses, o.law_error,
+                         tightest_tolerances(problem.calibration()));
+    std::set<int> asked;
+    for (const Evidence* evidence : {static_cast<const Evidence*>(out.evidence.get()), &tight}) {
+      const SetFit here = evidence->fit(current.fit.members);
+      for (const auto kind : {GridSearch::Kind::law, GridSearch::Kind::pattern})
+        for (Candidate& c : grid->additions(here, -kNear, kind == GridSearch::Kind::law ? kLaws : kPatterns,
+                                            kind, GridSearch::Noise::own)) {
+          if (!asked.insert(c.member.hypothesis).second) continue;
+          tried.push_back(here.members);
+          tried.back().push_back(std::move(c.member));
+        }
+    }
     Profile best = best_of(profiler, tried, current.tolerances, o);
     without_idle_members(profiler, best);
     if (!(best.joint > current.joint + kWorth)) break;
