@@ -93,6 +93,16 @@ TEST(Evidence, ASignThatPhysicsGivesHalvesThePriorAndKeepsTheRightHalf) {
   EXPECT_NEAR(one.log_evidence - base, std::log(sum), 0.02);
 }
 
+/// Two effects that look alike, and of which the residual is the opposite: both are held at nothing.
+TEST(Evidence, OfTwoAtTheirBoundsPromisesNothing) {
+  const Setting s({"rotor_drag", "parasitic_drag"}, {{find_effect("rotor_drag"), {-6e-4}}}, 20);
+  const Evidence evidence(*s.problem, *s.noise, s.hypotheses, 0, assumed(*s.problem));
+  const double nothing = evidence.fit({}).log_evidence;
+  const SetFit both = evidence.fit({evidence.member_at(0, 0, Eigen::VectorXd::Ones(1)),
+                                    evidence.member_at(1, 0, Eigen::VectorXd::Ones(1))});
+  EXPECT_LT(both.log_evidence, nothing);
+}
+
 /// A vehicle of which nothing is told, and that was measured well.
 TEST(Tolerances, AreThoseUnderWhichTheFlightIsLikeliest) {
   const Setting s({"rotor_axis_misalignment"}, {});

@@ -126,8 +126,7 @@ void in_own_noise(const Profiler& profiler, double nothing, const Evidence& evid
   for (SetPosterior& s : p.sets) {
     if (s.hypotheses.empty())
       s.log_joint = std::max(s.log_joint, nothing + log_scale);
-    else if (s.log_joint > p.joint_of_best - kRival && rivals.size() < kTried &&
-             s.hypotheses != p.sets.front().hypotheses)
+    else if (s.log_joint > p.joint_of_best - kRival && rivals.size() < kTried)
       rivals.push_back(&s);
   }
   parallel_for(
