@@ -5,6 +5,12 @@ namespace omniflight::components {
 using safety::Action;
 using safety::Fault;
 
+namespace {
+/// s that inertial samples may be ahead of the newest tick or behind it. Both come from the plant, which
+/// sends what it gathered while the machine slept before the next tick.
+constexpr double kImuStampReach = 1.0;
+}  // namespace
+
 Result<GuardConfig> read_guard(bus::Parameters& p) {
   GuardConfig c;
   safety::Limits& l = c.limits;
@@ -30,12 +36,19 @@ Result<GuardConfig> read_guard(bus::Parameters& p) {
   c.touchdown = p.number("touchdown_m", c.touchdown, 0.001, 10);
   c.poses.jump_m = p.number("pose_jump_m", c.poses.jump_m, 0.01, 100);
   c.poses.jump_rad = p.number("pose_jump_rad", c.poses.jump_rad, 0.01, 4);
-  c.poses.future_s = p.number("pose_future_s", c.poses.future_s, 0, 10);
+  c.poses.stamps.future_s = p.number("pose_future_s", c.poses.stamps.future_s, 0, 9);
+  c.imu_stamps.future_s = c.imu_stamps.old_s = kImuStampReach;
   if (auto ok = safety::check(c.ladder); !ok) return Failure(ok.error());
   if (!((l.fence.max - l.fence.min).minCoeff() > 0))
     return bad_input("must be below fence_max_m on every axis [m]", "controller.fence_min_m",
                      "Take the bounds of the test bed");
   return c;
+}
+
+bool FlightGuard::place_imu(double stamp_s, double now_s, double& flight_s) {
+  if (!imu_clock_.place(stamp_s, now_s, flight_s)) return true;
+  ++refused_imu_;
+  return false;
 }
 
 bool FlightGuard::believes(double stamp_s, const Vec3& p_WB, const Quat& q_WB, double now_s, bool free,

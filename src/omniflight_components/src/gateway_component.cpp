@@ -2,6 +2,7 @@
 #include <atomic>
 #include <filesystem>
 
+#include "command_clock.hpp"
 #include "command_inbox.hpp"
 #include "conversions.hpp"
 #include "factories.hpp"
@@ -57,6 +58,7 @@ class GatewayComponent final : public ThreadedComponent {
     auto made_gate = gateway::SafetyGate::create(gate);
     if (!made_gate) return Failure(made_gate.error());
     gate_.emplace(std::move(*made_gate));
+    command_clock_.emplace("gateway", gate.future_tolerance_s, gate.stale_after_s);
     gateway::GatewayConfig config;
     config.rotors = rotors_;
     config.motor_rate_hz = 250;
@@ -67,19 +69,17 @@ class GatewayComponent final : public ThreadedComponent {
     gateway_.emplace(std::move(*made));
     if (auto ok = create_publishers(publisher_, static_cast<int>(rotors_), PlantPublisher::Part::boards); !ok)
       return ok;
-    auto failsafe =
-        bus::Subscription<DiagnosticArray>::create(participant(), topics::failsafe, bus::Qos::latched_last(4),
-                                                   [this](const DiagnosticArray& m, std::int64_t) {
-                                                     const auto action = failsafe_action(m);
-                                                     if (!action || *action < safety::Action::ramp_down)
-                                                       return;
-                                                     const auto statuses = bus::view(m.status);
-                                                     const std::lock_guard lock(failsafe_mutex_);
-                                                     failsafe_words_ = bus::text(statuses[0].message);
-                                                     if (const auto wish = wish_of_ladder(m); wish > wish_.load())
-                                                       wish_.store(wish);
-                                                     failsafe_action_.store(*action);
-                                                   });
+    auto failsafe = bus::Subscription<DiagnosticArray>::create(
+        participant(), topics::failsafe, bus::Qos::latched_last(4),
+        [this](const DiagnosticArray& m, std::int64_t) {
+          const auto action = failsafe_action(m);
+          if (!action || *action < safety::Action::ramp_down) return;
+          const auto statuses = bus::view(m.status);
+          const std::lock_guard lock(failsafe_mutex_);
+          failsafe_words_ = bus::text(statuses[0].message);
+          if (const auto wish = wish_of_ladder(m); wish > wish_.load()) wish_.store(wish);
+          failsafe_action_.store(*action);
+        });
     if (!failsafe) return Failure(failsafe.error());
     failsafe_.emplace(std::move(*failsafe));
     auto wish = bus::Subscription<msgs::std_msgs::String>::create(
@@ -193,7 +193,7 @@ class GatewayComponent final : public ThreadedComponent {
   Status follow_commands(const WallPace& pace, double first_command_by) {
     keeper_.emplace(pace, period_);
     std::optional<double> armed_at, free_at;
-    std::int64_t last_stamp = -1;
+    std::uint64_t taken = 0;
     for (;;) {
       const double now = keeper_->wait();
       if (!running()) return fail(ErrorCode::incomplete, "stopped in flight", "gateway");
@@ -206,13 +206,15 @@ class GatewayComponent final : public ThreadedComponent {
       const FlightPhase phase = free_at ? FlightPhase::free : FlightPhase::held;
       if (auto ok = publisher_.tick(now, period_, phase); !ok) return ok;
       const RotorCommand command = inbox_.newest();
-      if (command.stamp_ns > last_stamp && command.count > 0) {
-        last_stamp = command.stamp_ns;
-        if (!armed_at) {
+      if (command.number != taken && command.count > 0) {
+        taken = command.number;
+        bool believed = false;
+        const double taken_s = command_clock_->place(command.stamp_ns, now, believed);
+        if (!armed_at && believed) {
           if (auto ok = gate_->arm(now); !ok) return ok;
           armed_at = now;
         }
-        (void)gate_->offer({command.speed.data(), command.count}, to_s(command.stamp_ns), now);
+        if (armed_at) (void)gate_->offer({command.speed.data(), command.count}, taken_s, now);
       }
       if (!armed_at && now > first_command_by)
         return fail(ErrorCode::incomplete, "the allocator commands nothing", "gateway",
@@ -288,6 +290,7 @@ class GatewayComponent final : public ThreadedComponent {
   std::int64_t epoch_ns_ = 0;
   double period_ = 0.002, hold_ = 2.0, flight_ = 10.0, alpha_ = 0, connect_timeout_ = 20;
   std::optional<gateway::SafetyGate> gate_;
+  std::optional<CommandClock> command_clock_;
   std::optional<gateway::Gateway> gateway_;
   gateway::Telemetry telemetry_;
   std::array<double, vehicle::kMaxRotors> speed_{}, current_{};

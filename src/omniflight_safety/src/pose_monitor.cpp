@@ -13,6 +13,20 @@ std::string words(const char* format, double a, double b = 0) {
   return text;
 }
 
+PoseRefusal of(StampRefusal refusal) {
+  switch (refusal) {
+    case StampRefusal::not_finite:
+      return PoseRefusal::not_finite;
+    case StampRefusal::other_epoch:
+      return PoseRefusal::other_epoch;
+    case StampRefusal::from_future:
+      return PoseRefusal::from_future;
+    case StampRefusal::too_old:
+      break;
+  }
+  return PoseRefusal::too_old;
+}
+
 }  // namespace
 
 std::string_view to_string(PoseRefusal refusal) {
@@ -29,21 +43,12 @@ std::optional<PoseRefusal> PoseMonitor::find(double stamp_s, const Vec3& p, cons
     last_words_ = "a value is not finite, or the attitude is no quaternion";
     return PoseRefusal::not_finite;
   }
-  const double ahead_s = stamp_s - now_s;
-  if (std::abs(ahead_s) > config_.epoch_s) {
-    last_words_ = words("stamp %.6g s from flight time: another clock", ahead_s);
-    return PoseRefusal::other_epoch;
+  if (const auto refusal = clock_.place(stamp_s, now_s, taken_s_)) {
+    last_words_ = clock_.refusal_words();
+    return of(*refusal);
   }
-  if (ahead_s > config_.future_s) {
-    last_words_ = words("stamp %.4g s ahead of flight time", ahead_s);
-    return PoseRefusal::from_future;
-  }
-  if (-ahead_s > config_.old_s) {
-    last_words_ = words("stamp %.4g s behind flight time", -ahead_s);
-    return PoseRefusal::too_old;
-  }
-  if (believed_s_ && stamp_s <= *believed_s_) {
-    last_words_ = words("stamp %.4g s not after the last believed one", *believed_s_ - stamp_s);
+  if (believed_s_ && taken_s_ <= *believed_s_) {
+    last_words_ = words("stamp %.4g s not after the last believed one", *believed_s_ - taken_s_);
     return PoseRefusal::out_of_order;
   }
   const bool equal = p == last_p_ && q.coeffs() == last_q_;
@@ -55,7 +60,7 @@ std::optional<PoseRefusal> PoseMonitor::find(double stamp_s, const Vec3& p, cons
     return PoseRefusal::frozen;
   }
   if (expected && believed_s_) {
-    const double grown_m = config_.jump_growth_mps * (stamp_s - *believed_s_);
+    const double grown_m = config_.jump_growth_mps * (taken_s_ - *believed_s_);
     const double away_m = (p - expected->p_WB).norm();
     const double away_rad = expected->q_WB.angularDistance(q.normalized());
     if (away_m > config_.jump_m + grown_m || away_rad > config_.jump_rad) {
@@ -73,7 +78,7 @@ std::optional<PoseRefusal> PoseMonitor::judge(double stamp_s, const Vec3& p_WB, 
   if (refusal)
     ++refused_[static_cast<std::size_t>(*refusal)];
   else
-    believed_s_ = stamp_s;
+    believed_s_ = taken_s_;
   return refusal;
 }
 

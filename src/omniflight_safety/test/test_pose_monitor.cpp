@@ -38,6 +38,20 @@ TEST(PoseMonitor, AStampOfAnotherClockIsRefusedByItsSizeAndBlindsNobody) {
   EXPECT_FALSE(m.good());  // the next true pose is believed
 }
 
+TEST(PoseMonitor, PosesOfAUnixClockAreBelievedAtFlightTime) {
+  Monitored m;
+  int believed = 0;
+  for (int k = 0; k < 100; ++k) {
+    m.t += 0.01;
+    const Vec3 p(0, 0, 1 + 1e-6 * k);
+    if (m.monitor.judge(1.73e9 + m.t, p, kLevel, m.t + 0.008, true, {})) continue;
+    ++believed;
+    EXPECT_NEAR(m.monitor.believed_s(), m.t, 0.0081) << "to within the least delay";
+  }
+  EXPECT_GE(believed, 70);
+  EXPECT_TRUE(m.monitor.clock().foreign());
+}
+
 TEST(PoseMonitor, OldAndRepeatedStampsAreRefused) {
   Monitored m;
   EXPECT_FALSE(m.good());
