@@ -74,6 +74,27 @@ void read_monitor(const fs::path& file, FlightResult& result) {
                       check.value("from_s", 0.0), check.value("message", ""));
 }
 
+/// The periods that the clock master missed, in the answer and in a line.
+void read_periods(const fs::path& file, FlightResult& result) {
+  auto text = files::read_file(file, files::kMegabyte);
+  const auto said = text ? nlohmann::json::parse(*text, nullptr, false) : nlohmann::json();
+  const auto count = [&](const char* key) -> std::optional<double> {
+    if (!said.is_object() || !said.contains(key) || !said[key].is_number()) return {};
+    return said[key].get<double>();
+  };
+  const auto periods = count("periods"), missed = count("periods_missed"), latest = count("latest_ms");
+  if (!periods || !missed || !latest) {
+    result.remarks.push_back("control periods are not counted: the gateway left no " +
+                             file.filename().string());
+    return;
+  }
+  result.json["periods"] = said["periods"];
+  result.json["periods_missed"] = said["periods_missed"];
+  result.json["period_latest_ms"] = *latest;
+  result.remarks.push_back(fmt::format("{:.0f} of {:.0f} control periods missed, the latest {:.1f} ms late",
+                                       *missed, *periods, *latest));
+}
+
 /// The vehicle had left its reference when the failsafe of a simulated flight ended it. Every component did
 /// its part, so the flight is complete; the vehicle is lost.
 bool lost_to_the_failsafe(const FlightOptions& o, const FlightResult& result) {
@@ -176,6 +197,7 @@ Result<FlightResult> fly(const FlightOptions& o) {
   j["losses"] = flight.notes;  // components that ended before the flight did
   j["recording_notes"] = nlohmann::json::array();
   for (const auto& note : recording->notes) j["recording_notes"].push_back(note.text);
+  if (!o.lockstep()) read_periods(s.out / kPeriods, result);
   if (o.monitor) read_monitor(s.out / "monitor.json", result);
   judge(o, s, *recording, result);
   if (auto ok = files::write_file_atomic(s.out / "flight.json", j.dump(2) + "\n"); !ok)

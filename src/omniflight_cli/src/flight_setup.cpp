@@ -76,6 +76,7 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
     p["monitor"]["imu_position_m"] = in_brackets(s.sensing.imu_position);
   }
   p["controller"] = control_parameters(o, s);
+  p["controller"]["ground_z_m"] = fmt::format("{:.17g}", s.ground_z);
   p["controller"]["settle_s"] = fmt::format("{}", kSettle);
   if (s.fence) {
     p["controller"]["fence_min_m"] = in_brackets(s.fence->first);
@@ -115,11 +116,13 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
       p["gateway"]["board_silence_s"] = "1.5";
       p["controller"]["mocap_timeout_s"] = "1.5";
       p["controller"]["imu_timeout_s"] = "1.0";
+      p["controller"]["missed_share"] = "1.0";
     }
     common("gateway");
     auto& g = p["gateway"];
     g["devices"] = quoted(o.plant == "emulator" ? links + "/board0;" + links + "/board1;" + links + "/board2"
                                                 : o.devices);
+    g["summary_file"] = quoted((s.out / kPeriods).string());
     g["epoch_monotonic_ns"] = std::to_string(s.epoch_ns);
     g["hold_s"] = "2.0";
     g["flight_s"] = fmt::format("{:.17g}", kSettle + s.plan.trajectory.duration() + kAfter);
@@ -255,11 +258,14 @@ Status find_neighbours(const FlightOptions& o, std::vector<std::string>& files) 
   return {};
 }
 
-/// The box that the test bed's description says is known; a vehicle that leaves it is brought down.
-Status find_fence(const planning::Mission& mission, std::optional<std::pair<Vec3, Vec3>>& fence) {
+/// The box that the test bed's description says is known, which a vehicle leaves only to be brought down, and
+/// its floor.
+Status find_fence(const planning::Mission& mission, std::optional<std::pair<Vec3, Vec3>>& fence,
+                  double& ground_z) {
   if (mission.description.empty()) return {};
   auto bed = files::YamlReader::load(mission.description);
   if (!bed) return Failure(bed.error());
+  ground_z = bed->number("ground_z", files::any_number("m"), 0.0);
   auto bounds = bed->optional_child("bounds");
   if (!bounds) return {};
   fence.emplace(bounds->vec3("min", files::any_number("m")), bounds->vec3("max", files::any_number("m")));
@@ -296,7 +302,7 @@ Result<Setup> find_inputs(const FlightOptions& o) {
   auto loaded = planning::load_mission(o.mission);
   if (!loaded) return Failure(loaded.error());
   s.mission = std::move(*loaded);
-  if (auto ok = find_fence(s.mission, s.fence); !ok) return Failure(ok.error());
+  if (auto ok = find_fence(s.mission, s.fence, s.ground_z); !ok) return Failure(ok.error());
   auto sensors = find_config("sensors", o.sensors);
   if (!sensors) return Failure(sensors.error());
   s.sensors = *sensors;
@@ -386,7 +392,7 @@ Result<Setup> prepare(const FlightOptions& o) {
   if (auto ok = make_folder((s.out / "plan").string()); !ok) return Failure(ok.error());
   if (auto ok = planning::write_plan(s.plan, s.out / "plan"); !ok) return Failure(ok.error());
   std::error_code ec;
-  for (const char* of_an_earlier_flight : {"flight.json", "monitor.json"})
+  for (const char* of_an_earlier_flight : {"flight.json", "monitor.json", kPeriods})
     fs::remove(s.out / of_an_earlier_flight, ec);
   return s;
 }

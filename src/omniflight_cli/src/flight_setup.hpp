@@ -10,6 +10,9 @@
 
 namespace omniflight::cli {
 
+/// File of the folder in which the gateway leaves the counts of its periods.
+inline constexpr const char* kPeriods = "periods.json";
+
 struct Setup {
   planning::Plan plan;
   planning::Mission mission;
@@ -22,6 +25,7 @@ struct Setup {
   std::map<std::string, std::string> weights;  ///< parameters of the allocator
   std::string fingerprint;                     ///< see fingerprint()
   std::optional<std::pair<Vec3, Vec3>> fence;  ///< m, corners of the test bed's known box; empty: none known
+  double ground_z = 0;                         ///< m, floor of the test bed
   double duration = 0;                         ///< s, whole flight
   double after = 0;                            ///< s of it after the plan's end
   std::int64_t epoch_ns = 0;                   ///< CLOCK_MONOTONIC at flight time zero

@@ -145,6 +145,20 @@ class EndsOnTheLine(system.SystemTest):
         self.assertLess(low, 0.8, "the ladder has 0.235 s of 0.5 s")
         self.assertLess(back - continued, 2.0)
 
+    def test_missed_periods_are_shown(self):
+        fly, pids = self.take_off()
+        os.kill(pids["omniflight_gateway"], signal.SIGSTOP)
+        time.sleep(0.1)
+        os.kill(pids["omniflight_gateway"], signal.SIGCONT)
+        output = "".join(fly.communicate(timeout=40))
+        said = self.json("flight/flight.json")
+        print(f"\ngateway paused for 100 ms: {said['periods_missed']} of {said['periods']} periods of 2 ms missed, the latest "
+              f"{said['period_latest_ms']:.1f} ms late")
+        self.assertGreaterEqual(said["periods_missed"], 45)
+        self.assertGreater(said["periods"], 2000)
+        self.assertGreaterEqual(said["period_latest_ms"], 95)
+        self.assertIn(f"{said['periods_missed']} of {said['periods']} control periods missed", output)
+
     def test_emergency_stop_is_acknowledged(self):
         fly, pids = self.take_off()
         stopped = time.monotonic()

@@ -137,6 +137,7 @@ class ControllerComponent final : public bus::Component {
         newest_tick_s_ = to_s(m.header.stamp);
         free_ = m.phase == static_cast<std::uint8_t>(FlightPhase::free);
         time_known_ = tick_known_ = true;
+        guard_->tick(newest_tick_s_, m.period);
         repeated_ = pending_ && pending_->index == m.index;
         overtaken_ = pending_ && pending_->index < m.index;
         pending_.emplace(m);

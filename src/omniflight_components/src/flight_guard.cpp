@@ -31,6 +31,8 @@ Result<GuardConfig> read_guard(bus::Parameters& p) {
   l.fence.margin = p.number("fence_margin_m", l.fence.margin, 0, 100);
   l.battery_low_V = p.number("battery_low_V", 0.0, 0, 1000);
   l.battery_empty_V = p.number("battery_empty_V", 0.0, 0, 1000);
+  l.innovation_m = p.number("diverged_m", l.innovation_m, 0.01, 100);
+  l.missed_share = p.number("missed_share", l.missed_share, 0, 1);
   c.descend_speed = p.number("descend_speed_mps", c.descend_speed, 0.01, 5);
   c.ground_z = p.number("ground_z_m", c.ground_z, -1e4, 1e4);
   c.touchdown = p.number("touchdown_m", c.touchdown, 0.001, 10);
@@ -67,6 +69,8 @@ bool FlightGuard::update(double now_s, const control::Estimator& estimator, safe
   safety::Vitals v;
   v.pose_age_s = now_s - estimator.last_mocap();
   v.imu_age_s = now_s - estimator.time();
+  v.innovation_m = poses_.apart_m();
+  v.missed_share = missed_.share();
   v.p_W = estimator.state().p_WB;
   v.wish = wish;
   v.battery_V = battery_V_;

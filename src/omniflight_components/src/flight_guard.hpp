@@ -8,6 +8,7 @@
 #include "omniflight_bus/parameters.hpp"
 #include "omniflight_control/estimator.hpp"
 #include "omniflight_core/trajectory.hpp"
+#include "omniflight_safety/missed_share.hpp"
 #include "omniflight_safety/pose_monitor.hpp"
 #include "omniflight_safety/vitals.hpp"
 
@@ -41,6 +42,8 @@ class FlightGuard {
   bool believes(double stamp_s, const Vec3& p_WB, const Quat& q_WB, double now_s, bool free,
                 const control::Estimator& estimator);
 
+  /// Every tick of the clock master: t [s] and the period [s] it wants to keep.
+  void tick(double t, double period) { missed_.tick(t, period); }
   void battery(double voltage_V) { battery_V_ = voltage_V; }
 
   /// Once a tick in free flight; the first one arms the ladder. True when the action has changed.
@@ -60,6 +63,7 @@ class FlightGuard {
   GuardConfig config_;
   safety::PoseMonitor poses_;
   safety::StampClock imu_clock_;
+  safety::MissedShare missed_;
   std::uint64_t refused_imu_ = 0;
   safety::LadderState state_;
   std::optional<Reference> frozen_;  ///< from where hold and descend go on

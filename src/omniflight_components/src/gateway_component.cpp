@@ -12,6 +12,7 @@
 #include "omniflight_gateway/safety_gate.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
 #include "period_keeper.hpp"
+#include "period_summary.hpp"
 #include "plant_publisher.hpp"
 #include "start_permission.hpp"
 #include "threaded_component.hpp"
@@ -47,6 +48,7 @@ class GatewayComponent final : public ThreadedComponent {
     gate.own_sleep_s = std::max(gate.own_sleep_s, 4 * period_);
     gate.ramp_s = p.number("ramp_s", 0.5, 0.01, 10);
     gate.max_acceleration_radps2 = p.number("max_rotor_acceleration_radps2", 1e5, 1, 1e8);
+    summary_file_ = p.text("summary_file", "");
     permission_.read(p);
     if (auto ok = p.finish(); !ok) return ok;
     auto vehicle = vehicle::load_vehicle(vehicle_name, split(overrides));
@@ -151,14 +153,15 @@ class GatewayComponent final : public ThreadedComponent {
     const auto status = fly(pace);
     (void)gateway_->stop_motors();
     (void)gateway_->poll(pace.now(), 0.0);
-    if (keeper_)
-      std::fprintf(
-          stderr,
-          "[gateway] %llu of %llu control periods missed, the latest %.1f ms late; %llu commands refused\n",
-          static_cast<unsigned long long>(keeper_->missed()),
-          static_cast<unsigned long long>(keeper_->periods()), 1e3 * keeper_->longest_late_s(),
-          static_cast<unsigned long long>(gate_->refused()));
-    return status;
+    if (!keeper_) return status;
+    const PeriodCounts counts = count_periods();
+    std::fprintf(stderr, "[gateway] %s\n", words(counts).c_str());
+    const Status written = write_summary(counts, summary_file_);
+    return status ? written : status;
+  }
+
+  PeriodCounts count_periods() const {
+    return {keeper_->periods(), keeper_->missed(), keeper_->longest_late_s(), gate_->refused()};
   }
 
   Status fly(const WallPace& pace) {
@@ -230,10 +233,14 @@ class GatewayComponent final : public ThreadedComponent {
     }
   }
 
-  /// Publishes the state of the gate when it has changed: an emergency stop is acknowledged by it.
+  /// Publishes the state of the gate when it has changed: an emergency stop is acknowledged by it. Also when
+  /// periods were missed, at most once a second.
   void tell_gate(double now) {
-    if (told_ == gate_->state()) return;
+    const bool missed = keeper_ && keeper_->missed() != missed_told_ && now >= next_missed_s_;
+    if (told_ == gate_->state() && !missed) return;
     told_ = gate_->state();
+    if (keeper_) missed_told_ = keeper_->missed();
+    next_missed_s_ = now + 1.0;
     std::string words(gateway::to_string(gate_->state()));
     if (gate_->trip_reason() != gateway::Trip::none)
       words += ": " + std::string(gateway::to_string(gate_->trip_reason()));
@@ -245,6 +252,7 @@ class GatewayComponent final : public ThreadedComponent {
     bus::set_text(status.name, "omniflight: gate");
     bus::set_text(status.message, words);
     bus::set_text(status.hardware_id, "");
+    if (keeper_) fill(status.values, count_periods());
     (void)gate_publisher_->publish(m,
                                    to_ns(now));  // who listens does so to know; the rotors do not wait for it
   }
@@ -299,6 +307,9 @@ class GatewayComponent final : public ThreadedComponent {
   StartPermission permission_;
   std::optional<PeriodKeeper> keeper_;
   std::optional<gateway::GateState> told_;
+  std::uint64_t missed_told_ = 0;
+  double next_missed_s_ = -1e300;
+  std::string summary_file_;
   bus::Message<DiagnosticArray> gate_message_;
   std::optional<bus::Publisher<DiagnosticArray>> gate_publisher_;
   std::optional<double> battery_;  ///< V, newest

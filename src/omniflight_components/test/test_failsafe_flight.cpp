@@ -401,6 +401,15 @@ TEST_F(FailsafeFlight, FrozenPosesAreRefusedAndThenDescended) {
   EXPECT_LT((flown.seen->last - flown.seen->first).head<2>().norm(), 0.5);
 }
 
+TEST_F(FailsafeFlight, AFrozenImuIsNotFlownOnUntilTheVehicleIsLost) {
+  const Flown flown = fly({}, "  - {at_s: 5, kind: sensor_freeze, sensor: imu, for_s: 60}\n", 12);
+  EXPECT_EQ(flown.code, kIncomplete) << flown.text;
+  std::printf("frozen IMU: %s at %.2f s, %.2f m off\n", story(flown).c_str(), flown.seen->end_s,
+              flown.seen->furthest_m);
+  EXPECT_SAYS(flown, "ramp_down: estimate_diverged");
+  EXPECT_LT(flown.seen->furthest_m, 1.0);
+}
+
 TEST_F(FailsafeFlight, TheOperatorHoldsAndResumes) {
   const auto at = [](double t, double when) { return std::abs(t - when) < 0.5 * kPeriod; };
   const Flown flown = fly(

@@ -53,6 +53,9 @@ std::optional<PoseRefusal> PoseMonitor::find(double stamp_s, const Vec3& p, cons
   }
   const bool equal = p == last_p_ && q.coeffs() == last_q_;
   repeats_ = equal ? repeats_ + 1 : 0;
+  if (believed_s_ && (p - last_p_).norm() > config_.step_m + config_.step_mps * std::abs(taken_s_ - last_s_))
+    steady_ = false;
+  last_s_ = taken_s_;
   last_p_ = p;
   last_q_ = q.coeffs();
   if (free && repeats_ + 1 >= config_.frozen_samples) {
@@ -63,6 +66,8 @@ std::optional<PoseRefusal> PoseMonitor::find(double stamp_s, const Vec3& p, cons
     const double grown_m = config_.jump_growth_mps * (taken_s_ - *believed_s_);
     const double away_m = (p - expected->p_WB).norm();
     const double away_rad = expected->q_WB.angularDistance(q.normalized());
+    constexpr double kArm = 1.0;  // m
+    apart_m_ = std::max(away_m, kArm * away_rad);
     if (away_m > config_.jump_m + grown_m || away_rad > config_.jump_rad) {
       last_words_ = words("%.3g m and %.3g rad from where the vehicle is expected", away_m, away_rad);
       return PoseRefusal::jump;
@@ -75,10 +80,12 @@ std::optional<PoseRefusal> PoseMonitor::judge(double stamp_s, const Vec3& p_WB, 
                                               double now_s, bool free,
                                               const std::optional<ExpectedPose>& expected) {
   const auto refusal = find(stamp_s, p_WB, q_WB, now_s, free, expected);
-  if (refusal)
+  if (refusal) {
     ++refused_[static_cast<std::size_t>(*refusal)];
-  else
+  } else {
     believed_s_ = taken_s_;
+    steady_ = true;
+  }
   return refusal;
 }
 

@@ -30,7 +30,9 @@ struct PoseMonitorConfig {
   double jump_m = 0.3;      ///< m from the expected position, without a gap
   double jump_rad = 0.6;    ///< rad from the expected attitude, without a gap
   double jump_growth_mps =
-      0.5;  ///< m/s that the allowed distance grows with the age of the last believed pose
+      0.5;                 ///< m/s that the allowed distance grows with the age of the last believed pose
+  double step_mps = 10.0;  ///< m/s that the vehicle may move from one pose to the next
+  double step_m = 0.05;    ///< m beside it: noise of two poses
 };
 
 struct ExpectedPose {
@@ -50,6 +52,9 @@ class PoseMonitor {
 
   /// Flight time [s] at which the last believed pose was taken.
   double believed_s() const { return believed_s_.value_or(-1.0); }
+  /// m, with an arm of 1 m for the attitude: how far the last pose lies from the expected one. Zero when the
+  /// poses themselves have leapt since the last believed one: then they are wrong, not the estimate.
+  double apart_m() const { return steady_ ? apart_m_ : 0.0; }
   const StampClock& clock() const { return clock_; }
   std::uint64_t refused(PoseRefusal refusal) const { return refused_[static_cast<std::size_t>(refusal)]; }
   std::uint64_t refused() const;
@@ -65,6 +70,9 @@ class PoseMonitor {
   std::optional<double> believed_s_;
   Vec3 last_p_ = Vec3::Constant(1e300);
   Eigen::Vector4d last_q_ = Eigen::Vector4d::Zero();
+  double last_s_ = 0;  ///< flight time of the last pose
+  double apart_m_ = 0;
+  bool steady_ = true;  ///< no leap since the last believed pose
   int repeats_ = 0;
   std::array<std::uint64_t, kPoseRefusals> refused_{};
   std::string last_words_;
