@@ -5,6 +5,7 @@
 #include <mutex>
 
 #include "conversions.hpp"
+#include "estimator_choice.hpp"
 #include "factories.hpp"
 #include "failsafe_message.hpp"
 #include "flight_guard.hpp"
@@ -12,7 +13,6 @@
 #include "omniflight_bus/parameters.hpp"
 #include "omniflight_bus/subscription.hpp"
 #include "omniflight_components/topics.hpp"
-#include "omniflight_control/estimator.hpp"
 #include "omniflight_control/law.hpp"
 #include "plant_publisher.hpp"
 #include "trajectory_message.hpp"
@@ -63,14 +63,12 @@ class ControllerComponent final : public bus::Component {
     law.max_correction_rate = p.number("max_correction_rate_radps", law.max_correction_rate, 0.01, 100);
     law.disturbance_bandwidth = p.number("disturbance_bandwidth_radps", law.disturbance_bandwidth, 0.1, 500);
     law.actuator_time_constant = p.number("actuator_time_constant_s", law.actuator_time_constant, 0, 2);
-    control::EstimatorConfig e;
-    e.position_bandwidth = p.number("estimator_position_bandwidth_radps", e.position_bandwidth, 0.1, 500);
-    e.attitude_bandwidth = p.number("estimator_attitude_bandwidth_radps", e.attitude_bandwidth, 0.1, 500);
-    e.gyro_bias_gain = p.number("estimator_gyro_bias_gain", e.gyro_bias_gain, 0, 1000);
+    auto estimator = read_estimator(p);
     settle_ = p.number("settle_s", 1.0, 0, 600);
     auto guard = read_guard(p);
     if (auto ok = p.finish(); !ok) return ok;
     if (!guard) return Failure(guard.error());
+    if (!estimator) return Failure(estimator.error());
     auto made = control::make_law(law_name, law);
     if (!made) return Failure(made.error());
     if (law_name == "incremental" && !anti_windup_)
@@ -78,7 +76,7 @@ class ControllerComponent final : public bus::Component {
                        "controller.anti_windup", "Give true, or take another law");
     guard_.emplace(*guard);
     law_ = std::move(*made);
-    estimator_.emplace(e);
+    estimator_ = std::move(*estimator);
 
     auto out = advertise<ControllerState>(topics::controller, bus::Qos::bulk(512));
     if (!out) return Failure(out.error());
@@ -315,7 +313,7 @@ class ControllerComponent final : public bus::Component {
   std::mutex mutex_;  ///< guards everything but message_, which serve() alone touches
   std::atomic<int> wanted_{0};
   std::unique_ptr<control::Law> law_;
-  std::optional<control::Estimator> estimator_;
+  std::unique_ptr<control::StateEstimator> estimator_;
   Trajectory trajectory_;
   double settle_ = 1.0, free_since_ = 0.0;
   std::optional<FlightGuard> guard_;

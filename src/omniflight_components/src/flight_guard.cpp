@@ -54,13 +54,13 @@ bool FlightGuard::place_imu(double stamp_s, double now_s, double& flight_s) {
 }
 
 bool FlightGuard::believes(double stamp_s, const Vec3& p_WB, const Quat& q_WB, double now_s, bool free,
-                           const control::Estimator& estimator) {
+                           const control::StateEstimator& estimator) {
   std::optional<safety::ExpectedPose> expected;
   if (estimator.ready()) expected = {estimator.state().p_WB, estimator.state().q_WB};
   return !poses_.judge(stamp_s, p_WB, q_WB, now_s, free, expected);
 }
 
-bool FlightGuard::update(double now_s, const control::Estimator& estimator, safety::Wish wish) {
+bool FlightGuard::update(double now_s, const control::StateEstimator& estimator, safety::Wish wish) {
   const Action before = action();
   if (!state_.armed) {
     auto armed = safety::arm(config_.ladder, state_, now_s, {});

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "omniflight_bus/parameters.hpp"
-#include "omniflight_control/estimator.hpp"
+#include "omniflight_control/state_estimator.hpp"
 #include "omniflight_core/trajectory.hpp"
 #include "omniflight_safety/missed_share.hpp"
 #include "omniflight_safety/pose_monitor.hpp"
@@ -40,14 +40,14 @@ class FlightGuard {
 
   /// Whether the estimator may have this pose, as taken at poses().believed_s(). now_s: flight time.
   bool believes(double stamp_s, const Vec3& p_WB, const Quat& q_WB, double now_s, bool free,
-                const control::Estimator& estimator);
+                const control::StateEstimator& estimator);
 
   /// Every tick of the clock master: t [s] and the period [s] it wants to keep.
   void tick(double t, double period) { missed_.tick(t, period); }
   void battery(double voltage_V) { battery_V_ = voltage_V; }
 
   /// Once a tick in free flight; the first one arms the ladder. True when the action has changed.
-  bool update(double now_s, const control::Estimator& estimator, safety::Wish wish);
+  bool update(double now_s, const control::StateEstimator& estimator, safety::Wish wish);
 
   /// What is flown at this tick: the plan's reference at `along` [s], or what the action makes of it.
   Reference reference(const Trajectory& plan, double along, double now_s, const RigidState& estimate);

@@ -61,8 +61,10 @@ class Stranger final : public bus::Component {
     (void)wishes_->publish(*wish_message_, 1);
   }
 
-  std::optional<double> first_word_s;  ///< stamp of a command before the first tick
-  double furthest_m = 0;               ///< of the true position from where the flight began, while it is free
+  std::function<double(double t)> outlier_m;  ///< added to y of the poses that are played
+  std::optional<double> first_word_s;         ///< stamp of a command before the first tick
+  double furthest_m = 0;  ///< of the true position from where the flight began, while it is free
+  double sideways_m = 0;  ///< largest |y| of the same
   double end_s = 0;
   struct Said {
     double t;
@@ -99,6 +101,7 @@ class Stranger final : public bus::Component {
           last = Vec3(m.position[0], m.position[1], m.position[2]);
           if (!first.allFinite()) first = last;
           furthest_m = std::max(furthest_m, (last - first).norm());
+          sideways_m = std::max(sideways_m, std::abs((last - first).y()));
           if (const auto stamp_s = std::exchange(first_word_s, std::nullopt)) command(*stamp_s, 0.0);
           relay(m);
           measure(m);
@@ -150,6 +153,7 @@ class Stranger final : public bus::Component {
       pose_->pose.position = {state.position[0], state.position[1], state.position[2]};
       const double* q = state.attitude;  // w x y z
       pose_->pose.orientation = {q[1], q[2], q[3], q[0]};
+      if (outlier_m) pose_->pose.position.y += outlier_m(taken);
       (void)poses_->publish(*pose_, 1);
       in_flight_.pop_front();
     }
@@ -257,6 +261,7 @@ class FailsafeFlight : public ::testing::Test {
     Status on_configure(const YAML::Node&) override { return {}; }
     Status on_deactivate() override {
       to_->furthest_m = from_.furthest_m;
+      to_->sideways_m = from_.sideways_m;
       to_->end_s = from_.end_s;
       to_->failsafe = from_.failsafe;
       to_->last = from_.last;
@@ -316,6 +321,25 @@ TEST_F(FailsafeFlight, PosesStampedInUnixTimeAreFlownWith) {
   EXPECT_LT(flown.seen->furthest_m, kQuietFlight);
   EXPECT_NEAR((flown.seen->last - flown.seen->first).x(), 0.05, 0.01);
   EXPECT_SAYS(flown, "poses: another clock is followed, 1.7e+09 s from flight time");
+}
+
+TEST_F(FailsafeFlight, OutliersBelowTheJumpTestAreRefusedByTheFilter) {
+  double sideways[2];
+  for (const int k : {0, 1}) {
+    const Flown flown = fly(
+        {}, kNoOtherMocap, 8,
+        {std::string("controller:estimator:=") + (k == 0 ? "fixed_gain" : "error_state")}, [](Stranger& s) {
+          s.play_mocap([](double t) { return t; });
+          s.outlier_m = [](double t) { return t > 2.0 && std::fmod(t, 0.1) < 0.004 ? 0.25 : 0.0; };
+        });
+    EXPECT_EQ(flown.code, 0) << flown.text;
+    sideways[k] = flown.seen->sideways_m;
+  }
+  std::printf(
+      "an outlier of 0.25 m every 0.1 s: %.1f mm sideways with the observer, %.1f mm with the filter\n",
+      1e3 * sideways[0], 1e3 * sideways[1]);
+  EXPECT_LT(sideways[1], 0.002);
+  EXPECT_LT(sideways[1], 0.5 * sideways[0]);
 }
 
 TEST_F(FailsafeFlight, AnImuStampedInUnixTimeIsFlownWith) {
@@ -391,6 +415,21 @@ TEST_F(FailsafeFlight, LostPosesAreFlownThroughForHalfASecondThenDescended) {
   EXPECT_LT(moved.head<2>().norm(), 0.5);
   EXPECT_NEAR(flown.seen->last.z(), 0.1, 0.3);
   EXPECT_SAYS(flown, "the failsafe ended the flight");
+}
+
+TEST_F(FailsafeFlight, TheFilterKnowsTheBiasesWhenPosesAreLost) {
+  double aside[2];
+  for (const int k : {0, 1}) {
+    const Flown flown =
+        fly({}, "  - {at_s: 5, kind: sensor_loss, sensor: mocap, for_s: 60}\n", 12,
+            {std::string("controller:estimator:=") + (k == 0 ? "fixed_gain" : "error_state")});
+    EXPECT_EQ(flown.code, kIncomplete) << flown.text;
+    EXPECT_SAYS(flown, "descend: pose_lost");
+    aside[k] = (flown.seen->last - flown.seen->first).head<2>().norm();
+  }
+  std::printf("descended on the IMU alone: %.2f m aside with the observer, %.2f m with the filter\n",
+              aside[0], aside[1]);
+  EXPECT_LT(aside[1], aside[0]);
 }
 
 TEST_F(FailsafeFlight, FrozenPosesAreRefusedAndThenDescended) {

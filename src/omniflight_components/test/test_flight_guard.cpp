@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "../src/flight_guard.hpp"
+#include "omniflight_control/estimator.hpp"
 
 namespace omniflight::components {
 namespace {
