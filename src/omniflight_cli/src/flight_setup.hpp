@@ -10,6 +10,9 @@
 
 namespace omniflight::cli {
 
+inline constexpr const char* kRecording = "flight.mcap";
+inline constexpr double kHold = 1.0, kSettle = 3.0, kAfter = 1.0;  ///< s around the trajectory
+
 /// File of the folder in which the gateway leaves the counts of its periods.
 inline constexpr const char* kPeriods = "periods.json";
 
@@ -18,9 +21,10 @@ struct Setup {
   planning::Mission mission;
   vehicle::Vehicle vehicle;  ///< that flies, overrides included
   std::filesystem::path out;
-  FolderLock lock;                                                  ///< of `out`
-  std::string sensors, effects, faults, world, defaults, loopback;  ///< files; without effects, ...: empty
-  std::vector<std::string> neighbours;                              ///< files
+  FolderLock lock;  ///< of `out`
+  std::string sensors, effects, faults, world, natnet, defaults,
+      loopback;                                ///< files; without effects, ...: empty
+  std::vector<std::string> neighbours;         ///< files
   simulation::SensorConfig sensing;            ///< of the plant's sensors, where it is ours
   std::map<std::string, std::string> weights;  ///< parameters of the allocator
   std::string fingerprint;                     ///< see fingerprint()

@@ -7,9 +7,11 @@
 #include "conversions.hpp"
 #include "factories.hpp"
 #include "failsafe_message.hpp"
+#include "omniflight_bus/heartbeat.hpp"
 #include "omniflight_bus/parameters.hpp"
 #include "omniflight_gateway/gateway.hpp"
 #include "omniflight_gateway/safety_gate.hpp"
+#include "omniflight_planning/plan.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
 #include "period_keeper.hpp"
 #include "period_summary.hpp"
@@ -49,10 +51,14 @@ class GatewayComponent final : public ThreadedComponent {
     gate.ramp_s = p.number("ramp_s", 0.5, 0.01, 10);
     gate.max_acceleration_radps2 = p.number("max_rotor_acceleration_radps2", 1e5, 1, 1e8);
     summary_file_ = p.text("summary_file", "");
+    operator_arms_ = p.flag("operator_arms", false);
+    arming_timeout_ = p.number("arming_timeout_s", 600, 1, 36000);
+    const std::string plan = p.text("plan", "");
     permission_.read(p);
     if (auto ok = p.finish(); !ok) return ok;
     auto vehicle = vehicle::load_vehicle(vehicle_name, split(overrides));
     if (!vehicle) return Failure(vehicle.error());
+    if (auto ok = check_plan(plan, *vehicle); !ok) return ok;
     rotors_ = static_cast<std::size_t>(vehicle->rotor_count());
     gate.rotors = rotors_;
     for (const auto& r : vehicle->rotors)
@@ -86,10 +92,21 @@ class GatewayComponent final : public ThreadedComponent {
     failsafe_.emplace(std::move(*failsafe));
     auto wish = bus::Subscription<msgs::std_msgs::String>::create(
         participant(), topics::wish, bus::Qos::latched_last(4),
-        [this](const msgs::std_msgs::String& m, std::int64_t) { wish_.store(wish_from(bus::text(m.data))); });
+        [this](const msgs::std_msgs::String& m, std::int64_t) {
+          if (bus::text(m.data) == "arm")
+            arm_asked_.store(true);
+          else
+            wish_.store(wish_from(bus::text(m.data)));
+        });
     if (!wish) return Failure(wish.error());
     wish_subscription_.emplace(std::move(*wish));
     if (auto ok = permission_.subscribe(participant()); !ok) return ok;
+    auto watch = bus::HeartbeatWatch::start(
+        participant(), bus::heartbeat_lease, [this](const std::string& who, bool alive, double silence_s) {
+          silences_.note(who, alive, silence_s, WallPace(epoch_ns_).now());
+        });
+    if (!watch) return Failure(watch.error());
+    watch_.emplace(std::move(*watch));
     auto gate_state = advertise<DiagnosticArray>(topics::gate, bus::Qos::latched_last());
     if (!gate_state) return Failure(gate_state.error());
     gate_publisher_.emplace(std::move(*gate_state));
@@ -97,6 +114,7 @@ class GatewayComponent final : public ThreadedComponent {
   }
   Status on_cleanup() override {
     stop();
+    watch_.reset();
     failsafe_.reset();
     wish_subscription_.reset();
     permission_.unsubscribe();
@@ -120,6 +138,17 @@ class GatewayComponent final : public ThreadedComponent {
       pace.sleep_until(pace.now() + 0.002);
     }
     return {};
+  }
+
+  /// A plan is for one vehicle; whoever starts components by hand may mix them up.
+  static Status check_plan(const std::string& folder, const vehicle::Vehicle& vehicle) {
+    if (folder.empty()) return {};
+    const auto plan = planning::read_plan(folder);
+    if (!plan) return Failure(plan.error());
+    if (plan->certificate.vehicle_sha256 == vehicle.sha256) return {};
+    return bad_input(
+        "is of another vehicle, or of other overrides, than '" + vehicle.name + "' of the gateway", folder,
+        "Plan for this vehicle, or give the plan's vehicle and vehicle_set");
   }
 
   Status check_start() const {
@@ -156,7 +185,7 @@ class GatewayComponent final : public ThreadedComponent {
     if (!keeper_) return status;
     const PeriodCounts counts = count_periods();
     std::fprintf(stderr, "[gateway] %s\n", words(counts).c_str());
-    const Status written = write_summary(counts, summary_file_);
+    const Status written = write_summary(counts, silences_.list(), summary_file_);
     return status ? written : status;
   }
 
@@ -173,14 +202,7 @@ class GatewayComponent final : public ThreadedComponent {
     }
     if (!connected) return connected;
     if (auto ok = reach(pace, gateway::GatewayPhase::connected, connect_timeout_); !ok) return ok;
-    // no motor starts before everything is there that a flight needs
-    for (Status ready = check_start(); !ready; ready = check_start()) {
-      if (!running()) return fail(ErrorCode::incomplete, "stopped before the flight began", "gateway");
-      if (pace.now() > deadline) return ready;
-      if (auto ok = gateway_->poll(pace.now(), 0.0); !ok) return ok;
-      publish_telemetry();
-      pace.sleep_until(pace.now() + 0.01);
-    }
+    if (auto ok = wait_for_start(pace, deadline); !ok) return ok;
     if (auto ok = gateway_->start_motors(pace.now()); !ok) return ok;
     if (auto ok = reach(pace, gateway::GatewayPhase::running, 10.0); !ok) return ok;
     publish_telemetry();
@@ -189,6 +211,35 @@ class GatewayComponent final : public ThreadedComponent {
     (void)publisher_.tick(pace.now(), period_, FlightPhase::ended);
     wind_down(pace);  // whatever ended the flight
     return flown;
+  }
+
+  /// No motor starts before everything is there that a flight needs and, where he has to, the operator has
+  /// armed. His word counts only when nothing is missing at that moment.
+  Status wait_for_start(const WallPace& pace, double deadline) {
+    constexpr double kLook = 0.01;  // s
+    for (;;) {
+      permission_.look(pace.now(), kLook);
+      const Status ready = check_start();
+      const bool asked = arm_asked_.exchange(false);
+      if (ready && (asked || !operator_arms_)) return {};
+      if (!running()) return fail(ErrorCode::incomplete, "stopped before the flight began", "gateway");
+      if (wish_.load() >= safety::Wish::stop) {
+        gate_->cut(gateway::Trip::emergency_stop);
+        tell_gate(pace.now());
+        return fail(ErrorCode::incomplete, "the operator stopped it before the flight began", "gateway");
+      }
+      if (ready && pace.now() > deadline + arming_timeout_)
+        return fail(ErrorCode::incomplete,
+                    "the operator has not armed within " + std::to_string(arming_timeout_) + " s", "gateway",
+                    "Press a in the terminal of fly, or run omniflight arm");
+      if (!ready && pace.now() > deadline) return ready;
+      tell(ready ? "disarmed: ready, the operator may arm"
+                 : (asked ? "disarmed: NOT armed: " : "disarmed: ") + ready.error().message,
+           pace.now());
+      if (auto ok = gateway_->poll(pace.now(), 0.0); !ok) return ok;
+      publish_telemetry();
+      pace.sleep_until(pace.now() + kLook);
+    }
   }
 
   /// From idle rotors to the end of the flight, at each control period: telemetry, tick, command. The caller
@@ -244,6 +295,13 @@ class GatewayComponent final : public ThreadedComponent {
     std::string words(gateway::to_string(gate_->state()));
     if (gate_->trip_reason() != gateway::Trip::none)
       words += ": " + std::string(gateway::to_string(gate_->trip_reason()));
+    tell(words, now);
+  }
+
+  /// On /omniflight/gate, when it is not what was told before, or counts have changed.
+  void tell(const std::string& words, double now) {
+    if (words == told_words_ && !keeper_) return;
+    told_words_ = words;
     auto& m = *gate_message_;
     m.header.stamp = bus::stamp(to_ns(now));
     bus::resize(m.status, 1);
@@ -253,8 +311,8 @@ class GatewayComponent final : public ThreadedComponent {
     bus::set_text(status.message, words);
     bus::set_text(status.hardware_id, "");
     if (keeper_) fill(status.values, count_periods());
-    (void)gate_publisher_->publish(m,
-                                   to_ns(now));  // who listens does so to know; the rotors do not wait for it
+    // who listens does so to know; the rotors do not wait for it
+    (void)gate_publisher_->publish(m, to_ns(now));
   }
 
   /// The worst that the controller's ladder and the operator ask for.
@@ -309,7 +367,10 @@ class GatewayComponent final : public ThreadedComponent {
   std::optional<gateway::GateState> told_;
   std::uint64_t missed_told_ = 0;
   double next_missed_s_ = -1e300;
-  std::string summary_file_;
+  std::string summary_file_, told_words_;
+  bool operator_arms_ = false;
+  double arming_timeout_ = 600;
+  std::atomic<bool> arm_asked_{false};
   bus::Message<DiagnosticArray> gate_message_;
   std::optional<bus::Publisher<DiagnosticArray>> gate_publisher_;
   std::optional<double> battery_;  ///< V, newest
@@ -317,6 +378,8 @@ class GatewayComponent final : public ThreadedComponent {
   std::atomic<safety::Wish> wish_{safety::Wish::none};
   std::mutex failsafe_mutex_;
   std::string failsafe_words_;  ///< guarded by failsafe_mutex_
+  SilenceLog silences_;
+  std::optional<bus::HeartbeatWatch> watch_;
   std::optional<bus::Subscription<DiagnosticArray>> failsafe_;
   std::optional<bus::Subscription<msgs::std_msgs::String>> wish_subscription_;
 };

@@ -6,9 +6,11 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "omniflight_bus/message.hpp"
 #include "omniflight_files/files.hpp"
+#include "silence_log.hpp"
 
 namespace omniflight::components {
 
@@ -41,13 +43,18 @@ void fill(Values& values, const PeriodCounts& c) {
 }
 
 /// Nothing without a file.
-inline Status write_summary(const PeriodCounts& c, const std::string& file) {
+inline Status write_summary(const PeriodCounts& c, const std::vector<Silence>& silences,
+                            const std::string& file) {
   if (file.empty()) return {};
+  nlohmann::json silent = nlohmann::json::array();
+  for (const Silence& s : silences)
+    silent.push_back({{"component", s.who}, {"at_s", s.at_s}, {"for_s", s.for_s}, {"back", s.back}});
   const nlohmann::json j = {{"schema", "omniflight.periods/1"},
                             {"periods", c.periods},
                             {"periods_missed", c.missed},
                             {"latest_ms", 1e3 * c.latest_s},
-                            {"commands_refused", c.commands_refused}};
+                            {"commands_refused", c.commands_refused},
+                            {"silent", silent}};
   return files::write_file_atomic(file, j.dump(2) + "\n");
 }
 

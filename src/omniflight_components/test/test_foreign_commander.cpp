@@ -100,6 +100,7 @@ Flown fly(Commander::Clock clock) {
                        "gateway:epoch_monotonic_ns:=" + epoch_ns,
                        "gateway:require_recorder:=false",
                        "gateway:least_free_MB:=0",
+                       "gateway:most_missed_share:=1",
                        "gateway:hold_s:=0.5",
                        "gateway:flight_s:=" + std::to_string(kFlight),
                        "gateway:stale_after_s:=1.0",  // a busy machine is no other clock

@@ -34,7 +34,7 @@ Status check(const StampClockConfig& c) {
 }
 
 std::optional<StampRefusal> StampClock::find(double ahead_s) {
-  if (std::abs(ahead_s) > config_.epoch_s) {
+  if (std::abs(ahead_s) > config_.epoch_s || (!config_.own && !foreign_)) {
     refusal_words_ = words("stamp %.6g s from flight time: another clock", ahead_s);
     return StampRefusal::other_epoch;
   }
@@ -56,7 +56,7 @@ void StampClock::consider(double stamp_s, double now_s, double ahead_s) {
   if (!agrees) {
     // What could be flight time's own is no other clock. A stamp ahead, or one that runs backwards, is a step
     // of a clock; one behind that goes on from the last is data that was held up.
-    const bool own = std::abs(stamp_s - now_s) <= config_.epoch_s;
+    const bool own = config_.own && std::abs(stamp_s - now_s) <= config_.epoch_s;
     const bool acceptable_own = stamp_s - now_s <= config_.future_s && now_s - stamp_s <= config_.old_s;
     const bool stepped = ahead_s > 0 || !last_stamp_s_ || stamp_s < *last_stamp_s_;
     candidate_ = Candidate{now_s, delay, delay, stamp_s, 1, own ? foreign_ && acceptable_own : stepped};
@@ -74,7 +74,7 @@ void StampClock::consider(double stamp_s, double now_s, double ahead_s) {
 
 void StampClock::take_over(double offset_s, double now_s) {
   candidate_.reset();
-  foreign_ = std::abs(offset_s) > config_.epoch_s;
+  foreign_ = !config_.own || std::abs(offset_s) > config_.epoch_s;
   offset_ = foreign_ ? offset_s : 0.0;
   least_.fill(offset_);
   bucket_ = 0;

@@ -131,6 +131,23 @@ TEST(StampClock, ASourceThatReturnsToFlightTimeIsBelievedAgain) {
   EXPECT_EQ(s.clock.resets(), 2u);
 }
 
+TEST(StampClock, AClockThatIsAnotherOneForSureIsFollowedThoughItLiesNear) {
+  StampClockConfig config;
+  config.own = false;
+  for (const double offset : {3.0, -3.0, 0.3, -0.3}) {
+    StampClock clock(config);
+    double placed = 0;
+    int refused = 0;
+    for (double t = 20; t < 25; t += 0.01) {
+      if (clock.place(t + offset, t + 0.005, placed))
+        ++refused;
+      else
+        EXPECT_NEAR(placed, t, 0.006);
+    }
+    EXPECT_LE(refused, 27) << offset;
+  }
+}
+
 TEST(StampClock, AStampThatIsNeverSetIsNotFollowed) {
   StampClock clock;
   double placed = 0;

@@ -22,6 +22,7 @@ struct StampClockConfig {
   int settle_samples = 10;  ///< least number of such stamps
   double agree_s = 0.1;     ///< s by which their delays may differ meanwhile
   double window_s = 10.0;   ///< s over which the least delay is looked for
+  bool own = true;          ///< the source may stamp in flight time; false: its clock is another one for sure
   double drift = 2e-4;      ///< s/s, fastest change of a followed offset; two crystals differ by less
 };
 
