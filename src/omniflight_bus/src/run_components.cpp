@@ -5,6 +5,7 @@
 #include <mutex>
 
 #include "omniflight_bus/domain.hpp"
+#include "omniflight_bus/heartbeat.hpp"
 #include "omniflight_bus/parameters.hpp"
 #include "omniflight_core/progress.hpp"
 
@@ -86,6 +87,17 @@ int run_components(std::vector<std::unique_ptr<Component>> components, const Run
   if (!participant) {
     verdict.take("runner", "joined", Failure(participant.error()));
     return verdict.code();
+  }
+  std::optional<Heartbeat> heartbeat;
+  if (options.heartbeat) {
+    std::string names;
+    for (const auto& component : components) names += (names.empty() ? "" : "+") + component->name();
+    auto started = Heartbeat::start(*participant, names, heartbeat_lease);
+    if (!started) {
+      verdict.take("runner", "beating", Failure(started.error()));
+      return verdict.code();
+    }
+    heartbeat.emplace(std::move(*started));
   }
   const auto wake = std::make_shared<Wake>();
   bool running = true;

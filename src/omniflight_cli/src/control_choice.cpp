@@ -63,10 +63,11 @@ Status check_law(const FlightOptions& o, const Setup& s) {
   return Failure(error);
 }
 
-Result<std::string> told_gains(const FlightOptions& o, const Setup& s) {
-  const std::string law = law_of(o, s);
-  // an integral of the velocity error is none of the position error: the estimate is corrected in between
-  if (law == "incremental" || law == "cascaded") return std::string();
+namespace {
+
+/// The gains that fly: of the configuration, of the law's choice, of the operator, the later before the
+/// earlier.
+Result<std::map<std::string, Vec3>> flown_gains(const FlightOptions& o, const Setup& s) {
   auto defaults = files::YamlReader::load(s.defaults);
   if (!defaults) return Failure(defaults.error());
   auto usual = defaults->child("controller").child("ros__parameters");
@@ -84,9 +85,40 @@ Result<std::string> told_gains(const FlightOptions& o, const Setup& s) {
     gain[name] = yaml->vec3(name, bounds);
     if (auto ok = yaml->finish(); !ok) return Failure(ok.error());
   }
+  return gain;
+}
+
+}  // namespace
+
+Status check_weights(const FlightOptions& o, const Setup& s) {
+  // below it trajectory quarter_pitch is lost with dynamic weights and flown with case_b, on the nominal
+  // model
+  constexpr double kLeast = 25.0;  // 1/s^2
+  const auto weights = s.weights.find("weights");
+  if (weights == s.weights.end() || weights->second != "dynamic") return {};
+  const auto gain = flown_gains(o, s);
+  if (!gain) return Failure(gain.error());
+  const double kp = gain->at("kp").minCoeff();
+  if (kp >= kLeast) return {};
+  return bad_input(fmt::format("dynamic weights (eq. 5.3) need position gains of {:g} 1/s2 or more, this "
+                               "flight has {:g}: with softer ones "
+                               "the error passes their threshold when the tilt can no longer follow, and a "
+                               "quick pitch is lost that "
+                               "case_b flies",
+                               kLeast, kp),
+                   "--weights dynamic",
+                   "Give -p controller.kp='[50, 50, 50]' -p controller.kv='[10, 10, 10]', or case_a");
+}
+
+Result<std::string> told_gains(const FlightOptions& o, const Setup& s) {
+  const std::string law = law_of(o, s);
+  // an integral of the velocity error is none of the position error: the estimate is corrected in between
+  if (law == "incremental" || law == "cascaded") return std::string();
+  auto gain = flown_gains(o, s);
+  if (!gain) return Failure(gain.error());
   std::string out;
   for (const auto& [name, unit] : kGains)
-    out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", name, in_brackets(gain[name]));
+    out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", name, in_brackets((*gain)[name]));
   return "{" + out + "}";
 }
 

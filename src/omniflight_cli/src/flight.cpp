@@ -20,6 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kArming = 600;  // s that an operator may take to arm
+
 /// Starts what the flight needs, the clock master last.
 Result<std::vector<Child>> start(const FlightOptions& o, const Setup& s, int domain) {
   std::vector<std::vector<std::string>> groups;
@@ -42,6 +44,7 @@ Result<std::vector<Child>> start(const FlightOptions& o, const Setup& s, int dom
          {std::string("--params"), s.defaults, (s.out / "params.yaml").string(), std::string("--domain"),
           std::to_string(domain), std::string("--loopback"), s.loopback})
       arguments.push_back(a);
+    if (!o.lockstep()) arguments.push_back("--heartbeat");
     ChildOptions child;
     child.log = (s.out / "log" / (group.size() > 1 ? "container.log" : group.front() + ".log")).string();
     // Lockstep partners take turns, so they share one processor: no wake-up of an idle one on every turn.
@@ -72,6 +75,32 @@ void read_monitor(const fs::path& file, FlightResult& result) {
       result.monitor +=
           fmt::format("; {} {} from {:.1f} s: {}", check.value("name", ""), check.value("worst", ""),
                       check.value("from_s", 0.0), check.value("message", ""));
+}
+
+/// The periods that the clock master missed, in the answer and in a line.
+void read_periods(const fs::path& file, FlightResult& result) {
+  auto text = files::read_file(file, files::kMegabyte);
+  const auto said = text ? nlohmann::json::parse(*text, nullptr, false) : nlohmann::json();
+  const auto count = [&](const char* key) -> std::optional<double> {
+    if (!said.is_object() || !said.contains(key) || !said[key].is_number()) return {};
+    return said[key].get<double>();
+  };
+  const auto periods = count("periods"), missed = count("periods_missed"), latest = count("latest_ms");
+  if (!periods || !missed || !latest) {
+    result.remarks.push_back("control periods are not counted: the gateway left no " +
+                             file.filename().string());
+    return;
+  }
+  result.json["silent"] = said.value("silent", nlohmann::json::array());
+  for (const auto& silence : result.json["silent"])
+    if (silence.is_object() && silence.value("back", false))
+      result.remarks.push_back(fmt::format("{} stood still for {:.2f} s", silence.value("component", "?"),
+                                           silence.value("for_s", 0.0)));
+  result.json["periods"] = said["periods"];
+  result.json["periods_missed"] = said["periods_missed"];
+  result.json["period_latest_ms"] = *latest;
+  result.remarks.push_back(fmt::format("{:.0f} of {:.0f} control periods missed, the latest {:.1f} ms late",
+                                       *missed, *periods, *latest));
 }
 
 /// The vehicle had left its reference when the failsafe of a simulated flight ended it. Every component did
@@ -130,20 +159,26 @@ Result<FlightResult> fly(const FlightOptions& o) {
   Supervision how;
   how.limit_s = o.realtime || !o.lockstep() ? s.duration + 60.0 : 5.0 * s.duration + 60.0;
   how.lockstep = o.lockstep();
+  if (o.plant == "hardware") how.limit_s += kArming;
   Supervised flight;
   {
     Progress progress("flight", how.limit_s, "s of wall time", o.quiet || !isatty(STDERR_FILENO));
     Keyboard keyboard;
     std::unique_ptr<OperatorDesk> desk;
+    std::string gate_said;
     if (keyboard.there() && !o.lockstep()) {
       if (auto ok = bus::use_loopback(s.loopback); !ok) return Failure(ok.error());
       auto joined = OperatorDesk::join(domain->domain());
       if (!joined) return Failure(joined.error());
       desk = std::move(*joined);
-      std::fprintf(stderr, "keys: space or e emergency stop, s wind down, l land, h hold, r resume\n");
+      std::fprintf(stderr, "keys: a arm, space or e emergency stop, s wind down, l land, h hold, r resume\n");
     }
     how.progress = [&](double wall_s) {
       progress.update(wall_s);
+      if (desk && desk->gate() != gate_said) {
+        gate_said = desk->gate();
+        std::fprintf(stderr, "gate: %s\n", gate_said.c_str());
+      }
       const auto key = desk ? keyboard.key() : std::nullopt;
       if (const std::string wish = key ? wish_of_key(*key) : ""; !wish.empty()) (void)desk->say(wish);
     };
@@ -176,6 +211,7 @@ Result<FlightResult> fly(const FlightOptions& o) {
   j["losses"] = flight.notes;  // components that ended before the flight did
   j["recording_notes"] = nlohmann::json::array();
   for (const auto& note : recording->notes) j["recording_notes"].push_back(note.text);
+  if (!o.lockstep()) read_periods(s.out / kPeriods, result);
   if (o.monitor) read_monitor(s.out / "monitor.json", result);
   judge(o, s, *recording, result);
   if (auto ok = files::write_file_atomic(s.out / "flight.json", j.dump(2) + "\n"); !ok)

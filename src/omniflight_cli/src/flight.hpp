@@ -20,6 +20,7 @@ struct FlightOptions {
   std::string vehicle;                  ///< instead of the mission's, for controller and allocator
   std::vector<std::string> set;         ///< overrides of vehicle fields, for plant and control alike
   std::string effects;                  ///< model file the plant flies
+  std::string natnet;                   ///< poses over NatNet, by this file; emulated where the plant is
   std::string faults;                   ///< schedule of faults of the simulator
   std::vector<std::string> neighbours;  ///< recordings of other vehicles that fly here, over simulated time
   std::string world;                    ///< mujoco: name under configs/proof_worlds or a path; empty: nominal

@@ -6,6 +6,8 @@
 
 #include "control_choice.hpp"
 #include "omniflight_allocation/rotor_load.hpp"
+#include "omniflight_components/natnet_config.hpp"
+#include "omniflight_components/topics.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_diagnosis/neighbour_file.hpp"
 #include "omniflight_files/files.hpp"
@@ -19,149 +21,6 @@ namespace omniflight::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kRecording = "flight.mcap";
-constexpr double kHold = 1.0, kSettle = 3.0, kAfter = 1.0;  // s around the trajectory
-
-std::string join(const std::vector<std::string>& items) {
-  std::string out;
-  for (const auto& i : items) out += (out.empty() ? "" : ";") + i;
-  return out;
-}
-
-std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
-
-/// A value of the recorder's metadata, whose list knows ';' and '=' only.
-std::string plain(std::string text) {
-  for (char& c : text)
-    if (c == ';' || c == '=' || static_cast<unsigned char>(c) < 0x20) c = '_';
-  return text;
-}
-
-std::string in_brackets(const Vec3& v) {
-  return fmt::format("[{:.10g}, {:.10g}, {:.10g}]", v.x(), v.y(), v.z());
-}
-
-}  // namespace
-
-std::string parameters(const FlightOptions& o, const Setup& s) {
-  const std::string vehicle = o.vehicle.empty() ? s.mission.vehicle : o.vehicle;
-  const auto& knot = s.plan.trajectory.knots().front().reference;
-  const Vec3 rpy = roll_pitch_yaw(knot.q_WB) * (180.0 / kPi);
-  const double alpha = to_degrees(s.plan.certificate.alpha);
-  std::map<std::string, std::map<std::string, std::string>> p;
-  const auto common = [&](const std::string& component) {
-    p[component]["vehicle"] = quoted(vehicle);
-    p[component]["vehicle_set"] = quoted(join(o.set));
-  };
-  p["recorder"] = {
-      {"file", quoted((s.out / kRecording).string())},
-      {"overwrite", "true"},
-      {"record_truth", o.plant == "hardware" ? "false" : "true"},
-      {"metadata", quoted(fmt::format("vehicle={};plant={};mission={};seed={};synthetic={};map_sha256={};"
-                                      "vehicle_sha256={};mission_sha256={};inputs_sha256={}",
-                                      plain(vehicle), o.plant, plain(s.plan.certificate.mission), o.seed,
-                                      o.plant == "hardware" ? "no" : "yes", s.plan.certificate.map_sha256,
-                                      s.plan.certificate.vehicle_sha256, s.plan.certificate.mission_sha256,
-                                      s.fingerprint))},
-      {"attachments", quoted((s.out / "plan" / "certificate.json").string())}};
-  p["planner"] = {{"plan", quoted((s.out / "plan").string())}};
-  common("allocator");
-  p["allocator"]["alpha_deg"] = fmt::format("{:.17g}", alpha);
-  p["allocator"].insert(s.weights.begin(), s.weights.end());
-  p["allocator"]["tilt_mode"] = o.tilt_mode;
-  if (o.monitor) {
-    common("monitor");
-    p["monitor"]["summary_file"] = quoted((s.out / "monitor.json").string());
-    p["monitor"]["imu_position_m"] = in_brackets(s.sensing.imu_position);
-  }
-  p["controller"] = control_parameters(o, s);
-  p["controller"]["settle_s"] = fmt::format("{}", kSettle);
-  if (s.fence) {
-    p["controller"]["fence_min_m"] = in_brackets(s.fence->first);
-    p["controller"]["fence_max_m"] = in_brackets(s.fence->second);
-  }
-  const auto plant = [&](const std::string& component) {
-    common(component);
-    auto& q = p[component];
-    if (o.plant == "mujoco")
-      q["world"] = quoted(s.world);
-    else
-      q["model"] = quoted(s.effects);
-    if (!s.neighbours.empty()) q["neighbours"] = quoted(join(s.neighbours));
-    q["sensors"] = quoted(s.sensors);
-    q["seed"] = std::to_string(o.seed);
-    q["hold_s"] = fmt::format("{}", kHold);
-    q["duration_s"] = fmt::format("{:.17g}", s.duration);
-    q["initial_position_m"] =
-        fmt::format("[{:.17g}, {:.17g}, {:.17g}]", knot.p_WB.x(), knot.p_WB.y(), knot.p_WB.z());
-    q["initial_rpy_deg"] = fmt::format("[{:.17g}, {:.17g}, {:.17g}]", rpy.x(), rpy.y(), rpy.z());
-    q["initial_alpha_deg"] = fmt::format("{:.17g}", alpha);
-  };
-  if (o.lockstep()) {
-    const std::string master = plant_component(o);
-    plant(master);
-    if (!s.faults.empty()) p[master]["faults_file"] = quoted(s.faults);
-    p[master]["rate"] = o.realtime ? "realtime" : "max";
-    p[master]["recorder_window_ticks"] = "200";
-  } else {
-    const std::string links = (s.out / "boards").string();
-    if (o.plant == "emulator") {
-      plant("emulator");
-      p["emulator"]["link_directory"] = quoted(links);
-      p["emulator"]["epoch_monotonic_ns"] = std::to_string(s.epoch_ns);
-      // no rotor turns: a machine that stands still as a whole may do so for longer than hardware may wait
-      p["gateway"]["stale_after_s"] = "1.0";
-      p["gateway"]["board_silence_s"] = "1.5";
-      p["controller"]["mocap_timeout_s"] = "1.5";
-      p["controller"]["imu_timeout_s"] = "1.0";
-    }
-    common("gateway");
-    auto& g = p["gateway"];
-    g["devices"] = quoted(o.plant == "emulator" ? links + "/board0;" + links + "/board1;" + links + "/board2"
-                                                : o.devices);
-    g["epoch_monotonic_ns"] = std::to_string(s.epoch_ns);
-    g["hold_s"] = "2.0";
-    g["flight_s"] = fmt::format("{:.17g}", kSettle + s.plan.trajectory.duration() + kAfter);
-    g["alpha_deg"] = fmt::format("{:.17g}", alpha);
-  }
-  for (const auto& [key, value] : o.parameters) {
-    const auto dot = key.find('.');
-    if (dot != std::string::npos) p[key.substr(0, dot)][key.substr(dot + 1)] = value;
-    if (key == "allocator.alpha_deg") p["allocator"].try_emplace("follow_plan", "false");
-  }
-  std::string yaml = "# Parameters of this flight, on top of configs/components/default.yaml.\n";
-  for (const auto& [component, values] : p) {
-    yaml += component + ":\n  ros__parameters:\n";
-    for (const auto& [key, value] : values) yaml += "    " + key + ": " + value + "\n";
-  }
-  return yaml;
-}
-
-Result<std::string> told(const FlightOptions& o, const Setup& s) {
-  auto gains = told_gains(o, s);
-  if (!gains) return gains;
-  std::string known;
-  if (o.plant != "hardware") {
-    const simulation::SensorConfig& sensors = s.sensing;
-    const auto most = [](const Vec3& v) { return v.cwiseAbs().maxCoeff(); };
-    std::string accelerometer;
-    for (const auto& [key, value] : {std::pair{"bias_mps2", most(sensors.accelerometer_bias)},
-                                     {"scale", most(sensors.accelerometer_scale)},
-                                     {"misalignment_rad", most(sensors.accelerometer_misalignment)}})
-      if (value > 0)
-        accelerometer += fmt::format("{}{}: {:.10g}", accelerometer.empty() ? "" : ", ", key, value);
-    if (!accelerometer.empty()) known += "  accelerometer: {" + accelerometer + "}  # at most\n";
-    if (const double bias = most(sensors.gyro_bias); bias > 0)
-      known += fmt::format("  gyro: {{bias_radps: {:.10g}}}  # at most\n", bias);
-    if (!sensors.imu_position.isZero())
-      known += "  imu: {position_m: " + in_brackets(sensors.imu_position) + "}  # in the body\n";
-  }
-  return "# What is known beside the recording of this flight; omniflight diagnose reads it by itself.\n" +
-         (known.empty() ? "" : "sensors:\n" + known) + (gains->empty() ? "" : "controller: " + *gains + "\n");
-}
-
-namespace {
 
 /// Parameters of the allocator: a name, or a file of numbers on top of a name.
 Result<std::map<std::string, std::string>> read_weights(const std::string& weights) {
@@ -192,7 +51,7 @@ Result<std::string> fingerprint_of(const FlightOptions& o, const std::string& mi
                    {"realtime", o.realtime},    {"weights", s.weights},
                    {"tilt", o.tilt_mode},       {"parameters", o.parameters}};
   if (!o.controller.empty()) j["controller"] = o.controller;
-  std::vector<std::string> inputs{s.sensors, s.effects, s.faults, s.world, s.defaults};
+  std::vector<std::string> inputs{s.sensors, s.effects, s.faults, s.world, s.natnet, s.defaults};
   inputs.insert(inputs.end(), s.neighbours.begin(), s.neighbours.end());
   for (const std::string& file : inputs) {
     if (file.empty()) continue;
@@ -236,6 +95,19 @@ Status find_faults(const FlightOptions& o, int rotor_count, std::string& file) {
   return {};
 }
 
+/// Where the motion capture is, for plants that fly in real time among boards.
+Status find_natnet(const FlightOptions& o, std::string& file) {
+  if (o.natnet.empty()) return {};
+  if (o.lockstep())
+    return bad_input("is for boards; the " + o.plant + " plant publishes poses itself", "--natnet",
+                     "Give --plant emulator or hardware");
+  auto found = find_config("natnet", o.natnet);
+  if (!found) return Failure(found.error());
+  file = *found;
+  if (auto config = components::load_natnet(file); !config) return Failure(config.error());
+  return {};
+}
+
 /// The tracks of other vehicles, which only the simulator knows.
 Status find_neighbours(const FlightOptions& o, std::vector<std::string>& files) {
   if (!o.neighbours.empty() && o.plant != "simulator")
@@ -255,11 +127,14 @@ Status find_neighbours(const FlightOptions& o, std::vector<std::string>& files) 
   return {};
 }
 
-/// The box that the test bed's description says is known; a vehicle that leaves it is brought down.
-Status find_fence(const planning::Mission& mission, std::optional<std::pair<Vec3, Vec3>>& fence) {
+/// The box that the test bed's description says is known, which a vehicle leaves only to be brought down, and
+/// its floor.
+Status find_fence(const planning::Mission& mission, std::optional<std::pair<Vec3, Vec3>>& fence,
+                  double& ground_z) {
   if (mission.description.empty()) return {};
   auto bed = files::YamlReader::load(mission.description);
   if (!bed) return Failure(bed.error());
+  ground_z = bed->number("ground_z", files::any_number("m"), 0.0);
   auto bounds = bed->optional_child("bounds");
   if (!bounds) return {};
   fence.emplace(bounds->vec3("min", files::any_number("m")), bounds->vec3("max", files::any_number("m")));
@@ -296,7 +171,7 @@ Result<Setup> find_inputs(const FlightOptions& o) {
   auto loaded = planning::load_mission(o.mission);
   if (!loaded) return Failure(loaded.error());
   s.mission = std::move(*loaded);
-  if (auto ok = find_fence(s.mission, s.fence); !ok) return Failure(ok.error());
+  if (auto ok = find_fence(s.mission, s.fence, s.ground_z); !ok) return Failure(ok.error());
   auto sensors = find_config("sensors", o.sensors);
   if (!sensors) return Failure(sensors.error());
   s.sensors = *sensors;
@@ -312,6 +187,7 @@ Result<Setup> find_inputs(const FlightOptions& o) {
     if (auto model = physics::load_model(s.effects); !model) return Failure(model.error());
   }
   if (auto ok = find_neighbours(o, s.neighbours); !ok) return Failure(ok.error());
+  if (auto ok = find_natnet(o, s.natnet); !ok) return Failure(ok.error());
   if (auto ok = find_world(o, s.world); !ok) return Failure(ok.error());
   auto weights = read_weights(o.weights);
   if (!weights) return Failure(weights.error());
@@ -340,6 +216,8 @@ std::vector<std::string> components_of(const FlightOptions& o) {
   std::vector<std::string> names{"recorder", "planner", "allocator", "controller"};
   if (o.monitor) names.insert(names.begin() + 1, "monitor");
   if (o.plant == "emulator") names.push_back("emulator");
+  if (!o.natnet.empty()) names.push_back("natnet");
+  if (!o.natnet.empty() && o.plant == "emulator") names.push_back("natnet_emulator");
   names.push_back(o.lockstep() ? plant_component(o) : "gateway");
   return names;
 }
@@ -370,6 +248,7 @@ Result<Setup> prepare(const FlightOptions& o) {
     return Failure(ok.error());
   s.plan = std::move(*plan);
   if (auto ok = check_law(o, s); !ok) return Failure(ok.error());
+  if (auto ok = check_weights(o, s); !ok) return Failure(ok.error());
   if (!o.lockstep() && s.plan.certificate.alpha_highest > s.plan.certificate.alpha_lowest)
     return bad_input("moves the tilt of the rotors, which the boards of the " + o.plant + " plant cannot",
                      s.mission.file + ": alpha_deg", "Give --plant simulator or mujoco, or one tilt");
@@ -386,7 +265,7 @@ Result<Setup> prepare(const FlightOptions& o) {
   if (auto ok = make_folder((s.out / "plan").string()); !ok) return Failure(ok.error());
   if (auto ok = planning::write_plan(s.plan, s.out / "plan"); !ok) return Failure(ok.error());
   std::error_code ec;
-  for (const char* of_an_earlier_flight : {"flight.json", "monitor.json"})
+  for (const char* of_an_earlier_flight : {"flight.json", "monitor.json", kPeriods})
     fs::remove(s.out / of_an_earlier_flight, ec);
   return s;
 }

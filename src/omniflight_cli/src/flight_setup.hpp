@@ -10,18 +10,26 @@
 
 namespace omniflight::cli {
 
+inline constexpr const char* kRecording = "flight.mcap";
+inline constexpr double kHold = 1.0, kSettle = 3.0, kAfter = 1.0;  ///< s around the trajectory
+
+/// File of the folder in which the gateway leaves the counts of its periods.
+inline constexpr const char* kPeriods = "periods.json";
+
 struct Setup {
   planning::Plan plan;
   planning::Mission mission;
   vehicle::Vehicle vehicle;  ///< that flies, overrides included
   std::filesystem::path out;
-  FolderLock lock;                                                  ///< of `out`
-  std::string sensors, effects, faults, world, defaults, loopback;  ///< files; without effects, ...: empty
-  std::vector<std::string> neighbours;                              ///< files
+  FolderLock lock;  ///< of `out`
+  std::string sensors, effects, faults, world, natnet, defaults,
+      loopback;                                ///< files; without effects, ...: empty
+  std::vector<std::string> neighbours;         ///< files
   simulation::SensorConfig sensing;            ///< of the plant's sensors, where it is ours
   std::map<std::string, std::string> weights;  ///< parameters of the allocator
   std::string fingerprint;                     ///< see fingerprint()
   std::optional<std::pair<Vec3, Vec3>> fence;  ///< m, corners of the test bed's known box; empty: none known
+  double ground_z = 0;                         ///< m, floor of the test bed
   double duration = 0;                         ///< s, whole flight
   double after = 0;                            ///< s of it after the plan's end
   std::int64_t epoch_ns = 0;                   ///< CLOCK_MONOTONIC at flight time zero

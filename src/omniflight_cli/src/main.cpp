@@ -28,6 +28,7 @@ constexpr Verb verbs[] = {
      "omniflight fly trajectory_2 --effects configs/effects/tether.yaml --out run", add_fly},
     {"estop", "Stop the rotors of every run on this machine now, and wait for the gate's answer",
      "omniflight estop", add_estop},
+    {"arm", "Let a flight that waits for its operator start its rotors", "omniflight arm", add_arm},
     {"compare", "Two recordings side by side (tracking, power, control)",
      "omniflight compare simulated/flight.mcap real/flight.mcap --vehicle omnimorph --out cmp", add_compare},
     {"diagnose", "Where model and recording differ, and which physics was left out",

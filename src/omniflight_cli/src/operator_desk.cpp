@@ -7,6 +7,7 @@
 #include <chrono>
 #include <thread>
 
+#include "omniflight_bus/domain.hpp"
 #include "omniflight_components/topics.hpp"
 
 namespace omniflight::cli {
@@ -63,6 +64,18 @@ bool OperatorDesk::wait_for_stop(double timeout_s) const {
   return wait_until([&] { return gate().rfind("stopped", 0) == 0; }, timeout_s);
 }
 
+bool OperatorDesk::wait_for_arming(double timeout_s) const {
+  return wait_until([&] { return gate().rfind("armed", 0) == 0; }, timeout_s);
+}
+
+std::vector<int> domains_in_use() {
+  constexpr int kLastRunDomain = 100;  // of claim_free_domain
+  std::vector<int> out;
+  for (int domain = 1; domain <= kLastRunDomain; ++domain)
+    if (!bus::claim_domain(domain)) out.push_back(domain);
+  return out;
+}
+
 std::string OperatorDesk::gate() const {
   const std::lock_guard lock(mutex_);
   return gate_;
@@ -96,6 +109,8 @@ std::string wish_of_key(char key) {
     case ' ':
     case 'e':
       return "cut";
+    case 'a':
+      return "arm";
     case 's':
       return "stop";
     case 'l':

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "omniflight_bus/publisher.hpp"
 #include "omniflight_bus/subscription.hpp"
@@ -17,12 +18,14 @@ class OperatorDesk {
   /// Joins the domain of a run.
   static Result<std::unique_ptr<OperatorDesk>> join(int domain);
 
-  /// cut | stop | land | hold | none, to everybody who listens now or later.
+  /// arm | cut | stop | land | hold | none, to everybody who listens now or later.
   Status say(const std::string& wish);
   /// Waits until somebody listens to wishes; false after the timeout [s].
   bool wait_for_listener(double timeout_s) const;
   /// Waits until a gate says that the rotors are stopped; false after the timeout [s].
   bool wait_for_stop(double timeout_s) const;
+  /// Waits until a gate says that it is armed; false after the timeout [s].
+  bool wait_for_arming(double timeout_s) const;
   /// The last words of the gate: "armed", "stopped: emergency_stop"; empty before any.
   std::string gate() const;
 
@@ -35,6 +38,9 @@ class OperatorDesk {
   std::optional<bus::Publisher<msgs::std_msgs::String>> wish_;
   std::optional<bus::Subscription<msgs::diagnostic_msgs::DiagnosticArray>> subscription_;
 };
+
+/// Domains that runs of this machine hold.
+std::vector<int> domains_in_use();
 
 /// Keys of a terminal, one at a time and without Enter, while it exists. Without a terminal there are none.
 class Keyboard {
@@ -53,7 +59,8 @@ class Keyboard {
   bool raw_ = false;
 };
 
-/// The wish behind a key: space or e cuts, s winds down, l lands, h holds, r resumes; empty for others.
+/// The wish behind a key: a arms, space or e cuts, s winds down, l lands, h holds, r resumes; empty for
+/// others.
 std::string wish_of_key(char key);
 
 }  // namespace omniflight::cli

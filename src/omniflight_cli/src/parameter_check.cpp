@@ -17,7 +17,8 @@ namespace {
 constexpr const char* kOwn[] = {"recorder.file",     "recorder.overwrite",    "recorder.attachments",
                                 "recorder.metadata", "recorder.record_truth", "monitor.summary_file",
                                 "planner.plan",      "planner.mission",       "emulator.link_directory",
-                                "gateway.devices"};
+                                "gateway.devices",   "gateway.summary_file",  "gateway.plan",
+                                "natnet.config",     "natnet_emulator.config"};
 
 bool is_word(const std::string& text) {
   return !text.empty() && std::all_of(text.begin(), text.end(),

@@ -12,15 +12,6 @@ namespace {
 
 constexpr double kMeet = 2.0;         // s until the participants of a run are found
 constexpr double kAcknowledge = 1.0;  // s for the gate to answer
-constexpr int kLastRunDomain = 100;   // of claim_free_domain
-
-/// Domains that a run holds.
-std::vector<int> domains_in_use() {
-  std::vector<int> out;
-  for (int domain = 1; domain <= kLastRunDomain; ++domain)
-    if (!bus::claim_domain(domain)) out.push_back(domain);
-  return out;
-}
 
 /// One run: says it, waits for the answer. True when the gate has acknowledged.
 Result<bool> stop(int domain, const std::string& wish, const Common& common, nlohmann::json& json) {

@@ -38,6 +38,11 @@ Action add_fly(CLI::App& verb, Common& common) {
       "Simulator: track of another multirotor whose wash presses on this one (neighbour_downwash): "
       "a CSV of t_s,px_m,py_m,pz_m over simulated seconds, or any recording; one row: it hovers "
       "there. For instance fly trajectory_1 --neighbour above.csv");
+  verb.add_option(
+      "--natnet", o->natnet,
+      "Poses of OptiTrack over NatNet: name under configs/natnet (optitrack) or a path; with the "
+      "emulator plant an emulated server streams them. For instance fly trajectory_1 --plant emulator "
+      "--natnet optitrack");
   verb.add_option("--sensors", o->sensors, "Sensor file or name: ideal | laboratory | degraded");
   verb.add_option("--weights", o->weights,
                   "Allocation weights: case_a | case_b | dynamic (eq. 5.3; for gains as stiff as those of "

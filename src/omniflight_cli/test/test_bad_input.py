@@ -90,6 +90,10 @@ class Models(Refused):
 class Weights(Refused):
     def test_neither_name_nor_file(self):
         self.refused(("fly", self.short_mission(), "--weights", "case_c"), BAD_INPUT, "case_c", "--weights", "dynamic")
+        self.refused(("fly", self.short_mission(), "--weights", "dynamic"), BAD_INPUT, "25 1/s2", "has 12", "case_a")
+        self.refused(("fly", self.short_mission(), "--weights", "dynamic", "-p", "controller.kp=[30, 30, 20]"), BAD_INPUT, "has 20")
+        self.run_command("fly", self.short_mission(), "--weights", "dynamic", "--tilt", "search", "--in-process", "-p",
+                         "controller.kp=[50, 50, 50]", "-p", "controller.kv=[10, 10, 10]", "--out", "stiff")
 
     def test_unknown_key(self):
         weights = self.write("weights.yaml", "schema: omniflight.weights/1\nbase: case_b\nw_imput: 1e-6\n")

@@ -1,6 +1,7 @@
 """`fly --faults`: what breaks on a schedule is flown and recorded, and a schedule that makes no sense is refused."""
 
 import csv
+import shutil
 
 import system
 
@@ -40,6 +41,19 @@ class Faults(system.SystemTest):
         mean = lambda a, b: sum(abs(w) for t, w in speed if a <= t - start < b) / sum(a <= t - start < b for t, _ in speed)
         self.assertLess(mean(7, 8), 0.05 * mean(5, 6), "powerless from 6 s on, its speed decays within a second")
         self.assertGreater(mean(9, 10), 0.5 * mean(5, 6), "power is back after 8 s")
+
+    def test_a_descent_ends_at_the_ground_of_the_test_bed(self):
+        beds = system.CONFIGS / "test_beds"
+        shutil.copy(beds / "pyramid.bt", self.dir / "bed.bt")
+        text = (beds / "pyramid.yaml").read_text()
+        self.assertIn("ground_z: 0.0 ", text)
+        self.write("bed.yaml", text.replace("ground_z: 0.0 ", "ground_z: 0.7 "))
+        mission = self.short_mission(changes={"test_bed: pyramid": "test_bed: bed.bt"})
+        flight = self.fly(mission, "--in-process", "--sensors", "laboratory", "--faults",
+                          self.schedule("at_s: 4.5, kind: sensor_loss, sensor: mocap, for_s: 60"), expect=2)
+        self.assertIn("failsafe ended the flight", flight["reason"])
+        heights = [z for _, z in self.column("flight/flight.mcap", "ref_pz_m")]
+        self.assertAlmostEqual(min(heights), 0.8, delta=0.05, msg="0.1 m above it count as landed")
 
     def test_what_cannot_break_is_refused(self):
         for fault, where in (("at_s: 6, kind: rotor_loss, rotor: 9", "rotor"), ("at_s: 6, kind: gremlin", "kind"),

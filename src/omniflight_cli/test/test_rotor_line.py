@@ -6,6 +6,7 @@ ramp of the gate (0.5 s) to a stop, whatever ended the flight.
 
 import os
 import pty
+import re
 import signal
 import subprocess
 import time
@@ -145,6 +146,41 @@ class EndsOnTheLine(system.SystemTest):
         self.assertLess(low, 0.8, "the ladder has 0.235 s of 0.5 s")
         self.assertLess(back - continued, 2.0)
 
+    def test_a_component_that_stands_still_is_named_within_its_lease(self):
+        fly, pids = self.take_off()
+        for name in ("recorder", "controller", "emulator"):
+            os.kill(pids[f"omniflight_{name}"], signal.SIGSTOP)
+            time.sleep(0.4)
+            os.kill(pids[f"omniflight_{name}"], signal.SIGCONT)
+            time.sleep(0.4)
+        output = "".join(fly.communicate(timeout=60))
+        silent = self.json("flight/flight.json")["silent"]
+        said = (self.dir / "flight/log/gateway.log").read_text()
+        noticed = {}
+        for name in ("recorder", "controller", "emulator"):
+            found = re.findall(rf"{name} has been silent for ([\d.]+) ms", said)
+            self.assertTrue(found, said)
+            noticed[name] = max(map(float, found))
+            self.assertTrue(any(s["component"] == name and s["back"] and 0.35 < s["for_s"] < 2.4 for s in silent), silent)
+            self.assertIn(f"{name} stood still for", output)
+        print(f"\nstopped for 0.4 s: noticed after a silence of {noticed} ms, of a lease of 100 ms")
+        self.assertLess(min(noticed.values()), 105)
+        self.assertLess(max(noticed.values()), 105 + 1e3 * LATE_S)
+
+    def test_missed_periods_are_shown(self):
+        fly, pids = self.take_off()
+        os.kill(pids["omniflight_gateway"], signal.SIGSTOP)
+        time.sleep(0.1)
+        os.kill(pids["omniflight_gateway"], signal.SIGCONT)
+        output = "".join(fly.communicate(timeout=40))
+        said = self.json("flight/flight.json")
+        print(f"\ngateway paused for 100 ms: {said['periods_missed']} of {said['periods']} periods of 2 ms missed, the latest "
+              f"{said['period_latest_ms']:.1f} ms late")
+        self.assertGreaterEqual(said["periods_missed"], 45)
+        self.assertGreater(said["periods"], 2000)
+        self.assertGreaterEqual(said["period_latest_ms"], 95)
+        self.assertIn(f"{said['periods_missed']} of {said['periods']} control periods missed", output)
+
     def test_emergency_stop_is_acknowledged(self):
         fly, pids = self.take_off()
         stopped = time.monotonic()
@@ -160,6 +196,47 @@ class EndsOnTheLine(system.SystemTest):
         print(f"\nemergency stop on the boards' line {1e3 * (stop - stopped):.0f} ms after the program was started")
         self.assertGreater(min(before), HOVER_RADPS, "no ramp: off at once")
         self.assertEqual([c for c in line if c[0] > stop and c[2] is not None], [], "commands after the stop")
+
+    def test_rotors_wait_for_the_operator_who_arms(self):
+        log = self.dir / "line.txt"
+        fly = self.start_command("fly", self.short_mission(), "--plant", "emulator", "--out", "flight", "-p",
+                                 f"emulator.line_log={log}", "-p", "gateway.operator_arms=true")
+        said = self.dir / "flight/log/gateway.log"
+        system.wait_until("the gateway", lambda: said.exists() and "activated" in said.read_text(), 30)
+        time.sleep(3)
+        self.assertEqual(board_line.Line(log).commands, [], "nobody has armed")
+        self.assertIsNone(fly.poll())
+        asked = time.monotonic()
+        done = self.run_command("arm", "--json")
+        said = system.json.loads(done.stdout)
+        self.assertTrue(said["armed"], said)
+        first = next(t for t, _, speeds in board_line.Line(log).commands if speeds)
+        print(f"\nfirst rotor command {first - asked:.2f} s after omniflight arm was started")
+        self.assertGreater(first, asked)
+        self.assertEqual(fly.wait(timeout=60), 0, fly.communicate())
+
+    def test_arming_while_something_is_missing_starts_nothing(self):
+        log = self.dir / "line.txt"
+        fly = self.start_command("fly", self.short_mission(), "--plant", "emulator", "--out", "flight", "-p",
+                                 f"emulator.line_log={log}", "-p", "gateway.operator_arms=true", "-p",
+                                 "gateway.least_battery_V=999")
+        said = self.dir / "flight/log/gateway.log"
+        system.wait_until("the gateway", lambda: said.exists() and "activated" in said.read_text(), 30)
+        done = self.run_command("arm", expect=NO_RESULT)
+        self.assertIn("NOT armed", done.stdout)
+        self.assertIn("at least 999", done.stdout)
+        output = fly.communicate(timeout=60)
+        self.assertEqual(fly.returncode, NO_RESULT, output)
+        self.assertEqual([c for c in board_line.Line(log).commands if c[2] is not None], [], "stops alone")
+
+    def test_a_plan_of_another_vehicle_starts_no_gateway(self):
+        self.run_command("plan", self.short_mission(), "--out", "plan", "--quiet")
+        gateway = system.PROGRAMS / "omniflight_gateway"
+        done = subprocess.run([gateway, "--domain", "120", "--loopback", system.CONFIGS / "cyclonedds_loopback.xml", "-p",
+                               "vehicle:=omnimorph", "-p", "vehicle_set:=mass=1.4", "-p", "devices:=/dev/null", "-p",
+                               f"plan:={self.dir / 'plan'}"], text=True, capture_output=True, timeout=20)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn("is of another vehicle, or of other overrides", done.stderr)
 
     def test_nobody_to_stop_is_said(self):
         runtime = self.dir / "runtime"

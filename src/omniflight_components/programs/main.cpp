@@ -30,6 +30,8 @@ int main(int argc, char** argv) {
   app.add_option("--domain", options.domain, "Domain of this run")->check(CLI::Range(0, 231));
   app.add_option("--loopback", options.loopback_file, "Bus configuration that stays on this machine (XML)");
   app.add_option("--timeout", timeout_s, "Longest run [s], 0 = none")->check(CLI::NonNegativeNumber);
+  app.add_flag("--heartbeat", options.heartbeat,
+               "Beat on /omniflight/alive, so that others notice when it stands still");
   app.add_flag("--quiet", options.quiet, "No line per transition");
   CLI11_PARSE(app, argc, argv);
   if (timeout_s > 0) options.timeout = std::chrono::seconds(static_cast<long>(std::ceil(timeout_s)));

@@ -10,9 +10,11 @@ struct Entry {
 };
 // in starting order: the recorder first, the clock master last
 constexpr Entry table[] = {
-    {"recorder", make_recorder},   {"monitor", make_monitor},       {"planner", make_planner},
-    {"allocator", make_allocator}, {"controller", make_controller}, {"emulator", make_emulator},
-    {"gateway", make_gateway},     {"simulator", make_simulator},
+    {"recorder", make_recorder},     {"monitor", make_monitor},
+    {"planner", make_planner},       {"allocator", make_allocator},
+    {"controller", make_controller}, {"emulator", make_emulator},
+    {"natnet", make_natnet},         {"natnet_emulator", make_natnet_emulator},
+    {"gateway", make_gateway},       {"simulator", make_simulator},
 };
 }  // namespace
 

@@ -5,6 +5,7 @@
 #include <mutex>
 
 #include "conversions.hpp"
+#include "estimator_choice.hpp"
 #include "factories.hpp"
 #include "failsafe_message.hpp"
 #include "flight_guard.hpp"
@@ -12,7 +13,6 @@
 #include "omniflight_bus/parameters.hpp"
 #include "omniflight_bus/subscription.hpp"
 #include "omniflight_components/topics.hpp"
-#include "omniflight_control/estimator.hpp"
 #include "omniflight_control/law.hpp"
 #include "plant_publisher.hpp"
 #include "trajectory_message.hpp"
@@ -63,14 +63,12 @@ class ControllerComponent final : public bus::Component {
     law.max_correction_rate = p.number("max_correction_rate_radps", law.max_correction_rate, 0.01, 100);
     law.disturbance_bandwidth = p.number("disturbance_bandwidth_radps", law.disturbance_bandwidth, 0.1, 500);
     law.actuator_time_constant = p.number("actuator_time_constant_s", law.actuator_time_constant, 0, 2);
-    control::EstimatorConfig e;
-    e.position_bandwidth = p.number("estimator_position_bandwidth_radps", e.position_bandwidth, 0.1, 500);
-    e.attitude_bandwidth = p.number("estimator_attitude_bandwidth_radps", e.attitude_bandwidth, 0.1, 500);
-    e.gyro_bias_gain = p.number("estimator_gyro_bias_gain", e.gyro_bias_gain, 0, 1000);
+    auto estimator = read_estimator(p);
     settle_ = p.number("settle_s", 1.0, 0, 600);
     auto guard = read_guard(p);
     if (auto ok = p.finish(); !ok) return ok;
     if (!guard) return Failure(guard.error());
+    if (!estimator) return Failure(estimator.error());
     auto made = control::make_law(law_name, law);
     if (!made) return Failure(made.error());
     if (law_name == "incremental" && !anti_windup_)
@@ -78,7 +76,7 @@ class ControllerComponent final : public bus::Component {
                        "controller.anti_windup", "Give true, or take another law");
     guard_.emplace(*guard);
     law_ = std::move(*made);
-    estimator_.emplace(e);
+    estimator_ = std::move(*estimator);
 
     auto out = advertise<ControllerState>(topics::controller, bus::Qos::bulk(512));
     if (!out) return Failure(out.error());
@@ -104,8 +102,11 @@ class ControllerComponent final : public bus::Component {
     if (ok)
       ok = listen<sensor_msgs::Imu>(
           imu_, topics::imu, bus::Qos::bulk(64).from_one_publisher(), [this](const auto& m) {
-            estimator_->add_imu(to_s(m.header.stamp), get(m.linear_acceleration), get(m.angular_velocity));
             ++imu_count_;
+            const double stamp = to_s(m.header.stamp);
+            double t = 0;
+            if (!guard_->place_imu(stamp, tick_known_ ? newest_tick_s_ : before_any_tick(stamp), t)) return;
+            estimator_->add_imu(t, get(m.linear_acceleration), get(m.angular_velocity));
             time_known_ = true;
           });
     if (ok)
@@ -115,7 +116,7 @@ class ControllerComponent final : public bus::Component {
             const Vec3 position = get(m.pose.position);
             const Quat attitude = get_quaternion(m.pose.orientation);
             if (guard_->believes(stamp, position, attitude, flight_time(stamp), free_, *estimator_))
-              estimator_->add_mocap(stamp, position, attitude);
+              estimator_->add_mocap(guard_->poses().believed_s(), position, attitude);
             ++mocap_count_;
           });
     if (ok)
@@ -133,7 +134,8 @@ class ControllerComponent final : public bus::Component {
       ok = listen<Tick>(tick_, topics::tick, bus::Qos::bulk(64).from_one_publisher(), [this](const Tick& m) {
         newest_tick_s_ = to_s(m.header.stamp);
         free_ = m.phase == static_cast<std::uint8_t>(FlightPhase::free);
-        time_known_ = true;
+        time_known_ = tick_known_ = true;
+        guard_->tick(newest_tick_s_, m.period);
         repeated_ = pending_ && pending_->index == m.index;
         overtaken_ = pending_ && pending_->index < m.index;
         pending_.emplace(m);
@@ -252,29 +254,50 @@ class ControllerComponent final : public bus::Component {
     put(m.desired_acceleration, demand);
     bus::assign(m.ref_alpha, std::span(&r.alpha, tilt_told_ ? 1 : 0));
   }
-  /// Flight time as this component knows it: that of the newest tick or inertial sample. Before either it is
-  /// the stamp itself, unless no flight lasts that long.
+  /// Flight time as this component knows it: that of the newest tick or inertial sample.
   double flight_time(double stamp) const {
-    if (time_known_) return std::max(newest_tick_s_, estimator_->time());
+    return time_known_ ? std::max(newest_tick_s_, estimator_->time()) : before_any_tick(stamp);
+  }
+  /// The stamp itself, unless no flight lasts that long.
+  static double before_any_tick(double stamp) {
     constexpr double kLongestFlight = 36000;  // s
     return stamp >= 0 && stamp <= kLongestFlight ? stamp : 0.0;
   }
 
-  /// What changed, before the answer that it changed: the ladder's action, and poses that were refused.
+  /// What was refused since it was last told, and whose clock is followed; empty: nothing new.
+  std::string refusals() {
+    std::string out;
+    const auto add = [&out](const std::string& words) { out += (out.empty() ? "" : "; ") + words; };
+    const std::uint64_t poses = guard_->poses().refused(), imu = guard_->refused_imu();
+    if (poses > refusals_told_)
+      add(std::to_string(poses - refusals_told_) +
+          " poses refused, the last: " + guard_->poses().last_words());
+    if (imu > imu_refusals_told_)
+      add(std::to_string(imu - imu_refusals_told_) +
+          " IMU samples refused, the last: " + guard_->imu_clock().refusal_words());
+    if (guard_->poses().clock().resets() > pose_resets_told_)
+      add("poses: " + guard_->poses().clock().reset_words());
+    if (guard_->imu_clock().resets() > imu_resets_told_) add("IMU: " + guard_->imu_clock().reset_words());
+    refusals_told_ = poses;
+    imu_refusals_told_ = imu;
+    pose_resets_told_ = guard_->poses().clock().resets();
+    imu_resets_told_ = guard_->imu_clock().resets();
+    return out;
+  }
+
+  /// What changed, before the answer that it changed: the ladder's action, what was refused, whose clock is
+  /// followed.
   void tell() {
     std::string words, refused;
     {
       const std::lock_guard lock(mutex_);
-      const std::uint64_t count = guard_->poses().refused();
-      const bool news = count > refusals_told_ && newest_tick_s_ >= next_refusal_s_;
-      if (!std::exchange(say_, false) && !news) return;
+      const bool due = newest_tick_s_ >= next_refusal_s_;  // at most one line a second
+      if (say_ || due) refused = refusals();
+      if (!std::exchange(say_, false) && refused.empty()) return;
       words = guard_->words();
-      if (count > refusals_told_)
-        refused = std::to_string(count - refusals_told_) +
-                  " poses refused, the last: " + guard_->poses().last_words();
-      refusals_told_ = count;
-      next_refusal_s_ = newest_tick_s_ + 1.0;  // at most one line a second
-      fill_failsafe(*failsafe_message_, message_->header.stamp, guard_->action(), words, refused, count);
+      next_refusal_s_ = newest_tick_s_ + 1.0;
+      fill_failsafe(*failsafe_message_, message_->header.stamp, guard_->action(), words, refused,
+                    guard_->poses().refused());
     }
     std::fprintf(stderr, "[controller] failsafe %s%s%s\n", words.c_str(), refused.empty() ? "" : "; ",
                  refused.c_str());
@@ -290,14 +313,14 @@ class ControllerComponent final : public bus::Component {
   std::mutex mutex_;  ///< guards everything but message_, which serve() alone touches
   std::atomic<int> wanted_{0};
   std::unique_ptr<control::Law> law_;
-  std::optional<control::Estimator> estimator_;
+  std::unique_ptr<control::StateEstimator> estimator_;
   Trajectory trajectory_;
   double settle_ = 1.0, free_since_ = 0.0;
   std::optional<FlightGuard> guard_;
   safety::Wish wish_ = safety::Wish::none;
   double newest_tick_s_ = 0.0, next_refusal_s_ = 0.0;
-  bool free_ = false, time_known_ = false, say_ = false;
-  std::uint64_t refusals_told_ = 0;
+  bool free_ = false, time_known_ = false, tick_known_ = false, say_ = false;
+  std::uint64_t refusals_told_ = 0, imu_refusals_told_ = 0, pose_resets_told_ = 0, imu_resets_told_ = 0;
   bool anti_windup_ = true, tilt_told_ = false;
   std::optional<Tick> pending_;
   bool repeated_ = false;                                 ///< the plant asked the pending tick twice

@@ -29,6 +29,7 @@ class LineLog {
   Status open(const std::string& path) {
     file_.reset(std::fopen(path.c_str(), "w"));
     if (!file_) return bad_input("cannot be written", path, "Name a file in a folder that exists");
+    std::setvbuf(file_.get(), nullptr, _IOLBF, BUFSIZ);  // whoever reads along sees whole lines
     return {};
   }
   void note(std::size_t board, std::span<const std::uint8_t> bytes) {
@@ -83,6 +84,7 @@ class Emulator final : public ThreadedComponent {
     bus::Parameters p(node, "emulator");
     const std::string links = p.text("link_directory", {}), line = p.text("line", "socket");
     const std::string line_log = p.text("line_log", "");
+    publisher_.name_mocap(p.text("mocap_topic", topics::mocap));
     epoch_ns_ = p.integer("epoch_monotonic_ns", 0, 0);
     auto read = read_plant_parameters(p);
     if (!read) return Failure(read.error());

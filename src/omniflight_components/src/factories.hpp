@@ -15,5 +15,7 @@ std::unique_ptr<bus::Component> make_simulator();
 std::unique_ptr<bus::Component> make_emulator();
 std::unique_ptr<bus::Component> make_gateway();
 std::unique_ptr<bus::Component> make_monitor();
+std::unique_ptr<bus::Component> make_natnet();
+std::unique_ptr<bus::Component> make_natnet_emulator();
 
 }  // namespace omniflight::components

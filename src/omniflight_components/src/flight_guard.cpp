@@ -5,6 +5,12 @@ namespace omniflight::components {
 using safety::Action;
 using safety::Fault;
 
+namespace {
+/// s that inertial samples may be ahead of the newest tick or behind it. Both come from the plant, which
+/// sends what it gathered while the machine slept before the next tick.
+constexpr double kImuStampReach = 1.0;
+}  // namespace
+
 Result<GuardConfig> read_guard(bus::Parameters& p) {
   GuardConfig c;
   safety::Limits& l = c.limits;
@@ -25,12 +31,15 @@ Result<GuardConfig> read_guard(bus::Parameters& p) {
   l.fence.margin = p.number("fence_margin_m", l.fence.margin, 0, 100);
   l.battery_low_V = p.number("battery_low_V", 0.0, 0, 1000);
   l.battery_empty_V = p.number("battery_empty_V", 0.0, 0, 1000);
+  l.innovation_m = p.number("diverged_m", l.innovation_m, 0.01, 100);
+  l.missed_share = p.number("missed_share", l.missed_share, 0, 1);
   c.descend_speed = p.number("descend_speed_mps", c.descend_speed, 0.01, 5);
   c.ground_z = p.number("ground_z_m", c.ground_z, -1e4, 1e4);
   c.touchdown = p.number("touchdown_m", c.touchdown, 0.001, 10);
   c.poses.jump_m = p.number("pose_jump_m", c.poses.jump_m, 0.01, 100);
   c.poses.jump_rad = p.number("pose_jump_rad", c.poses.jump_rad, 0.01, 4);
-  c.poses.future_s = p.number("pose_future_s", c.poses.future_s, 0, 10);
+  c.poses.stamps.future_s = p.number("pose_future_s", c.poses.stamps.future_s, 0, 9);
+  c.imu_stamps.future_s = c.imu_stamps.old_s = kImuStampReach;
   if (auto ok = safety::check(c.ladder); !ok) return Failure(ok.error());
   if (!((l.fence.max - l.fence.min).minCoeff() > 0))
     return bad_input("must be below fence_max_m on every axis [m]", "controller.fence_min_m",
@@ -38,14 +47,20 @@ Result<GuardConfig> read_guard(bus::Parameters& p) {
   return c;
 }
 
+bool FlightGuard::place_imu(double stamp_s, double now_s, double& flight_s) {
+  if (!imu_clock_.place(stamp_s, now_s, flight_s)) return true;
+  ++refused_imu_;
+  return false;
+}
+
 bool FlightGuard::believes(double stamp_s, const Vec3& p_WB, const Quat& q_WB, double now_s, bool free,
-                           const control::Estimator& estimator) {
+                           const control::StateEstimator& estimator) {
   std::optional<safety::ExpectedPose> expected;
   if (estimator.ready()) expected = {estimator.state().p_WB, estimator.state().q_WB};
   return !poses_.judge(stamp_s, p_WB, q_WB, now_s, free, expected);
 }
 
-bool FlightGuard::update(double now_s, const control::Estimator& estimator, safety::Wish wish) {
+bool FlightGuard::update(double now_s, const control::StateEstimator& estimator, safety::Wish wish) {
   const Action before = action();
   if (!state_.armed) {
     auto armed = safety::arm(config_.ladder, state_, now_s, {});
@@ -54,6 +69,8 @@ bool FlightGuard::update(double now_s, const control::Estimator& estimator, safe
   safety::Vitals v;
   v.pose_age_s = now_s - estimator.last_mocap();
   v.imu_age_s = now_s - estimator.time();
+  v.innovation_m = poses_.apart_m();
+  v.missed_share = missed_.share();
   v.p_W = estimator.state().p_WB;
   v.wish = wish;
   v.battery_V = battery_V_;

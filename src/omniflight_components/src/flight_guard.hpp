@@ -6,8 +6,9 @@
 #include <string>
 
 #include "omniflight_bus/parameters.hpp"
-#include "omniflight_control/estimator.hpp"
+#include "omniflight_control/state_estimator.hpp"
 #include "omniflight_core/trajectory.hpp"
+#include "omniflight_safety/missed_share.hpp"
 #include "omniflight_safety/pose_monitor.hpp"
 #include "omniflight_safety/vitals.hpp"
 
@@ -17,6 +18,7 @@ struct GuardConfig {
   safety::LadderConfig ladder = safety::LadderConfig::standard();
   safety::Limits limits;
   safety::PoseMonitorConfig poses;
+  safety::StampClockConfig imu_stamps;
   double descend_speed = 0.3;  ///< m/s
   double ground_z = 0.0;       ///< m, world; the reference of a descent ends there
   double touchdown = 0.1;      ///< m above it that count as landed
@@ -27,16 +29,25 @@ Result<GuardConfig> read_guard(bus::Parameters& parameters);
 
 class FlightGuard {
  public:
-  explicit FlightGuard(const GuardConfig& config) : config_(config), poses_(config.poses) {}
+  explicit FlightGuard(const GuardConfig& config)
+      : config_(config), poses_(config.poses), imu_clock_(config.imu_stamps) {}
 
-  /// Whether the estimator may have this pose. now_s: flight time.
+  /// Flight time [s] of an inertial sample, whatever clock stamped it; false when the stamp is refused.
+  /// now_s: of the newest tick.
+  bool place_imu(double stamp_s, double now_s, double& flight_s);
+  std::uint64_t refused_imu() const { return refused_imu_; }
+  const safety::StampClock& imu_clock() const { return imu_clock_; }
+
+  /// Whether the estimator may have this pose, as taken at poses().believed_s(). now_s: flight time.
   bool believes(double stamp_s, const Vec3& p_WB, const Quat& q_WB, double now_s, bool free,
-                const control::Estimator& estimator);
+                const control::StateEstimator& estimator);
 
+  /// Every tick of the clock master: t [s] and the period [s] it wants to keep.
+  void tick(double t, double period) { missed_.tick(t, period); }
   void battery(double voltage_V) { battery_V_ = voltage_V; }
 
   /// Once a tick in free flight; the first one arms the ladder. True when the action has changed.
-  bool update(double now_s, const control::Estimator& estimator, safety::Wish wish);
+  bool update(double now_s, const control::StateEstimator& estimator, safety::Wish wish);
 
   /// What is flown at this tick: the plan's reference at `along` [s], or what the action makes of it.
   Reference reference(const Trajectory& plan, double along, double now_s, const RigidState& estimate);
@@ -51,6 +62,9 @@ class FlightGuard {
  private:
   GuardConfig config_;
   safety::PoseMonitor poses_;
+  safety::StampClock imu_clock_;
+  safety::MissedShare missed_;
+  std::uint64_t refused_imu_ = 0;
   safety::LadderState state_;
   std::optional<Reference> frozen_;  ///< from where hold and descend go on
   std::optional<double> battery_V_;

@@ -2,15 +2,19 @@
 #include <atomic>
 #include <filesystem>
 
+#include "command_clock.hpp"
 #include "command_inbox.hpp"
 #include "conversions.hpp"
 #include "factories.hpp"
 #include "failsafe_message.hpp"
+#include "omniflight_bus/heartbeat.hpp"
 #include "omniflight_bus/parameters.hpp"
 #include "omniflight_gateway/gateway.hpp"
 #include "omniflight_gateway/safety_gate.hpp"
+#include "omniflight_planning/plan.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
 #include "period_keeper.hpp"
+#include "period_summary.hpp"
 #include "plant_publisher.hpp"
 #include "start_permission.hpp"
 #include "threaded_component.hpp"
@@ -46,10 +50,15 @@ class GatewayComponent final : public ThreadedComponent {
     gate.own_sleep_s = std::max(gate.own_sleep_s, 4 * period_);
     gate.ramp_s = p.number("ramp_s", 0.5, 0.01, 10);
     gate.max_acceleration_radps2 = p.number("max_rotor_acceleration_radps2", 1e5, 1, 1e8);
+    summary_file_ = p.text("summary_file", "");
+    operator_arms_ = p.flag("operator_arms", false);
+    arming_timeout_ = p.number("arming_timeout_s", 600, 1, 36000);
+    const std::string plan = p.text("plan", "");
     permission_.read(p);
     if (auto ok = p.finish(); !ok) return ok;
     auto vehicle = vehicle::load_vehicle(vehicle_name, split(overrides));
     if (!vehicle) return Failure(vehicle.error());
+    if (auto ok = check_plan(plan, *vehicle); !ok) return ok;
     rotors_ = static_cast<std::size_t>(vehicle->rotor_count());
     gate.rotors = rotors_;
     for (const auto& r : vehicle->rotors)
@@ -57,6 +66,7 @@ class GatewayComponent final : public ThreadedComponent {
     auto made_gate = gateway::SafetyGate::create(gate);
     if (!made_gate) return Failure(made_gate.error());
     gate_.emplace(std::move(*made_gate));
+    command_clock_.emplace("gateway", gate.future_tolerance_s, gate.stale_after_s);
     gateway::GatewayConfig config;
     config.rotors = rotors_;
     config.motor_rate_hz = 250;
@@ -67,27 +77,36 @@ class GatewayComponent final : public ThreadedComponent {
     gateway_.emplace(std::move(*made));
     if (auto ok = create_publishers(publisher_, static_cast<int>(rotors_), PlantPublisher::Part::boards); !ok)
       return ok;
-    auto failsafe =
-        bus::Subscription<DiagnosticArray>::create(participant(), topics::failsafe, bus::Qos::latched_last(4),
-                                                   [this](const DiagnosticArray& m, std::int64_t) {
-                                                     const auto action = failsafe_action(m);
-                                                     if (!action || *action < safety::Action::ramp_down)
-                                                       return;
-                                                     const auto statuses = bus::view(m.status);
-                                                     const std::lock_guard lock(failsafe_mutex_);
-                                                     failsafe_words_ = bus::text(statuses[0].message);
-                                                     if (const auto wish = wish_of_ladder(m); wish > wish_.load())
-                                                       wish_.store(wish);
-                                                     failsafe_action_.store(*action);
-                                                   });
+    auto failsafe = bus::Subscription<DiagnosticArray>::create(
+        participant(), topics::failsafe, bus::Qos::latched_last(4),
+        [this](const DiagnosticArray& m, std::int64_t) {
+          const auto action = failsafe_action(m);
+          if (!action || *action < safety::Action::ramp_down) return;
+          const auto statuses = bus::view(m.status);
+          const std::lock_guard lock(failsafe_mutex_);
+          failsafe_words_ = bus::text(statuses[0].message);
+          if (const auto wish = wish_of_ladder(m); wish > wish_.load()) wish_.store(wish);
+          failsafe_action_.store(*action);
+        });
     if (!failsafe) return Failure(failsafe.error());
     failsafe_.emplace(std::move(*failsafe));
     auto wish = bus::Subscription<msgs::std_msgs::String>::create(
         participant(), topics::wish, bus::Qos::latched_last(4),
-        [this](const msgs::std_msgs::String& m, std::int64_t) { wish_.store(wish_from(bus::text(m.data))); });
+        [this](const msgs::std_msgs::String& m, std::int64_t) {
+          if (bus::text(m.data) == "arm")
+            arm_asked_.store(true);
+          else
+            wish_.store(wish_from(bus::text(m.data)));
+        });
     if (!wish) return Failure(wish.error());
     wish_subscription_.emplace(std::move(*wish));
     if (auto ok = permission_.subscribe(participant()); !ok) return ok;
+    auto watch = bus::HeartbeatWatch::start(
+        participant(), bus::heartbeat_lease, [this](const std::string& who, bool alive, double silence_s) {
+          silences_.note(who, alive, silence_s, WallPace(epoch_ns_).now());
+        });
+    if (!watch) return Failure(watch.error());
+    watch_.emplace(std::move(*watch));
     auto gate_state = advertise<DiagnosticArray>(topics::gate, bus::Qos::latched_last());
     if (!gate_state) return Failure(gate_state.error());
     gate_publisher_.emplace(std::move(*gate_state));
@@ -95,6 +114,7 @@ class GatewayComponent final : public ThreadedComponent {
   }
   Status on_cleanup() override {
     stop();
+    watch_.reset();
     failsafe_.reset();
     wish_subscription_.reset();
     permission_.unsubscribe();
@@ -118,6 +138,17 @@ class GatewayComponent final : public ThreadedComponent {
       pace.sleep_until(pace.now() + 0.002);
     }
     return {};
+  }
+
+  /// A plan is for one vehicle; whoever starts components by hand may mix them up.
+  static Status check_plan(const std::string& folder, const vehicle::Vehicle& vehicle) {
+    if (folder.empty()) return {};
+    const auto plan = planning::read_plan(folder);
+    if (!plan) return Failure(plan.error());
+    if (plan->certificate.vehicle_sha256 == vehicle.sha256) return {};
+    return bad_input(
+        "is of another vehicle, or of other overrides, than '" + vehicle.name + "' of the gateway", folder,
+        "Plan for this vehicle, or give the plan's vehicle and vehicle_set");
   }
 
   Status check_start() const {
@@ -151,14 +182,15 @@ class GatewayComponent final : public ThreadedComponent {
     const auto status = fly(pace);
     (void)gateway_->stop_motors();
     (void)gateway_->poll(pace.now(), 0.0);
-    if (keeper_)
-      std::fprintf(
-          stderr,
-          "[gateway] %llu of %llu control periods missed, the latest %.1f ms late; %llu commands refused\n",
-          static_cast<unsigned long long>(keeper_->missed()),
-          static_cast<unsigned long long>(keeper_->periods()), 1e3 * keeper_->longest_late_s(),
-          static_cast<unsigned long long>(gate_->refused()));
-    return status;
+    if (!keeper_) return status;
+    const PeriodCounts counts = count_periods();
+    std::fprintf(stderr, "[gateway] %s\n", words(counts).c_str());
+    const Status written = write_summary(counts, silences_.list(), summary_file_);
+    return status ? written : status;
+  }
+
+  PeriodCounts count_periods() const {
+    return {keeper_->periods(), keeper_->missed(), keeper_->longest_late_s(), gate_->refused()};
   }
 
   Status fly(const WallPace& pace) {
@@ -170,14 +202,7 @@ class GatewayComponent final : public ThreadedComponent {
     }
     if (!connected) return connected;
     if (auto ok = reach(pace, gateway::GatewayPhase::connected, connect_timeout_); !ok) return ok;
-    // no motor starts before everything is there that a flight needs
-    for (Status ready = check_start(); !ready; ready = check_start()) {
-      if (!running()) return fail(ErrorCode::incomplete, "stopped before the flight began", "gateway");
-      if (pace.now() > deadline) return ready;
-      if (auto ok = gateway_->poll(pace.now(), 0.0); !ok) return ok;
-      publish_telemetry();
-      pace.sleep_until(pace.now() + 0.01);
-    }
+    if (auto ok = wait_for_start(pace, deadline); !ok) return ok;
     if (auto ok = gateway_->start_motors(pace.now()); !ok) return ok;
     if (auto ok = reach(pace, gateway::GatewayPhase::running, 10.0); !ok) return ok;
     publish_telemetry();
@@ -188,12 +213,41 @@ class GatewayComponent final : public ThreadedComponent {
     return flown;
   }
 
+  /// No motor starts before everything is there that a flight needs and, where he has to, the operator has
+  /// armed. His word counts only when nothing is missing at that moment.
+  Status wait_for_start(const WallPace& pace, double deadline) {
+    constexpr double kLook = 0.01;  // s
+    for (;;) {
+      permission_.look(pace.now(), kLook);
+      const Status ready = check_start();
+      const bool asked = arm_asked_.exchange(false);
+      if (ready && (asked || !operator_arms_)) return {};
+      if (!running()) return fail(ErrorCode::incomplete, "stopped before the flight began", "gateway");
+      if (wish_.load() >= safety::Wish::stop) {
+        gate_->cut(gateway::Trip::emergency_stop);
+        tell_gate(pace.now());
+        return fail(ErrorCode::incomplete, "the operator stopped it before the flight began", "gateway");
+      }
+      if (ready && pace.now() > deadline + arming_timeout_)
+        return fail(ErrorCode::incomplete,
+                    "the operator has not armed within " + std::to_string(arming_timeout_) + " s", "gateway",
+                    "Press a in the terminal of fly, or run omniflight arm");
+      if (!ready && pace.now() > deadline) return ready;
+      tell(ready ? "disarmed: ready, the operator may arm"
+                 : (asked ? "disarmed: NOT armed: " : "disarmed: ") + ready.error().message,
+           pace.now());
+      if (auto ok = gateway_->poll(pace.now(), 0.0); !ok) return ok;
+      publish_telemetry();
+      pace.sleep_until(pace.now() + kLook);
+    }
+  }
+
   /// From idle rotors to the end of the flight, at each control period: telemetry, tick, command. The caller
   /// winds the rotors down.
   Status follow_commands(const WallPace& pace, double first_command_by) {
     keeper_.emplace(pace, period_);
     std::optional<double> armed_at, free_at;
-    std::int64_t last_stamp = -1;
+    std::uint64_t taken = 0;
     for (;;) {
       const double now = keeper_->wait();
       if (!running()) return fail(ErrorCode::incomplete, "stopped in flight", "gateway");
@@ -206,13 +260,15 @@ class GatewayComponent final : public ThreadedComponent {
       const FlightPhase phase = free_at ? FlightPhase::free : FlightPhase::held;
       if (auto ok = publisher_.tick(now, period_, phase); !ok) return ok;
       const RotorCommand command = inbox_.newest();
-      if (command.stamp_ns > last_stamp && command.count > 0) {
-        last_stamp = command.stamp_ns;
-        if (!armed_at) {
+      if (command.number != taken && command.count > 0) {
+        taken = command.number;
+        bool believed = false;
+        const double taken_s = command_clock_->place(command.stamp_ns, now, believed);
+        if (!armed_at && believed) {
           if (auto ok = gate_->arm(now); !ok) return ok;
           armed_at = now;
         }
-        (void)gate_->offer({command.speed.data(), command.count}, to_s(command.stamp_ns), now);
+        if (armed_at) (void)gate_->offer({command.speed.data(), command.count}, taken_s, now);
       }
       if (!armed_at && now > first_command_by)
         return fail(ErrorCode::incomplete, "the allocator commands nothing", "gateway",
@@ -228,13 +284,24 @@ class GatewayComponent final : public ThreadedComponent {
     }
   }
 
-  /// Publishes the state of the gate when it has changed: an emergency stop is acknowledged by it.
+  /// Publishes the state of the gate when it has changed: an emergency stop is acknowledged by it. Also when
+  /// periods were missed, at most once a second.
   void tell_gate(double now) {
-    if (told_ == gate_->state()) return;
+    const bool missed = keeper_ && keeper_->missed() != missed_told_ && now >= next_missed_s_;
+    if (told_ == gate_->state() && !missed) return;
     told_ = gate_->state();
+    if (keeper_) missed_told_ = keeper_->missed();
+    next_missed_s_ = now + 1.0;
     std::string words(gateway::to_string(gate_->state()));
     if (gate_->trip_reason() != gateway::Trip::none)
       words += ": " + std::string(gateway::to_string(gate_->trip_reason()));
+    tell(words, now);
+  }
+
+  /// On /omniflight/gate, when it is not what was told before, or counts have changed.
+  void tell(const std::string& words, double now) {
+    if (words == told_words_ && !keeper_) return;
+    told_words_ = words;
     auto& m = *gate_message_;
     m.header.stamp = bus::stamp(to_ns(now));
     bus::resize(m.status, 1);
@@ -243,8 +310,9 @@ class GatewayComponent final : public ThreadedComponent {
     bus::set_text(status.name, "omniflight: gate");
     bus::set_text(status.message, words);
     bus::set_text(status.hardware_id, "");
-    (void)gate_publisher_->publish(m,
-                                   to_ns(now));  // who listens does so to know; the rotors do not wait for it
+    if (keeper_) fill(status.values, count_periods());
+    // who listens does so to know; the rotors do not wait for it
+    (void)gate_publisher_->publish(m, to_ns(now));
   }
 
   /// The worst that the controller's ladder and the operator ask for.
@@ -288,6 +356,7 @@ class GatewayComponent final : public ThreadedComponent {
   std::int64_t epoch_ns_ = 0;
   double period_ = 0.002, hold_ = 2.0, flight_ = 10.0, alpha_ = 0, connect_timeout_ = 20;
   std::optional<gateway::SafetyGate> gate_;
+  std::optional<CommandClock> command_clock_;
   std::optional<gateway::Gateway> gateway_;
   gateway::Telemetry telemetry_;
   std::array<double, vehicle::kMaxRotors> speed_{}, current_{};
@@ -296,6 +365,12 @@ class GatewayComponent final : public ThreadedComponent {
   StartPermission permission_;
   std::optional<PeriodKeeper> keeper_;
   std::optional<gateway::GateState> told_;
+  std::uint64_t missed_told_ = 0;
+  double next_missed_s_ = -1e300;
+  std::string summary_file_, told_words_;
+  bool operator_arms_ = false;
+  double arming_timeout_ = 600;
+  std::atomic<bool> arm_asked_{false};
   bus::Message<DiagnosticArray> gate_message_;
   std::optional<bus::Publisher<DiagnosticArray>> gate_publisher_;
   std::optional<double> battery_;  ///< V, newest
@@ -303,6 +378,8 @@ class GatewayComponent final : public ThreadedComponent {
   std::atomic<safety::Wish> wish_{safety::Wish::none};
   std::mutex failsafe_mutex_;
   std::string failsafe_words_;  ///< guarded by failsafe_mutex_
+  SilenceLog silences_;
+  std::optional<bus::HeartbeatWatch> watch_;
   std::optional<bus::Subscription<DiagnosticArray>> failsafe_;
   std::optional<bus::Subscription<msgs::std_msgs::String>> wish_subscription_;
 };

@@ -35,7 +35,7 @@ class PlantPublisher {
     need(Part::boards, rotor_, topics::rotors, 512);
     need(Part::boards, battery_, topics::battery, 64);
     need(Part::boards, tick_, topics::tick, 512);
-    need(Part::world, mocap_, topics::mocap, 512);
+    need(Part::world, mocap_, mocap_topic_.c_str(), 512);
     need(Part::world, truth_, topics::truth, 512);
     if (!ok) return ok;
     bus::resize(rotor_message_->velocity, static_cast<std::size_t>(rotors));
@@ -51,6 +51,8 @@ class PlantPublisher {
     return {};
   }
   void destroy();
+  /// Before create(): the topic of poses, where a motion capture of its own stands between.
+  void name_mocap(std::string topic) { mocap_topic_ = std::move(topic); }
 
   Status imu(const simulation::ImuSample& sample);
   Status mocap(const simulation::MocapSample& sample, double now_s);
@@ -82,9 +84,10 @@ class PlantPublisher {
   Slot<msgs::sensor_msgs::BatteryState> battery_;
   Slot<msgs::omniflight_msgs::Tick> tick_;
   Slot<msgs::omniflight_msgs::TruthState> truth_;
-  /// Ticks tell how many samples belong to them. Boards fly in real time: there a sample that was lost, or sent
-  /// before the controller listened, must not be waited for.
+  /// Ticks tell how many samples belong to them. Boards fly in real time: there a sample that was lost, or
+  /// sent before the controller listened, must not be waited for.
   bool counted_ = true;
+  std::string mocap_topic_ = topics::mocap;
   bus::Message<msgs::sensor_msgs::Imu> imu_message_;
   bus::Message<msgs::geometry_msgs::PoseStamped> mocap_message_;
   bus::Message<msgs::omniflight_msgs::RotorTelemetry> rotor_message_;

@@ -2,6 +2,7 @@
 // has arrived; in real time a watchdog stops the rotors when commands go stale.
 #include <atomic>
 
+#include "command_clock.hpp"
 #include "command_inbox.hpp"
 #include "conversions.hpp"
 #include "factories.hpp"
@@ -34,6 +35,7 @@ class Simulator final : public ThreadedComponent {
     auto read = read_plant_parameters(p);
     if (!read) return Failure(read.error());
     parameters_ = std::move(*read);
+    command_clock_.emplace("simulator", parameters_.control_period, stale_after_);
     faults_.reset();
     if (!faults_file.empty()) {
       auto faults = simulation::load_faults(faults_file, parameters_.vehicle.rotor_count());
@@ -59,6 +61,7 @@ class Simulator final : public ThreadedComponent {
                                                    });
     if (!failsafe) return Failure(failsafe.error());
     failsafe_.emplace(std::move(*failsafe));
+    if (lockstep_) inbox_.answer_up_to(-1);  // there is no tick yet
     return inbox_.subscribe(participant());
   }
 
@@ -118,9 +121,16 @@ class Simulator final : public ThreadedComponent {
       }
     } else {
       command = inbox_.newest();
-      const double age = to_s(stamp_ns - command.stamp_ns);
-      if (command.stamp_ns < 0 && to_s(stamp_ns) < parameters_.hold) return {};
-      if (command.stamp_ns < 0 || age > stale_after_) {
+      const double now = to_s(stamp_ns);
+      if (command.number != commands_taken_) {
+        commands_taken_ = command.number;
+        const double taken = command_clock_->place(command.stamp_ns, now, command_believed_);
+        if (command_believed_) commanded_at_ = taken;
+      }
+      if (!command_believed_) command.count = 0;
+      if (!commanded_at_ && now < parameters_.hold) return {};
+      const double age = commanded_at_ ? now - *commanded_at_ : now;
+      if (age > stale_after_) {
         (void)publisher_.tick(plant_->time(), parameters_.control_period, FlightPhase::ended);
         return fail(ErrorCode::incomplete,
                     "the newest command is " + std::to_string(age) + " s old; the rotors are stopped",
@@ -185,6 +195,7 @@ class Simulator final : public ThreadedComponent {
         if (auto ok = publisher_.truth(*plant_); !ok) return ok;
         const bool last = k + steps_a_tick > steps;
         if (!lockstep_) pace(t);
+        if (lockstep_) inbox_.answer_up_to(to_ns(t));
         if (auto ok =
                 publisher_.tick(t, parameters_.control_period,
                                 last ? FlightPhase::ended : (held ? FlightPhase::held : FlightPhase::free));
@@ -214,6 +225,10 @@ class Simulator final : public ThreadedComponent {
   std::optional<bus::Subscription<DiagnosticArray>> failsafe_;
   std::atomic<bool> failsafe_ended_{false};
   std::atomic<std::uint64_t> recorded_ticks_{0};
+  std::optional<CommandClock> command_clock_;  ///< in real time
+  std::optional<double> commanded_at_;         ///< s, flight time of the newest believed command
+  std::uint64_t commands_taken_ = 0;
+  bool command_believed_ = false;
   std::uint64_t recorder_window_ = 0;
   std::chrono::steady_clock::time_point start_;  ///< when simulated time 0 was due
   bool lockstep_ = true;

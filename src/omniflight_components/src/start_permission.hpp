@@ -10,19 +10,21 @@
 #include "omniflight_bus/parameters.hpp"
 #include "omniflight_bus/subscription.hpp"
 #include "omniflight_components/topics.hpp"
+#include "omniflight_safety/missed_share.hpp"
 #include "omniflight_safety/preflight.hpp"
 
 namespace omniflight::components {
 
 class StartPermission {
  public:
-  /// require_recorder, least_free_MB, least_battery_V.
+  /// require_recorder, least_free_MB, least_battery_V, most_missed_share.
   void read(bus::Parameters& p) {
     constexpr double kMega = 1e6;
     limits_.recorder = p.flag("require_recorder", true);
     limits_.free_bytes = static_cast<std::uint64_t>(
         kMega * p.number("least_free_MB", static_cast<double>(limits_.free_bytes) / kMega, 0, 1e9));
     limits_.battery_V = p.number("least_battery_V", 0.0, 0, 1000);
+    limits_.missed_share = p.number("most_missed_share", 0.05, 0, 1);
   }
   Status subscribe(const bus::Participant& participant) {
     using namespace msgs;
@@ -45,6 +47,13 @@ class StartPermission {
     recorder_.reset();
   }
 
+  /// Every time that the gateway looks, at flight time now_s; it means to do so every period_s.
+  void look(double now_s, double period_s) {
+    if (!observed_since_s_) observed_since_s_ = now_s;
+    looked_s_ = now_s;
+    missed_.tick(now_s, period_s);
+  }
+
   Status judge(std::size_t commanders, std::optional<double> battery_V) const {
     safety::Readiness found;
     found.commanders = commanders;
@@ -53,6 +62,9 @@ class StartPermission {
     if (const std::int64_t ns = pose_ns_.load(); ns > 0)
       found.pose_age_s = 1e-9 * static_cast<double>(now_ns() - ns);
     found.battery_V = battery_V;
+    constexpr double kObserved = 0.5;  // s
+    if (observed_since_s_ && looked_s_ - *observed_since_s_ >= kObserved)
+      found.missed_share = missed_.share();
     const std::lock_guard lock(mutex_);
     std::error_code ec;
     const auto space = std::filesystem::space(std::filesystem::path(recorder_file_).parent_path(), ec);
@@ -67,6 +79,9 @@ class StartPermission {
         .count();
   }
   safety::PreflightLimits limits_;
+  safety::MissedShare missed_;
+  std::optional<double> observed_since_s_;
+  double looked_s_ = 0;
   std::atomic<std::int64_t> pose_ns_{0};  ///< CLOCK_MONOTONIC of the newest pose
   mutable std::mutex mutex_;
   std::string recorder_file_;  ///< guarded by mutex_

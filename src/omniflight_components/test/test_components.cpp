@@ -61,7 +61,7 @@ constexpr int kIncomplete = static_cast<int>(ErrorCode::incomplete);
 constexpr int kBadInput = static_cast<int>(ErrorCode::bad_input);
 
 TEST_F(Components, EveryNameMakesAComponentOfThatName) {
-  ASSERT_EQ(components::component_names().size(), 8u);
+  ASSERT_EQ(components::component_names().size(), 10u);
   for (const std::string& name : components::component_names()) {
     const auto component = components::make_component(name);
     ASSERT_TRUE(component) << name;
@@ -80,7 +80,9 @@ TEST_F(Components, RefuseUnknownParameters) {
       {"controller", {}},
       {"simulator", {"vehicle:=omnimorph"}},
       {"emulator", {"vehicle:=omnimorph", "link_directory:=" + folder}},
-      {"gateway", {"vehicle:=omnimorph", "devices:=" + folder + "/board0"}}};
+      {"gateway", {"vehicle:=omnimorph", "devices:=" + folder + "/board0"}},
+      {"natnet", {"config:=" OMNIFLIGHT_SOURCE_ROOT "/configs/natnet/optitrack.yaml"}},
+      {"natnet_emulator", {"config:=" OMNIFLIGHT_SOURCE_ROOT "/configs/natnet/optitrack.yaml"}}};
   ASSERT_EQ(needed.size(), components::component_names().size());
   for (const std::string& name : components::component_names()) {
     std::vector<std::string> parameters = needed.at(name);

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <deque>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -45,12 +46,25 @@ class Stranger final : public bus::Component {
     (void)commands_->publish(*command_, 1);
   }
 
+  /// Plays the motion capture in place of the plant's: the true pose of latency_s ago at 250 Hz, stamped as
+  /// `clock` says of that time.
+  void play_mocap(std::function<double(double t)> clock, double latency_s = 0.008) {
+    mocap_clock_ = std::move(clock);
+    latency_s_ = latency_s;
+  }
+
+  /// Plays the inertial sensor in place of the plant's, once a control period.
+  void play_imu(std::function<double(double t)> clock) { imu_clock_ = std::move(clock); }
+
   void wish(const char* words) {
     bus::set_text(wish_message_->data, words);
     (void)wishes_->publish(*wish_message_, 1);
   }
 
+  std::function<double(double t)> outlier_m;  ///< added to y of the poses that are played
+  std::optional<double> first_word_s;         ///< stamp of a command before the first tick
   double furthest_m = 0;  ///< of the true position from where the flight began, while it is free
+  double sideways_m = 0;  ///< largest |y| of the same
   double end_s = 0;
   struct Said {
     double t;
@@ -73,6 +87,9 @@ class Stranger final : public bus::Component {
     auto poses = advertise<geometry_msgs::PoseStamped>(topics::mocap, bus::Qos::bulk(64));
     if (!poses) return Failure(poses.error());
     poses_.emplace(std::move(*poses));
+    auto imus = advertise<sensor_msgs::Imu>(topics::imu, bus::Qos::bulk(64));
+    if (!imus) return Failure(imus.error());
+    imus_.emplace(std::move(*imus));
     auto commands = advertise<actuator_msgs::Actuators>(topics::command, bus::Qos::bulk(64));
     if (!commands) return Failure(commands.error());
     commands_.emplace(std::move(*commands));
@@ -84,6 +101,10 @@ class Stranger final : public bus::Component {
           last = Vec3(m.position[0], m.position[1], m.position[2]);
           if (!first.allFinite()) first = last;
           furthest_m = std::max(furthest_m, (last - first).norm());
+          sideways_m = std::max(sideways_m, std::abs((last - first).y()));
+          if (const auto stamp_s = std::exchange(first_word_s, std::nullopt)) command(*stamp_s, 0.0);
+          relay(m);
+          measure(m);
         });
     if (ok)
       ok = hear<diagnostic_msgs::DiagnosticArray>(
@@ -103,12 +124,56 @@ class Stranger final : public bus::Component {
     failsafe_.reset();
     truth_.reset();
     poses_.reset();
+    imus_.reset();
     wishes_.reset();
     commands_.reset();
     return {};
   }
 
+  void measure(const omniflight_msgs::TruthState& m) {
+    const double t = 1e-9 * static_cast<double>(bus::nanoseconds(m.header.stamp));
+    const Vec3 v(m.velocity[0], m.velocity[1], m.velocity[2]);
+    if (imu_clock_ && velocity_) {
+      const Quat q(m.attitude[0], m.attitude[1], m.attitude[2], m.attitude[3]);
+      const Vec3 f = q.conjugate() * ((v - *velocity_) / kPeriod + Vec3(0, 0, kGravity));
+      imu_->header.stamp = bus::stamp(std::llround(imu_clock_(t) * 1e9));
+      imu_->linear_acceleration = {f.x(), f.y(), f.z()};
+      imu_->angular_velocity = {m.angular_velocity[0], m.angular_velocity[1], m.angular_velocity[2]};
+      (void)imus_->publish(*imu_, 1);
+    }
+    velocity_ = v;
+  }
+  void relay(const omniflight_msgs::TruthState& m) {
+    if (!mocap_clock_) return;
+    const double t = 1e-9 * static_cast<double>(bus::nanoseconds(m.header.stamp));
+    if (++truths_ % 2 == 0) in_flight_.emplace_back(t, Seen(m));
+    while (!in_flight_.empty() && in_flight_.front().first <= t - latency_s_) {
+      const auto& [taken, state] = in_flight_.front();
+      pose_->header.stamp = bus::stamp(std::llround(mocap_clock_(taken) * 1e9));
+      pose_->pose.position = {state.position[0], state.position[1], state.position[2]};
+      const double* q = state.attitude;  // w x y z
+      pose_->pose.orientation = {q[1], q[2], q[3], q[0]};
+      if (outlier_m) pose_->pose.position.y += outlier_m(taken);
+      (void)poses_->publish(*pose_, 1);
+      in_flight_.pop_front();
+    }
+  }
+
   Act act_;
+  std::function<double(double)> mocap_clock_, imu_clock_;
+  std::optional<Vec3> velocity_;  ///< m/s, of the truth before
+  bus::Message<sensor_msgs::Imu> imu_;
+  std::optional<bus::Publisher<sensor_msgs::Imu>> imus_;
+  double latency_s_ = 0;
+  std::uint64_t truths_ = 0;
+  struct Seen {
+    double position[3], attitude[4];
+    explicit Seen(const omniflight_msgs::TruthState& m) {
+      std::copy_n(m.position, 3, position);
+      std::copy_n(m.attitude, 4, attitude);
+    }
+  };
+  std::deque<std::pair<double, Seen>> in_flight_;
   bus::Message<geometry_msgs::PoseStamped> pose_;
   bus::Message<actuator_msgs::Actuators> command_;
   bus::Message<std_msgs::String> wish_message_;
@@ -144,7 +209,8 @@ class FailsafeFlight : public ::testing::Test {
   };
   /// 8 s of simulated flight with the stranger beside it; the faults, when there are any, as YAML list items.
   Flown fly(Stranger::Act act, const std::string& faults = "", double duration_s = 8,
-            const std::vector<std::string>& parameters = {}) {
+            const std::vector<std::string>& parameters = {},
+            const std::function<void(Stranger&)>& prepare = {}) {
     std::vector<std::string> overrides{"planner:mission:=" + (folder_ / "short.yaml").string(),
                                        "allocator:vehicle:=omnimorph",
                                        "simulator:vehicle:=omnimorph",
@@ -163,6 +229,7 @@ class FailsafeFlight : public ::testing::Test {
       parts.push_back(components::make_component(name));
     auto stranger = std::make_unique<Stranger>(std::move(act));
     Stranger* seen = stranger.get();
+    if (prepare) prepare(*seen);
     auto kept = std::make_shared<Stranger>(Stranger::Act{});
     parts.push_back(std::move(stranger));
     parts.push_back(std::make_unique<Keeper>(*seen, kept));
@@ -194,6 +261,7 @@ class FailsafeFlight : public ::testing::Test {
     Status on_configure(const YAML::Node&) override { return {}; }
     Status on_deactivate() override {
       to_->furthest_m = from_.furthest_m;
+      to_->sideways_m = from_.sideways_m;
       to_->end_s = from_.end_s;
       to_->failsafe = from_.failsafe;
       to_->last = from_.last;
@@ -243,6 +311,87 @@ TEST_F(FailsafeFlight, ASecondPublisherOfCommandsIsNotFollowed) {
   EXPECT_SAYS(flown, "a second publisher of /omniflight/command is refused");
 }
 
+constexpr const char* kNoOtherMocap = "  - {at_s: 0, kind: sensor_loss, sensor: mocap, for_s: 60}\n";
+constexpr double kUnix = 1.7e9;  // s
+
+TEST_F(FailsafeFlight, PosesStampedInUnixTimeAreFlownWith) {
+  const Flown flown =
+      fly({}, kNoOtherMocap, 8, {}, [](Stranger& s) { s.play_mocap([](double t) { return kUnix + t; }); });
+  EXPECT_EQ(flown.code, 0) << flown.text;
+  EXPECT_LT(flown.seen->furthest_m, kQuietFlight);
+  EXPECT_NEAR((flown.seen->last - flown.seen->first).x(), 0.05, 0.01);
+  EXPECT_SAYS(flown, "poses: another clock is followed, 1.7e+09 s from flight time");
+}
+
+TEST_F(FailsafeFlight, OutliersBelowTheJumpTestAreRefusedByTheFilter) {
+  double sideways[2];
+  for (const int k : {0, 1}) {
+    const Flown flown = fly(
+        {}, kNoOtherMocap, 8,
+        {std::string("controller:estimator:=") + (k == 0 ? "fixed_gain" : "error_state")}, [](Stranger& s) {
+          s.play_mocap([](double t) { return t; });
+          s.outlier_m = [](double t) { return t > 2.0 && std::fmod(t, 0.1) < 0.004 ? 0.25 : 0.0; };
+        });
+    EXPECT_EQ(flown.code, 0) << flown.text;
+    sideways[k] = flown.seen->sideways_m;
+  }
+  std::printf(
+      "an outlier of 0.25 m every 0.1 s: %.1f mm sideways with the observer, %.1f mm with the filter\n",
+      1e3 * sideways[0], 1e3 * sideways[1]);
+  EXPECT_LT(sideways[1], 0.002);
+  EXPECT_LT(sideways[1], 0.5 * sideways[0]);
+}
+
+TEST_F(FailsafeFlight, AnImuStampedInUnixTimeIsFlownWith) {
+  const Flown flown =
+      fly({}, "  - {at_s: 0, kind: sensor_loss, sensor: imu, for_s: 60}\n", 8, {}, [](Stranger& s) {
+        s.play_imu([](double t) { return kUnix + t + (t > 4.0 && t < 4.003 ? 5.0 : 0.0); });
+      });
+  EXPECT_EQ(flown.code, 0) << flown.text;
+  EXPECT_LT(flown.seen->furthest_m, kQuietFlight);
+  EXPECT_SAYS(flown, "IMU: another clock is followed, 1.7e+09 s from flight time");
+  EXPECT_SAYS(flown, "IMU samples refused, the last: stamp 5 s ahead of flight time");
+}
+
+TEST_F(FailsafeFlight, AFutureStampAmongUnixTimeIsRefusedBySize) {
+  const Flown flown = fly({}, kNoOtherMocap, 8, {}, [](Stranger& s) {
+    s.play_mocap([](double t) { return kUnix + t + (t > 4.0 && t < 4.01 ? 5.0 : 0.0); });
+  });
+  EXPECT_EQ(flown.code, 0) << flown.text;
+  EXPECT_LT(flown.seen->furthest_m, kQuietFlight);
+  EXPECT_SAYS(flown, "poses refused, the last: stamp 5 s ahead of flight time");
+}
+
+TEST_F(FailsafeFlight, AMocapClockThatIsSetInFlightIsFollowedAnew) {
+  for (const double step : {3600.0, -2.0}) {
+    const Flown flown = fly({}, kNoOtherMocap, 8, {}, [&](Stranger& s) {
+      s.play_mocap([step](double t) { return kUnix + t + (t > 4.0 ? step : 0.0); });
+    });
+    EXPECT_EQ(flown.code, 0) << flown.text;
+    EXPECT_LT(flown.seen->furthest_m, kQuietFlight) << step;
+    EXPECT_SAYS(flown, "poses refused, the last: stamp");
+    EXPECT_TRUE(story(flown).find("descend") == std::string::npos) << story(flown);
+  }
+}
+
+TEST_F(FailsafeFlight, PosesOfTheFutureOfFlightTimeAreNeverFlownWith) {
+  const Flown flown = fly({}, kNoOtherMocap, 12, {}, [](Stranger& s) {
+    s.play_mocap([](double t) { return t + (t > 3.0 ? 3.0 : 0.0); });
+  });
+  EXPECT_EQ(flown.code, kIncomplete) << flown.text;
+  EXPECT_SAYS(flown, "s ahead of flight time");
+  EXPECT_SAYS(flown, "descend: pose_lost");
+}
+
+TEST_F(FailsafeFlight, ACommandOfAnotherEpochAnswersNoTick) {
+  // the stranger speaks before the first tick, so that it is the one who is followed
+  const Flown flown =
+      fly({}, "", 8, {"simulator:command_timeout_s:=0.3"}, [](Stranger& s) { s.first_word_s = kUnix; });
+  EXPECT_NE(flown.code, 0) << "a command of the year 2023 answered every tick";
+  EXPECT_SAYS(flown, "a command stamped 1.7e+09 s ahead of the newest tick is refused");
+  EXPECT_SAYS(flown, "no command for the tick");
+}
+
 TEST_F(FailsafeFlight, AGapOfPosesIsFlownThrough) {
   const Flown flown = fly({}, "  - {at_s: 3, kind: sensor_loss, sensor: mocap, for_s: 0.3}\n");
   EXPECT_EQ(flown.code, 0) << flown.text;
@@ -268,12 +417,36 @@ TEST_F(FailsafeFlight, LostPosesAreFlownThroughForHalfASecondThenDescended) {
   EXPECT_SAYS(flown, "the failsafe ended the flight");
 }
 
+TEST_F(FailsafeFlight, TheFilterKnowsTheBiasesWhenPosesAreLost) {
+  double aside[2];
+  for (const int k : {0, 1}) {
+    const Flown flown =
+        fly({}, "  - {at_s: 5, kind: sensor_loss, sensor: mocap, for_s: 60}\n", 12,
+            {std::string("controller:estimator:=") + (k == 0 ? "fixed_gain" : "error_state")});
+    EXPECT_EQ(flown.code, kIncomplete) << flown.text;
+    EXPECT_SAYS(flown, "descend: pose_lost");
+    aside[k] = (flown.seen->last - flown.seen->first).head<2>().norm();
+  }
+  std::printf("descended on the IMU alone: %.2f m aside with the observer, %.2f m with the filter\n",
+              aside[0], aside[1]);
+  EXPECT_LT(aside[1], aside[0]);
+}
+
 TEST_F(FailsafeFlight, FrozenPosesAreRefusedAndThenDescended) {
   const Flown flown = fly({}, "  - {at_s: 3, kind: sensor_freeze, sensor: mocap, for_s: 60}\n", 12);
   EXPECT_EQ(flown.code, kIncomplete) << flown.text;
   EXPECT_SAYS(flown, "equal poses in a row");
   EXPECT_SAYS(flown, "descend: pose_lost");
   EXPECT_LT((flown.seen->last - flown.seen->first).head<2>().norm(), 0.5);
+}
+
+TEST_F(FailsafeFlight, AFrozenImuIsNotFlownOnUntilTheVehicleIsLost) {
+  const Flown flown = fly({}, "  - {at_s: 5, kind: sensor_freeze, sensor: imu, for_s: 60}\n", 12);
+  EXPECT_EQ(flown.code, kIncomplete) << flown.text;
+  std::printf("frozen IMU: %s at %.2f s, %.2f m off\n", story(flown).c_str(), flown.seen->end_s,
+              flown.seen->furthest_m);
+  EXPECT_SAYS(flown, "ramp_down: estimate_diverged");
+  EXPECT_LT(flown.seen->furthest_m, 1.0);
 }
 
 TEST_F(FailsafeFlight, TheOperatorHoldsAndResumes) {

@@ -134,6 +134,9 @@ Result<TestBed> load_test_bed(const std::filesystem::path& path) {
   auto bounds = root->child("bounds");
   bed.lower = bounds.vec3("min", files::between(-kFarthest, kFarthest, "m"));
   bed.upper = bounds.vec3("max", files::between(-kFarthest, kFarthest, "m"));
+  bed.ground_z = root->number("ground_z", files::between(-kFarthest, kFarthest, "m"), 0.0);
+  if (root->ok() && (bed.ground_z < bed.lower.z() || bed.ground_z > bed.upper.z()))
+    root->error_at("ground_z", "lies outside of the bounds", "Give a height [m] between min and max");
   const Vec3 cells = (bed.upper - bed.lower) / bed.resolution;
   if (root->ok() && (cells.minCoeff() < 1.0 || cells.prod() > kMaxVoxels))
     bounds.error("the box from min to max holds no voxel or more than 10 million of them",

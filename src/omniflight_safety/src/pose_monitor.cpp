@@ -13,6 +13,20 @@ std::string words(const char* format, double a, double b = 0) {
   return text;
 }
 
+PoseRefusal of(StampRefusal refusal) {
+  switch (refusal) {
+    case StampRefusal::not_finite:
+      return PoseRefusal::not_finite;
+    case StampRefusal::other_epoch:
+      return PoseRefusal::other_epoch;
+    case StampRefusal::from_future:
+      return PoseRefusal::from_future;
+    case StampRefusal::too_old:
+      break;
+  }
+  return PoseRefusal::too_old;
+}
+
 }  // namespace
 
 std::string_view to_string(PoseRefusal refusal) {
@@ -29,25 +43,19 @@ std::optional<PoseRefusal> PoseMonitor::find(double stamp_s, const Vec3& p, cons
     last_words_ = "a value is not finite, or the attitude is no quaternion";
     return PoseRefusal::not_finite;
   }
-  const double ahead_s = stamp_s - now_s;
-  if (std::abs(ahead_s) > config_.epoch_s) {
-    last_words_ = words("stamp %.6g s from flight time: another clock", ahead_s);
-    return PoseRefusal::other_epoch;
+  if (const auto refusal = clock_.place(stamp_s, now_s, taken_s_)) {
+    last_words_ = clock_.refusal_words();
+    return of(*refusal);
   }
-  if (ahead_s > config_.future_s) {
-    last_words_ = words("stamp %.4g s ahead of flight time", ahead_s);
-    return PoseRefusal::from_future;
-  }
-  if (-ahead_s > config_.old_s) {
-    last_words_ = words("stamp %.4g s behind flight time", -ahead_s);
-    return PoseRefusal::too_old;
-  }
-  if (believed_s_ && stamp_s <= *believed_s_) {
-    last_words_ = words("stamp %.4g s not after the last believed one", *believed_s_ - stamp_s);
+  if (believed_s_ && taken_s_ <= *believed_s_) {
+    last_words_ = words("stamp %.4g s not after the last believed one", *believed_s_ - taken_s_);
     return PoseRefusal::out_of_order;
   }
   const bool equal = p == last_p_ && q.coeffs() == last_q_;
   repeats_ = equal ? repeats_ + 1 : 0;
+  if (believed_s_ && (p - last_p_).norm() > config_.step_m + config_.step_mps * std::abs(taken_s_ - last_s_))
+    steady_ = false;
+  last_s_ = taken_s_;
   last_p_ = p;
   last_q_ = q.coeffs();
   if (free && repeats_ + 1 >= config_.frozen_samples) {
@@ -55,9 +63,11 @@ std::optional<PoseRefusal> PoseMonitor::find(double stamp_s, const Vec3& p, cons
     return PoseRefusal::frozen;
   }
   if (expected && believed_s_) {
-    const double grown_m = config_.jump_growth_mps * (stamp_s - *believed_s_);
+    const double grown_m = config_.jump_growth_mps * (taken_s_ - *believed_s_);
     const double away_m = (p - expected->p_WB).norm();
     const double away_rad = expected->q_WB.angularDistance(q.normalized());
+    constexpr double kArm = 1.0;  // m
+    apart_m_ = std::max(away_m, kArm * away_rad);
     if (away_m > config_.jump_m + grown_m || away_rad > config_.jump_rad) {
       last_words_ = words("%.3g m and %.3g rad from where the vehicle is expected", away_m, away_rad);
       return PoseRefusal::jump;
@@ -70,10 +80,12 @@ std::optional<PoseRefusal> PoseMonitor::judge(double stamp_s, const Vec3& p_WB, 
                                               double now_s, bool free,
                                               const std::optional<ExpectedPose>& expected) {
   const auto refusal = find(stamp_s, p_WB, q_WB, now_s, free, expected);
-  if (refusal)
+  if (refusal) {
     ++refused_[static_cast<std::size_t>(*refusal)];
-  else
-    believed_s_ = stamp_s;
+  } else {
+    believed_s_ = taken_s_;
+    steady_ = true;
+  }
   return refusal;
 }
 

@@ -28,6 +28,11 @@ Status preflight(const PreflightLimits& limits, const Readiness& found) {
        found.battery_V ? "battery at " + std::to_string(*found.battery_V) + " V, at least " +
                              std::to_string(limits.battery_V) + " V are needed"
                        : "battery voltage unknown");
+  need(limits.missed_share >= 1 || (found.missed_share && *found.missed_share <= limits.missed_share),
+       found.missed_share
+           ? std::to_string(100 * *found.missed_share) + " % of the periods missed while waiting, at most " +
+                 std::to_string(100 * limits.missed_share) + " % are allowed"
+           : "the clock has not been observed for long enough");
   if (missing.empty()) return {};
   return fail(ErrorCode::incomplete, "rotors are not started: " + missing, "preflight",
               "Mend it and start again");

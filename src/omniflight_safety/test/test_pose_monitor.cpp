@@ -38,6 +38,20 @@ TEST(PoseMonitor, AStampOfAnotherClockIsRefusedByItsSizeAndBlindsNobody) {
   EXPECT_FALSE(m.good());  // the next true pose is believed
 }
 
+TEST(PoseMonitor, PosesOfAUnixClockAreBelievedAtFlightTime) {
+  Monitored m;
+  int believed = 0;
+  for (int k = 0; k < 100; ++k) {
+    m.t += 0.01;
+    const Vec3 p(0, 0, 1 + 1e-6 * k);
+    if (m.monitor.judge(1.73e9 + m.t, p, kLevel, m.t + 0.008, true, {})) continue;
+    ++believed;
+    EXPECT_NEAR(m.monitor.believed_s(), m.t, 0.0081) << "to within the least delay";
+  }
+  EXPECT_GE(believed, 70);
+  EXPECT_TRUE(m.monitor.clock().foreign());
+}
+
 TEST(PoseMonitor, OldAndRepeatedStampsAreRefused) {
   Monitored m;
   EXPECT_FALSE(m.good());
@@ -74,6 +88,36 @@ TEST(PoseMonitor, JumpsAreRefusedAndAGapAllowsMore) {
   const Quat turned(Eigen::AngleAxisd(0.8, Vec3::UnitX()));
   EXPECT_EQ(m.monitor.judge(m.t + 0.02, Vec3(0, 0, 1), turned, m.t, true, here), PoseRefusal::jump);
   EXPECT_FALSE(m.monitor.judge(m.t + 0.4, Vec3(0.4, 0, 1), kLevel, m.t + 0.4, true, here));
+}
+
+TEST(PoseMonitor, AnEstimateThatRunsAwayFromSteadyPosesIsToldFromPosesThatLeap) {
+  Monitored runs;
+  EXPECT_FALSE(runs.good());
+  for (int k = 1; k < 100; ++k) {  // the estimate leaves at 2 m/s, the poses stay
+    runs.t += 0.01;
+    runs.monitor.judge(runs.t, Vec3(0, 0, 1 + 1e-6 * k), kLevel, runs.t, true,
+                       ExpectedPose{Vec3(0.02 * k, 0, 1), kLevel});
+  }
+  EXPECT_GT(runs.monitor.apart_m(), 1.9);
+  EXPECT_GT(runs.monitor.refused(PoseRefusal::jump), 50u);
+
+  Monitored turns;
+  EXPECT_FALSE(turns.good());
+  turns.t += 0.01;
+  turns.monitor.judge(turns.t, Vec3(0, 0, 1.001), kLevel, turns.t, true,
+                      ExpectedPose{Vec3(0, 0, 1), Quat(Eigen::AngleAxisd(0.9, Vec3::UnitX()))});
+  EXPECT_NEAR(turns.monitor.apart_m(), 0.9, 1e-9) << "an arm of 1 m for the attitude";
+
+  Monitored leaps;
+  EXPECT_FALSE(leaps.good());
+  for (int k = 1; k < 100; ++k) {
+    leaps.t += 0.01;
+    leaps.monitor.judge(leaps.t, Vec3(5, 0, 1 + 1e-6 * k), kLevel, leaps.t, true,
+                        ExpectedPose{Vec3(0, 0, 1), kLevel});
+  }
+  EXPECT_EQ(leaps.monitor.apart_m(), 0.0) << "no vehicle moves 5 m in 10 ms";
+  EXPECT_FALSE(leaps.good());
+  EXPECT_LT(leaps.monitor.apart_m(), 0.01);
 }
 
 TEST(PoseMonitor, WhatIsNoNumberIsRefused) {

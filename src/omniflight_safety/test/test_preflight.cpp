@@ -6,7 +6,7 @@
 namespace omniflight::safety {
 namespace {
 
-Readiness ready() { return {1, 1, true, 1'000'000'000, 0.01, 15.0}; }
+Readiness ready() { return {1, 1, true, 1'000'000'000, 0.01, 15.0, {}}; }
 
 std::string error(const Readiness& found, PreflightLimits limits = {}) {
   limits.battery_V = 14.0;
@@ -36,6 +36,16 @@ TEST(Preflight, NamesEachByItsSize) {
   EXPECT_NE(with([](auto& r) { r.pose_age_s = 0.7; }).find("0.7"), std::string::npos);
   EXPECT_NE(with([](auto& r) { r.battery_V = 13.0; }).find("13.0"), std::string::npos);
   EXPECT_EQ(with([](auto& r) { r.free_bytes.reset(); }), "");
+  const auto clock = [](std::optional<double> share) {
+    Readiness r = ready();
+    r.missed_share = share;
+    PreflightLimits limits;
+    limits.missed_share = 0.05;
+    return error(r, limits);
+  };
+  EXPECT_EQ(clock(0.01), "");
+  EXPECT_NE(clock(0.2).find("20.000000 % of the periods missed"), std::string::npos) << clock(0.2);
+  EXPECT_NE(clock({}).find("the clock has not been observed"), std::string::npos);
 }
 
 TEST(Preflight, ABatteryThatIsNotJudgedMayBeUnknown) {

@@ -19,7 +19,8 @@ struct RunOptions {
   std::optional<std::chrono::seconds> timeout;  ///< longest run; ErrorCode::incomplete afterwards
   std::chrono::milliseconds poll{50};           ///< longest time until SIGTERM is noticed
   std::chrono::milliseconds report{1000};       ///< period of /component_state while running
-  bool quiet = false;  ///< no line per transition on stderr; errors are always printed
+  bool heartbeat = false;  ///< beats on /omniflight/alive (heartbeat.hpp), for those who watch
+  bool quiet = false;      ///< no line per transition on stderr; errors are always printed
 };
 
 /// Configures and activates the components in their order, waits until one ends by itself, SIGINT or SIGTERM

@@ -3,8 +3,11 @@
 
 namespace omniflight::components::topics {
 
-inline constexpr const char* imu = "/omniflight/imu";          ///< sensor_msgs/Imu
-inline constexpr const char* mocap = "/omniflight/mocap";      ///< geometry_msgs/PoseStamped
+inline constexpr const char* imu = "/omniflight/imu";      ///< sensor_msgs/Imu
+inline constexpr const char* mocap = "/omniflight/mocap";  ///< geometry_msgs/PoseStamped
+inline constexpr const char* emulated_mocap =
+    "/omniflight/emulated_mocap";  ///< geometry_msgs/PoseStamped, from the emulated world to its NatNet
+                                   ///< server
 inline constexpr const char* rotors = "/omniflight/rotors";    ///< omniflight_msgs/RotorTelemetry
 inline constexpr const char* battery = "/omniflight/battery";  ///< sensor_msgs/BatteryState
 inline constexpr const char* tick = "/omniflight/tick";        ///< omniflight_msgs/Tick
@@ -16,7 +19,7 @@ inline constexpr const char* recorder = "/omniflight/recorder";      ///< omnifl
 inline constexpr const char* trajectory = "/command_trajectory";  ///< trajectory_msgs/MultiDOFJointTrajectory
 
 inline constexpr const char* failsafe = "/omniflight/failsafe";  ///< diagnostic_msgs/DiagnosticArray, latched
-inline constexpr const char* gate = "/omniflight/gate";  ///< diagnostic_msgs/DiagnosticArray, latched
+inline constexpr const char* gate = "/omniflight/gate";          ///< diagnostic_msgs/DiagnosticArray, latched
 inline constexpr const char* wish = "/omniflight/wish";          ///< std_msgs/String of the operator, latched
 
 inline constexpr const char* diagnostics =

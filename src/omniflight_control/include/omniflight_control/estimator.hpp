@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "omniflight_core/frames.hpp"
+#include "omniflight_control/state_estimator.hpp"
 
 namespace omniflight::control {
 
@@ -16,22 +16,19 @@ struct EstimatorConfig {
 
 /// Integrates accelerometer and gyroscope (trapezoidal), and corrects with motion capture at the time it was
 /// taken: the estimate of that instant is kept in a ring of half a second. Allocates nothing.
-class Estimator {
+class Estimator final : public StateEstimator {
  public:
   explicit Estimator(const EstimatorConfig& config) : config_(config) {}
 
-  /// Inertial sample at t [s]: specific force [m/s^2] and angular velocity [rad/s], body axes. Samples that
-  /// are not finite or not later than the last one are ignored and counted.
-  void add_imu(double t, const Vec3& specific_force_B, const Vec3& gyro_B);
-  /// Pose measured at t [s], which may lie in the past. The first one initialises the estimate.
-  void add_mocap(double t, const Vec3& p_WB, const Quat& q_WB);
+  void add_imu(double t, const Vec3& specific_force_B, const Vec3& gyro_B) override;
+  void add_mocap(double t, const Vec3& p_WB, const Quat& q_WB) override;
 
-  bool ready() const { return ready_; }
-  const RigidState& state() const { return state_; }
-  double time() const { return time_; }              ///< s, of the last inertial sample
-  double last_mocap() const { return mocap_time_; }  ///< s, when the last accepted pose was taken
-  const Vec3& gyro_bias() const { return gyro_bias_; }
-  unsigned long refused() const { return refused_; }
+  bool ready() const override { return ready_; }
+  const RigidState& state() const override { return state_; }
+  double time() const override { return time_; }
+  double last_mocap() const override { return mocap_time_; }
+  const Vec3& gyro_bias() const override { return gyro_bias_; }
+  unsigned long refused() const override { return refused_; }
 
  private:
   struct Past {

@@ -35,6 +35,7 @@ struct TestBed {
   double resolution = 0.05;   ///< m
   Vec3 lower = Vec3::Zero();  ///< m, the box that is known; free where no primitive is
   Vec3 upper = Vec3::Zero();  ///< m
+  double ground_z = 0.0;      ///< m, where a descent ends
   std::vector<Primitive> primitives;
 
   /// The primitive nearest to p; there is always one.

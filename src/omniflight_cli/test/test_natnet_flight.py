@@ -1,0 +1,74 @@
+"""Flights through emulated boards whose poses come over NatNet, by multicast on the loopback interface."""
+
+import os
+import pathlib
+import re
+import unittest
+
+import system
+
+CONFIG = """schema: omniflight.natnet/1
+server: 127.0.0.1
+interface: 127.0.0.1
+multicast: 239.255.42.{group}
+data_port: {data}
+command_port: {command}
+version: auto
+up_axis: {up}
+unit: {unit}
+bodies:
+  - {{name: OmniMorph, topic: /omniflight/mocap}}
+"""
+
+
+class NatNetFlight(system.SystemTest):
+    def config(self, **values):
+        port = 20000 + os.getpid() % 10000 * 4
+        return self.write("natnet.yaml", CONFIG.format(**({"group": 1 + os.getpid() % 200, "data": port, "command": port + 1,
+                                                           "up": "y", "unit": "mm"} | values)))
+
+    def fly_over_natnet(self, version, **values):
+        flight = self.fly(self.short_mission(), "--plant", "emulator", "--sensors", "laboratory", "--natnet",
+                          self.config(**values), "-p", f"natnet_emulator.version='{version}'", timeout=90)
+        said = pathlib.Path(self.dir / "flight/log/natnet.log").read_text()
+        error = flight["metrics"]["true"]["position_rmse_m"]
+        print(f"\nNatNet {version}: {flight['verdict']}, RMSE {1e3 * max(error.values()):.2f} mm; "
+              + " ".join(re.findall(r"\[natnet\] (.*frames.*)", said)))
+        self.assertEqual(flight["verdict"], "flown", said)
+        self.assertIn(f"bit stream {version}", said)
+        self.assertIn("another clock is followed", said)
+        frames = int(re.search(r"(\d+) frames", said).group(1))
+        self.assertGreater(frames, 1000)
+        return flight
+
+    def test_y_up_in_millimetres_by_version_4_1(self):
+        self.fly_over_natnet("4.1")
+
+    def test_long_other_versions(self):
+        for version, up, unit in (("2.7", "z", "m"), ("3.1", "y", "m"), ("4.0", "z", "mm")):
+            for left in self.dir.glob("flight/*.mcap"):
+                left.unlink()
+            self.fly_over_natnet(version, up=up, unit=unit)
+
+    def test_a_body_that_is_not_streamed_starts_no_rotor(self):
+        config = self.config()
+        log = self.dir / "line.txt"
+        done = self.run_command("fly", self.short_mission(), "--plant", "emulator", "--out", "x", "--natnet", config, "-p",
+                                "gateway.connect_timeout_s=4", "-p", f"emulator.line_log={log}", "-p",
+                                "natnet_emulator.mocap_topic=/nobody", expect=2, timeout=60)
+        self.assertIn("no pose has come", done.stdout + done.stderr)
+
+    def test_a_file_that_makes_no_sense_is_refused(self):
+        for change, where in (("up_axis: y", "up_axis: x"), ("unit: mm", "unit: feet"), ("version: auto", "version: 9.9"),
+                              ("server: 127.0.0.1", "server: motive"), ("multicast: ", "multicats: ")):
+            config = self.config()
+            config.write_text(config.read_text().replace(change, where))
+            done = self.run_command("fly", self.short_mission(), "--plant", "emulator", "--natnet", config, "--out", "x",
+                                    expect=4)
+            self.assertIn("natnet.yaml", done.stderr)
+        done = self.run_command("fly", self.short_mission(), "--natnet", "optitrack", "--out", "x", expect=4)
+        self.assertIn("--plant emulator or hardware", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
