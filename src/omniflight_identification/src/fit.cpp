@@ -4,6 +4,7 @@
 
 #include "omniflight_identification/residual_tests.hpp"
 #include "prediction_error.hpp"
+#include "robust_covariance.hpp"
 #include "starts.hpp"
 
 namespace omniflight::identification {
@@ -141,28 +142,16 @@ void judge(FittedModel& fitted, const Dataset& data, Eigen::Index skip) {
   const Eigen::Index n = e.size();
   fitted.samples = n;
   fitted.variance = e.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, n - p));
-  const Eigen::VectorXd scale = J.colwise().norm().cwiseMax(1e-300).cwiseInverse();
-  const Eigen::MatrixXd columns = J * scale.asDiagonal();
-  const Eigen::MatrixXd information = columns.transpose() * columns;
-  Eigen::MatrixXd inverse = information.completeOrthogonalDecomposition().pseudoInverse();
-  inverse = scale.asDiagonal() * inverse * scale.asDiagonal();
-  fitted.covariance = fitted.variance * inverse;
+  fitted.covariance = fitted.variance * inverse_information(J);
 
   constexpr int kLags = 25;
   const Eigen::VectorXd r = autocorrelation(e, kLags);
   const double statistic = static_cast<double>(n) * r.tail(kLags).squaredNorm();
   fitted.correlated_residuals = chi_squared_tail(statistic, kLags) < kCorrelatedBelow;
   if (!fitted.correlated_residuals) return;
-  const auto window = std::min<Eigen::Index>(
-      n / 4, std::max<Eigen::Index>(skip, static_cast<Eigen::Index>(2 * std::cbrt(static_cast<double>(n)))));
-  const Eigen::MatrixXd scores = e.asDiagonal() * J;
-  Eigen::MatrixXd middle = scores.transpose() * scores;
-  for (Eigen::Index k = 1; k <= window; ++k) {
-    const double weight = 1.0 - static_cast<double>(k) / static_cast<double>(window + 1);
-    const Eigen::MatrixXd cross = scores.bottomRows(n - k).transpose() * scores.topRows(n - k);
-    middle += weight * (cross + cross.transpose());
-  }
-  fitted.covariance = inverse * middle * inverse;
+  // at least as long as an initial state takes to fade
+  const Eigen::Index window = std::min(n / 4, std::max(skip, correlation_window(n, 2)));
+  fitted.covariance = robust_covariance(J, e, window);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <ceres/ceres.h>
 
 #include "omniflight_identification/residual_tests.hpp"
+#include "robust_covariance.hpp"
 
 namespace omniflight::identification {
 namespace {
@@ -92,27 +93,6 @@ class Stopper : public ceres::IterationCallback {
   const std::function<bool()>& stop_;
 };
 
-/// Covariance of the shared parameters with the residuals' correlation (Newey and West 1987). Rows of J are
-/// samples, columns shared parameters then offsets.
-Eigen::MatrixXd robust_covariance(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, Eigen::Index shared) {
-  const Eigen::Index n = e.size();
-  const Eigen::VectorXd scale = J.colwise().norm().cwiseMax(1e-300).cwiseInverse();
-  const Eigen::MatrixXd X = J * scale.asDiagonal();
-  const Eigen::MatrixXd inverse = (X.transpose() * X).completeOrthogonalDecomposition().pseudoInverse();
-  const Eigen::MatrixXd scores = e.asDiagonal() * X;
-  // residuals of an output-error fit are correlated over about the lag; the window reaches beyond it
-  const auto window =
-      std::min<Eigen::Index>(n / 4, static_cast<Eigen::Index>(4 * std::cbrt(static_cast<double>(n))));
-  Eigen::MatrixXd middle = scores.transpose() * scores;
-  for (Eigen::Index k = 1; k <= window; ++k) {
-    const double weight = 1.0 - static_cast<double>(k) / static_cast<double>(window + 1);
-    const Eigen::MatrixXd cross = scores.bottomRows(n - k).transpose() * scores.topRows(n - k);
-    middle += weight * (cross + cross.transpose());
-  }
-  const Eigen::MatrixXd all = scale.asDiagonal() * inverse * middle * inverse * scale.asDiagonal();
-  return all.topLeftCorner(shared, shared);
-}
-
 Solved search(const Shape& shape, Eigen::VectorXd p, const Dataset& data, double scale, Eigen::Index skip,
               const DynamicsOptions& options, bool with_covariance) {
   Solved out;
@@ -158,9 +138,33 @@ Solved search(const Shape& shape, Eigen::VectorXd p, const Dataset& data, double
     for (int k = sparse.rows[static_cast<std::size_t>(row)];
          k < sparse.rows[static_cast<std::size_t>(row) + 1]; ++k)
       J(row, sparse.cols[static_cast<std::size_t>(k)]) = sparse.values[static_cast<std::size_t>(k)];
-  out.covariance =
-      robust_covariance(J, Eigen::Map<const Eigen::VectorXd>(residual.data(), J.rows()), shape.size());
+  // residuals of an output-error fit are correlated over about the lag; the window reaches beyond it
+  const Eigen::MatrixXd all = robust_covariance(
+      J, Eigen::Map<const Eigen::VectorXd>(residual.data(), J.rows()), correlation_window(J.rows(), 4));
+  out.covariance = all.topLeftCorner(shape.size(), shape.size());
   return out;
+}
+
+/// The two best of a grid of lags and delays, by what they leave of the data.
+std::vector<Eigen::VectorXd> starts(const Shape& shape, const Eigen::VectorXd& gain, const Dataset& data,
+                                    Eigen::Index skip, const DynamicsOptions& options) {
+  std::vector<std::pair<double, Eigen::VectorXd>> tried;
+  for (const double lag : {3.0, 10.0, 30.0, 90.0})
+    for (const double delay : {0.5, 3.5, 10.5}) {
+      Eigen::VectorXd p(shape.size());
+      const double lag_s = std::min(lag * data.period_s, 0.5 * options.max_lag_s);
+      p << gain, std::log(lag_s), std::log(lag_s), std::min(delay * data.period_s, 0.9 * options.max_delay_s);
+      double loss = 0;
+      for (const Experiment& e : data.experiments) {
+        Eigen::VectorXd y(e.y.size());
+        simulate(shape, p.data(), data.period_s, e, best_offset(shape, p.data(), data.period_s, e, skip),
+                 y.data());
+        loss += (e.y - y).tail(e.y.size() - skip).squaredNorm();
+      }
+      tried.emplace_back(loss, p);
+    }
+  std::sort(tried.begin(), tried.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  return {tried[0].second, tried[1].second};
 }
 
 Status inside(const MotorDynamics& m, const DynamicsOptions& options, double period_s) {
@@ -213,16 +217,11 @@ Result<MotorDynamics> fit_dynamics(const Dataset& data, const DynamicsOptions& o
   }
   const Eigen::VectorXd gain = information.completeOrthogonalDecomposition().solve(moment);
   Solved best;
-  for (const double lag : {3.0, 15.0, 75.0})
-    for (const double delay : {0.5, 3.5, 10.5}) {
-      if (options.stop && options.stop()) break;
-      Eigen::VectorXd p(shape.size());
-      const double start_lag = std::min(lag * data.period_s, 0.5 * options.max_lag_s);
-      p << gain, std::log(start_lag), std::log(start_lag),
-          std::min(delay * data.period_s, 0.9 * options.max_delay_s);
-      Solved found = search(shape, p, data, scale, skip, options, false);
-      if (found.cost < best.cost) best = std::move(found);
-    }
+  for (const Eigen::VectorXd& start : starts(shape, gain, data, skip, options)) {
+    if (options.stop && options.stop()) break;
+    Solved found = search(shape, start, data, scale, skip, options, false);
+    if (found.cost < best.cost) best = std::move(found);
+  }
   if (!std::isfinite(best.cost))
     return fail(ErrorCode::incomplete, "no lag and delay were found", "motor", "Give more time");
   best = search(shape, best.p, data, scale, skip, options, true);

@@ -67,8 +67,11 @@ ResidualTest whiteness(const PolynomialModel& model, const Dataset& data, const 
   return test;
 }
 
-ResidualTest independence(const PolynomialModel& model, const Dataset& data, Eigen::Index input,
-                          const FitOptions& options, int lags) {
+namespace {
+
+/// Residuals against the input 0, 1, ... samples before, or with `later` 1, 2, ... samples after.
+ResidualTest cross_correlation(const PolynomialModel& model, const Dataset& data, Eigen::Index input,
+                               const FitOptions& options, int lags, bool later) {
   ResidualTest test;
   const auto all = rests(model, data, input, options.transient_samples);
   // correlations reach as far as the variance of their sum needs: both series' products die out by then
@@ -80,7 +83,8 @@ ResidualTest independence(const PolynomialModel& model, const Dataset& data, Eig
       ee[k] += lagged_product(r.e, r.e, k);
       uu[k] += lagged_product(r.u, r.u, k);
     }
-    for (int k = 0; k < lags; ++k) eu[k] += lagged_product(r.e, r.u, k);
+    for (int k = 0; k < lags; ++k)
+      eu[k] += later ? lagged_product(r.u, r.e, k + 1) : lagged_product(r.e, r.u, k);
     n += static_cast<double>(r.e.size());
   }
   n = std::max(n, 1.0);
@@ -112,6 +116,18 @@ ResidualTest independence(const PolynomialModel& model, const Dataset& data, Eig
   test.p_value = chi_squared_tail(test.statistic, std::max(directions, 1));
   test.passed = test.p_value >= kLevel;
   return test;
+}
+
+}  // namespace
+
+ResidualTest independence(const PolynomialModel& model, const Dataset& data, Eigen::Index input,
+                          const FitOptions& options, int lags) {
+  return cross_correlation(model, data, input, options, lags, false);
+}
+
+ResidualTest feedback(const PolynomialModel& model, const Dataset& data, Eigen::Index input,
+                      const FitOptions& options, int lags) {
+  return cross_correlation(model, data, input, options, lags, true);
 }
 
 }  // namespace omniflight::identification

@@ -43,28 +43,34 @@ Result<Candidate> select(Structure structure, const Dataset& estimation, const D
   std::vector<Candidate> candidates;
   Error last{ErrorCode::incomplete, "was stopped before the first model was fitted", name_of(structure),
              "Give more time"};
-  const int from = std::max(1, delay - options.delay_spread), to = delay + options.delay_spread;
+  const auto attempt = [&](int order, int zeros, int d) {
+    if (d < 1 || (options.fit.stop && options.fit.stop())) return;
+    auto fitted = fit(structure, orders_of(structure, order, zeros, delays(estimation.inputs(), d)),
+                      estimation, options.fit);
+    if (fitted && !fitted->converged)
+      last = {ErrorCode::incomplete, "the search did not converge", name_of(structure),
+              "Give more time, or choose lower orders"};
+    else if (!fitted)
+      last = fitted.error();
+    if (!fitted || !fitted->converged) return;
+    Candidate c;
+    c.validation_percent = fit_percent(fitted->model, validation);
+    c.estimation_percent = fit_percent(fitted->model, estimation);
+    c.order = order;
+    c.zeros = zeros;
+    c.fitted = std::move(*fitted);
+    if (std::isfinite(c.validation_percent)) candidates.push_back(std::move(c));
+  };
   for (int order = 1; order <= options.max_order; ++order)
     for (int zeros = 0; zeros < (structure == Structure::state_space ? 1 : order); ++zeros)
-      for (int d = from; d <= to; ++d) {
-        if (options.fit.stop && options.fit.stop()) break;
-        auto fitted = fit(structure, orders_of(structure, order, zeros, delays(estimation.inputs(), d)),
-                          estimation, options.fit);
-        if (!fitted) {
-          last = fitted.error();
-          continue;
-        }
-        if (!fitted->converged) {
-          last = {ErrorCode::incomplete, "the search did not converge", name_of(structure),
-                  "Give more time, or choose lower orders"};
-          continue;
-        }
-        Candidate c;
-        c.validation_percent = fit_percent(fitted->model, validation);
-        c.estimation_percent = fit_percent(fitted->model, estimation);
-        c.fitted = std::move(*fitted);
-        if (std::isfinite(c.validation_percent)) candidates.push_back(std::move(c));
-      }
+      attempt(order, zeros, delay);
+  if (!candidates.empty()) {  // other delays for the best of these
+    const Candidate best = *std::max_element(
+        candidates.begin(), candidates.end(),
+        [](const auto& a, const auto& b) { return a.validation_percent < b.validation_percent; });
+    for (int d = delay - options.delay_spread; d <= delay + options.delay_spread; ++d)
+      if (d != delay) attempt(best.order, best.zeros, d);
+  }
   if (candidates.empty()) return Failure(last);
   double best = candidates.front().validation_percent;
   for (const Candidate& c : candidates) best = std::max(best, c.validation_percent);

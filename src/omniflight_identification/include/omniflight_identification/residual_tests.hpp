@@ -26,5 +26,9 @@ ResidualTest whiteness(const PolynomialModel& model, const Dataset& data, const 
 /// is.
 ResidualTest independence(const PolynomialModel& model, const Dataset& data, Eigen::Index input,
                           const FitOptions& options, int lags = 25);
+/// The same against later values of the input, u(t + 1).., which only a loop that is closed correlates with
+/// residuals.
+ResidualTest feedback(const PolynomialModel& model, const Dataset& data, Eigen::Index input,
+                      const FitOptions& options, int lags = 25);
 
 }  // namespace omniflight::identification

@@ -24,13 +24,15 @@ struct SelectionOptions {
 
 struct Candidate {
   FittedModel fitted;
+  int order = 1, zeros = 0;         ///< of the plant
   double validation_percent = 0.0;  ///< fit_percent on the validation data
   double estimation_percent = 0.0;
 };
 
-/// Fits a structure in all orders up to max_order and delays about `delay`, and returns the one that fits the
-/// validation data best, or a smaller one that is not worse by worth_percent. Candidates that do not
-/// converge, or are unstable, are passed over; when all are, the last error is returned.
+/// Fits a structure in all orders up to max_order, then the best of them with delays about `delay`, and
+/// returns the one that fits the validation data best, or a smaller one that is not worse by worth_percent.
+/// Candidates that do not converge, or are unstable, are passed over; when all are, the last error is
+/// returned.
 Result<Candidate> select(Structure structure, const Dataset& estimation, const Dataset& validation, int delay,
                          const SelectionOptions& options = {});
 
