@@ -8,6 +8,8 @@
 namespace omniflight::identification {
 namespace {
 
+constexpr int kBeyond = 8;  // samples past the best delay so far after which no better one is expected
+
 std::vector<int> delays(Eigen::Index inputs, int first) {
   std::vector<int> out(static_cast<std::size_t>(inputs), 1);
   out[0] = first;
@@ -22,7 +24,7 @@ Result<DelayEstimate> estimate_delay(const Dataset& data, int most, const FitOpt
   Error last{ErrorCode::incomplete, "was stopped before the first delay was tried", "delay",
              "Give more time"};
   for (int delay = 1; delay <= most; ++delay) {
-    if (options.stop && options.stop()) break;
+    if ((options.stop && options.stop()) || delay > out.samples + kBeyond) break;
     const auto fitted =
         fit(Structure::output_error, orders_of(Structure::output_error, 1, 0, delays(data.inputs(), delay)),
             data, options);

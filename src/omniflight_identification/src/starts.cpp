@@ -5,11 +5,10 @@
 namespace omniflight::identification {
 namespace {
 
-constexpr int kLongOrder = 12;   // of the ARX model whose residuals stand in for the innovations
-constexpr int kRounds = 12;      // of Steiglitz and McBride; they settle in about five
-constexpr double kRank = 1e-10;  // smallest pivot per largest, of columns scaled to one
-
-double at(const Eigen::VectorXd& x, Eigen::Index t) { return t >= 0 ? x[t] : 0.0; }
+constexpr int kLongOrder = 12;     // of the ARX model whose residuals stand in for the innovations
+constexpr int kRounds = 12;        // of Steiglitz and McBride; they settle in about five
+constexpr double kSettled = 1e-6;  // change of the loss from round to round
+constexpr double kRank = 1e-10;    // smallest pivot per largest, of columns scaled to one
 
 /// Least squares of stacked rows, by normal equations of columns scaled to one. Errors: rank.
 class Regression {
@@ -37,17 +36,20 @@ class Regression {
   Eigen::VectorXd moment_;
 };
 
-/// Columns -y(t-1).., u_1(t-delay).., u_2.., for t = skip .. end.
+/// Columns -y(t-1).., u_1(t-delay).., u_2.., for t = skip .. end; 0 before the start.
 Eigen::MatrixXd arx_columns(const Orders& o, const Eigen::VectorXd& y, const Eigen::MatrixXd& u,
                             Eigen::Index skip) {
-  Eigen::MatrixXd X(y.size() - skip, o.a + o.b * u.cols());
-  for (Eigen::Index t = skip; t < y.size(); ++t) {
-    Eigen::Index k = 0;
-    for (int i = 1; i <= o.a; ++i) X(t - skip, k++) = -at(y, t - i);
-    for (Eigen::Index j = 0; j < u.cols(); ++j)
-      for (int i = 0; i < o.b; ++i)
-        X(t - skip, k++) = at(u.col(j), t - o.delay[static_cast<std::size_t>(j)] - i);
-  }
+  const Eigen::Index n = y.size();
+  Eigen::MatrixXd X = Eigen::MatrixXd::Zero(n - skip, o.a + o.b * u.cols());
+  Eigen::Index k = 0;
+  const auto put = [&](const auto& x, Eigen::Index late) {
+    const Eigen::Index from = std::max(skip, late);
+    if (from < n) X.col(k).tail(n - from) = x.segment(from - late, n - from);
+    ++k;
+  };
+  for (int i = 1; i <= o.a; ++i) put(-y, i);
+  for (Eigen::Index j = 0; j < u.cols(); ++j)
+    for (int i = 0; i < o.b; ++i) put(u.col(j), o.delay[static_cast<std::size_t>(j)] + i);
   return X;
 }
 
@@ -111,10 +113,12 @@ Result<PolynomialModel> steiglitz_mcbride(const Orders& o, const Dataset& data, 
     candidate.b = fitted->b;
     candidate.f = f;
     const double loss = simulation_loss(candidate, data, skip);
+    const bool settled = std::abs(loss - least) < kSettled * loss;
     if (loss < least) {
       least = loss;
       best = candidate;
     }
+    if (settled) break;
   }
   return best;
 }

@@ -7,7 +7,8 @@ namespace omniflight::identification {
 
 struct DelayEstimate {
   int samples = 1;
-  std::vector<double> loss;  ///< mean squared simulation error [unit of y]^2 at delays 1, 2, ...
+  std::vector<double>
+      loss;  ///< mean squared simulation error [unit of y]^2 at delays 1, 2, ..., to 8 past the best
 };
 /// Delay of input 0 [samples]: the one whose first-order Output-Error model simulates the data best. The
 /// other inputs have a delay of 1. Errors as fit().
