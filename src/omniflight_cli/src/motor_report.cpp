@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "omniflight_core/frames.hpp"
 
 namespace omniflight::cli {
@@ -47,6 +49,7 @@ json structure_json(const StructureResult& s) {
         {"validation", number(s.candidate.validation_percent)}}},
       {"poles", complex_list(m.poles())},
       {"zeros", complex_list(m.zeros(0))},
+      {"innovation_rms_radps", number(std::sqrt(s.candidate.fitted.variance))},
       {"whiteness", test_json(s.whiteness)},
       {"independence", test_json(s.independence)}};
   if (s.continuous)
@@ -65,6 +68,15 @@ json structure_json(const StructureResult& s) {
   return out;
 }
 
+/// Speed [rad/s] that a share of the samples does not exceed.
+double quantile(const Dataset& data, double share) {
+  std::vector<double> all;
+  for (const Experiment& e : data.experiments) all.insert(all.end(), e.y.begin(), e.y.end());
+  const auto at = all.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(all.size() - 1));
+  std::nth_element(all.begin(), at, all.end());
+  return *at;
+}
+
 json rotor_json(const RotorReport& r, const MotorSignals& signals) {
   const MotorDynamics& m = r.result.motor;
   json structures = json::array();
@@ -78,6 +90,7 @@ json rotor_json(const RotorReport& r, const MotorSignals& signals) {
       {"fit_percent",
        {{"estimation", number(m.fit_percent)}, {"validation", number(r.result.validation_percent)}}},
       {"battery_voltage", name_of(r.voltage)},
+      {"speeds_radps", {quantile(r.validation, 0.1), quantile(r.validation, 0.9)}},
       {"best_structure", name_of(r.result.structures.front().structure)},
       {"structures", structures},
       {"closed_loop", !r.result.feedback.passed},

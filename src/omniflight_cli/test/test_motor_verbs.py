@@ -64,6 +64,16 @@ class MotorBench(system.SystemTest):
         self.assertLessEqual(gains["worst"]["max_sensitivity"], 1.7 + 1e-9)
         self.assertTrue(gains["worst"]["stable"])
 
+        done = self.run_command("tune-motor", "motor/motor.json", "--control-period-ms", 2, "--rounds", 40, "--out", "rounds",
+                                "--json")
+        best = json.loads(done.stdout)
+        rounds = [row.split(",") for row in (self.dir / "rounds/runs.csv").read_text().splitlines()[1:]]
+        errors = [float(row[7]) for row in rounds]
+        self.assertLess(min(errors), errors[0])
+        self.assertAlmostEqual(float(rounds[errors.index(min(errors))][2]), best["gains"]["kp"], delta=1e-4 * best["gains"]["kp"])
+        self.assertTrue(best["worst"]["stable"])
+        self.assertLessEqual(best["nominal"]["max_sensitivity"], 2.0)
+
         self.run_command("motor-bench", "--low", 500, "--high", 620, "--band-hz", 9, "--duration-s", 10,
                          "--lag-up-ms", 20, "--lag-down-ms", 20, "--out", "faster")
         first = json.loads(self.run_command("compare-runs", "bench/bench.csv", "--json").stdout)
@@ -76,6 +86,13 @@ class MotorBench(system.SystemTest):
         self.assertEqual(len(rows), 4)
         self.assertTrue(rows[0].startswith("time,log,kp,ki,kd,n,better,mean_error_radps,rotor1_mean_radps,rotor1_max_radps"))
         self.assertIn(f"{gains['gains']['kp']:.6g}", rows[2])
+
+        following = json.loads(self.run_command("tune-motor", "motor/motor.json", "--control-period-ms", 2, "--runs", "runs.csv",
+                                                "--out", "next", "--json").stdout)
+        self.assertEqual(following["source"], "next to fly after 3 runs")
+        self.assertNotEqual(following["gains"]["kp"], gains["gains"]["kp"])
+        self.assertIn("choose one", self.run_command("tune-motor", "motor/motor.json", "--runs", "runs.csv", "--rounds", 3, "--out",
+                                                     "both", expect=4).stderr)
 
 
 class Identification(system.SystemTest):

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kRpm = 3.14159265358979323846 / 30.0;
 constexpr double kGram = 9.80665e-3;  // N
-constexpr std::size_t kMostRows = 1'000'000, kMostColumns = 200;
+constexpr std::size_t kMostRows = 200'000, kMostColumns = 200;
 constexpr double kTurning = 0.1;      // of the fastest row
 constexpr double kApart = 1.0 / 3.0;  // speeds of rotors in one row
 
@@ -120,7 +120,7 @@ Result<Rows> read_rows(std::string_view text, char separator, const Columns& c, 
     const std::string_view line = trimmed(text.substr(0, end));
     text.remove_prefix(std::min(end + 1, text.size()));
     if (line.empty()) continue;
-    if (out.kept.size() >= kMostRows) return bad_input("has more than 1000000 rows", file, "Cut it");
+    if (out.kept.size() >= kMostRows) return bad_input("has more than 200000 rows", file, "Cut it");
     const auto row = cells(line, separator);
     std::vector<double> numbers;
     bool whole = true;

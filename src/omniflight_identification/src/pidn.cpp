@@ -37,6 +37,17 @@ PidnGains simc(const LagPlant& p, double closed_loop_s, double T, bool derivativ
   return g;
 }
 
+LagPlant mean_of(const std::vector<LagPlant>& plants) {
+  LagPlant mean;
+  const double share = 1.0 / static_cast<double>(plants.size());
+  for (const LagPlant& p : plants) {
+    mean.gain += share * p.gain;
+    mean.lag_s += share * p.lag_s;
+    mean.delay_s += share * p.delay_s;
+  }
+  return mean;
+}
+
 std::vector<LagPlant> spread(const std::vector<LagPlant>& plants, double share) {
   std::vector<LagPlant> out;
   for (const LagPlant& p : plants)
@@ -63,6 +74,8 @@ Margins worst_of(const PidnGains& gains, const std::vector<LagPlant>& plants, do
   return worst;
 }
 
+}  // namespace
+
 Status check(const std::vector<LagPlant>& plants, const TuningOptions& o) {
   if (plants.empty()) return bad_input("there is no motor to tune", "plants");
   if (!(o.control_period_s >= 1e-5 && o.control_period_s <= 0.1))
@@ -87,8 +100,6 @@ Status check(const std::vector<LagPlant>& plants, const TuningOptions& o) {
   }
   return {};
 }
-
-}  // namespace
 
 std::complex<double> response(const PidnGains& g, double T, double w) {
   const std::complex<double> back = std::exp(std::complex<double>(0, -w * T));  // z^-1
@@ -153,16 +164,28 @@ Margins margins(const PidnGains& gains, const LagPlant& plant, double T) {
   return m;
 }
 
+Result<Tuning> assessed(const PidnGains& gains, const std::vector<LagPlant>& plants,
+                        const TuningOptions& options) {
+  if (auto ok = check(plants, options); !ok) return Failure(ok.error());
+  const double T = options.control_period_s;
+  const LagPlant nominal = mean_of(plants);
+  const std::vector<LagPlant> all = spread(plants, options.gain_spread);
+  Tuning out;
+  out.gains = gains;
+  out.nominal = margins(out.gains, nominal, T);
+  out.worst = worst_of(out.gains, all, T);
+  const int samples = static_cast<int>(std::min(2e5, 20 * (nominal.lag_s + nominal.delay_s) / T + 100));
+  const std::vector<double> y = closed_loop_step(out.gains, nominal, T, samples);
+  out.overshoot = std::max(0.0, *std::max_element(y.begin(), y.end()) - 1.0);
+  const auto risen = std::find_if(y.begin(), y.end(), [](double v) { return v >= 0.9; });
+  out.rise_s = T * static_cast<double>(risen - y.begin());
+  return out;
+}
+
 Result<Tuning> tune_pidn(const std::vector<LagPlant>& plants, const TuningOptions& options) {
   if (auto ok = check(plants, options); !ok) return Failure(ok.error());
   const double T = options.control_period_s;
-  LagPlant nominal;  // gains are made for the mean
-  for (const LagPlant& p : plants) {
-    const double share = 1.0 / static_cast<double>(plants.size());
-    nominal.gain += share * p.gain;
-    nominal.lag_s += share * p.lag_s;
-    nominal.delay_s += share * p.delay_s;
-  }
+  const LagPlant nominal = mean_of(plants);
   const std::vector<LagPlant> all = spread(plants, options.gain_spread);
   const auto keeps = [&](const PidnGains& gains) {
     for (const LagPlant& p : all) {
@@ -192,14 +215,9 @@ Result<Tuning> tune_pidn(const std::vector<LagPlant>& plants, const TuningOption
         ErrorCode::incomplete,
         "no gains keep the sensitivity within " + std::to_string(options.max_sensitivity) + " for all motors",
         "max sensitivity", "Allow more, shorten the control period, or tune the rotors apart");
-  best.nominal = margins(best.gains, nominal, T);
-  best.worst = worst_of(best.gains, all, T);
-  const int samples = static_cast<int>(std::min(2e5, 20 * (nominal.lag_s + nominal.delay_s) / T + 100));
-  const std::vector<double> y = closed_loop_step(best.gains, nominal, T, samples);
-  best.overshoot = std::max(0.0, *std::max_element(y.begin(), y.end()) - 1.0);
-  const auto risen = std::find_if(y.begin(), y.end(), [](double v) { return v >= 0.9; });
-  best.rise_s = T * static_cast<double>(risen - y.begin());
-  return best;
+  Tuning out = *assessed(best.gains, plants, options);
+  out.closed_loop_s = best.closed_loop_s;
+  return out;
 }
 
 }  // namespace omniflight::identification

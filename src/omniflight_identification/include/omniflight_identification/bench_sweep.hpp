@@ -28,7 +28,7 @@ struct BenchSweep {
 /// is passed over. Speed: names that begin with rpm, or contain speed, in RPM (the electrical one before the
 /// optical); thrust: thrust or weight in N, g, gf, kg; torque in N m. Thrust of a stand that pushes is
 /// turned. Rows in which the speeds of the rotors differ by more than a third, or one stands while others
-/// turn, are dropped. At most 1 million rows. Errors name file, line, column and unit.
+/// turn, are dropped. At most 200000 rows. Errors name file, line, column and unit.
 Result<BenchSweep> read_sweep(std::string_view text, const std::string& file,
                               const SweepOptions& options = {});
 

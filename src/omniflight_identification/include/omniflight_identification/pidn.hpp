@@ -43,6 +43,9 @@ struct Tuning {
   double rise_s = 0.0;         ///< s, to 90 %
 };
 
+/// Whether tune_pidn() takes these: plants and options in range. Errors name the field.
+Status check(const std::vector<LagPlant>& plants, const TuningOptions& options);
+
 /// Controller at exp(i w T).
 std::complex<double> response(const PidnGains& gains, double period_s, double w_radps);
 /// Sampled plant at exp(i w T), hold and fractional delay exact.
@@ -57,5 +60,9 @@ std::vector<double> closed_loop_step(const PidnGains& gains, const LagPlant& pla
 /// The delay that the gains are made for includes half a control period (hold). Errors: fields out of range;
 /// no gains keep the margins.
 Result<Tuning> tune_pidn(const std::vector<LagPlant>& plants, const TuningOptions& options = {});
+
+/// What given gains come to for these plants: margins, step; closed_loop_s stays 0. Errors as check().
+Result<Tuning> assessed(const PidnGains& gains, const std::vector<LagPlant>& plants,
+                        const TuningOptions& options = {});
 
 }  // namespace omniflight::identification
