@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "folder.hpp"
+#include "motor_file.hpp"
 #include "motor_verbs.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
@@ -20,7 +21,7 @@ using namespace gateway;
 using nlohmann::json;
 
 struct Options {
-  std::string devices;
+  std::string devices, gains;
   std::size_t rotors = 4;
   identification::PrbsConfig prbs;
   double max_speed = 2000, motor_rate_hz = 500;
@@ -58,8 +59,20 @@ GatewayConfig gateway_config(const Options& o, const std::vector<std::string>& d
   return config;
 }
 
-BenchConfig bench_config(const Options& o) {
+/// Ours are command per rad/s; boards count revolutions a second, and take the filter as 1000/s
+/// (docs/motors.md).
+Result<std::optional<BoardGains>> board_gains(const std::string& file) {
+  if (file.empty()) return std::optional<BoardGains>();
+  const auto g = load_gains(file);
+  if (!g) return Failure(g.error());
+  const BoardGains gains{2 * kPi * g->kp, 2 * kPi * g->ki, 2 * kPi * g->kd, 1e-3 * g->n};
+  if (const auto counts = to_counts(gains, 1); !counts) return Failure(counts.error());
+  return std::optional<BoardGains>(gains);
+}
+
+BenchConfig bench_config(const Options& o, const std::optional<BoardGains>& gains) {
   BenchConfig config;
+  config.gains = gains;
   config.period_s = o.prbs.period_s;
   config.max_speed_radps = o.max_speed;
   // the signal's own steps pass the gate, and nothing more sudden
@@ -68,7 +81,8 @@ BenchConfig bench_config(const Options& o) {
 }
 
 /// Emulated boards and motors, in their own time: as fast as this machine goes.
-Result<BenchRecord> run_emulated(const Options& o, std::span<const double> command) {
+Result<BenchRecord> run_emulated(const Options& o, const BenchConfig& bench,
+                                 std::span<const double> command) {
   const TemporaryFolder folder;
   if (folder.path().empty())
     return bad_input("no temporary folder can be made", "TMPDIR", "Set it to a folder");
@@ -98,13 +112,16 @@ Result<BenchRecord> run_emulated(const Options& o, std::span<const double> comma
                          [&](double until_s) -> Status {
                            now_s = until_s;
                            motors.step(now_s);
-                           return emulator->step(now_s);
+                           const Status ok = emulator->step(now_s);
+                           motors.take_gains(*emulator);
+                           return ok;
                          },
                          interrupted};
-  return run_motor_bench(*gateway, o.rotors, command, bench_config(o), clock);
+  return run_motor_bench(*gateway, o.rotors, command, bench, clock);
 }
 
-Result<BenchRecord> run_hardware(const Options& o, std::span<const double> command) {
+Result<BenchRecord> run_hardware(const Options& o, const BenchConfig& bench,
+                                 std::span<const double> command) {
   std::vector<std::string> devices;
   std::stringstream list(o.devices);
   for (std::string device; std::getline(list, device, ';');) devices.push_back(device);
@@ -119,7 +136,7 @@ Result<BenchRecord> run_hardware(const Options& o, std::span<const double> comma
                            return {};
                          },
                          interrupted};
-  return run_motor_bench(*gateway, o.rotors, command, bench_config(o), clock);
+  return run_motor_bench(*gateway, o.rotors, command, bench, clock);
 }
 
 /// Canonical CSV: commands and measured speeds at their own times.
@@ -131,12 +148,13 @@ std::string csv_of(const BenchRecord& record, std::size_t rotors) {
   std::string header = "t_s", blank;
   for (std::size_t k = 1; k <= rotors; ++k) header += fmt::format(",rotor{}_cmd_radps", k);
   for (std::size_t k = 1; k <= rotors; ++k) header += fmt::format(",rotor{}_radps", k);
+  for (std::size_t k = 1; k <= rotors; ++k) header += fmt::format(",pwm{}", k);
   const std::string none(rotors, ',');
   std::vector<Row> rows;
   for (std::size_t i = 0; i < record.command_s.size(); ++i) {
     std::string cells;
     for (std::size_t k = 0; k < rotors; ++k) cells += fmt::format(",{:.6f}", record.command_radps[i]);
-    rows.push_back({record.command_s[i], cells + none + ","});
+    rows.push_back({record.command_s[i], cells + none + none + ","});
   }
   // the boards report their rotors one after the other: the samples of one instant make one row
   std::vector<std::vector<const RotorSample*>> of(rotors);
@@ -147,10 +165,11 @@ std::string csv_of(const BenchRecord& record, std::size_t rotors) {
   for (std::size_t i = 0; i < count; ++i) {
     std::string cells = none;
     for (std::size_t k = 0; k < rotors; ++k) cells += fmt::format(",{:.6f}", of[k][i]->speed_radps);
+    for (std::size_t k = 0; k < rotors; ++k) cells += fmt::format(",{:.6f}", of[k][i]->throttle);
     rows.push_back({of.front()[i]->time_s, cells + ","});
   }
   for (const BatterySample& s : record.battery)
-    rows.push_back({s.arrival_s, none + none + fmt::format(",{:.4f}", s.voltage_V)});
+    rows.push_back({s.arrival_s, none + none + none + fmt::format(",{:.4f}", s.voltage_V)});
   std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.t < b.t; });
   std::string text = header + ",vbat_V\n";
   for (const Row& row : rows) text += fmt::format("{:.7f}{}\n", row.t, row.cells);
@@ -163,6 +182,9 @@ Result<int> run(const Options& o, const Common& common) {
                      "Choose 1 to 4, 8, 12 or 16");
   const auto prbs = identification::make_prbs(o.prbs);
   if (!prbs) return Failure(prbs.error());
+  const auto gains = board_gains(o.gains);
+  if (!gains) return Failure(gains.error());
+  const BenchConfig bench = bench_config(o, *gains);
   const std::span<const double> command(prbs->values.data(), static_cast<std::size_t>(prbs->values.size()));
   const std::string out = common.out.empty() ? fresh_folder("bench") : common.out;
   auto lock = FolderLock::take(out);
@@ -171,7 +193,7 @@ Result<int> run(const Options& o, const Common& common) {
                           o.prbs.low, o.prbs.high, 1000 * prbs->bit_s, o.prbs.band_hz,
                           o.prbs.period_s * static_cast<double>(command.size()),
                           o.devices.empty() ? "emulated boards and motors" : "boards at " + o.devices));
-  const auto record = o.devices.empty() ? run_emulated(o, command) : run_hardware(o, command);
+  const auto record = o.devices.empty() ? run_emulated(o, bench, command) : run_hardware(o, bench, command);
   if (!record) return Failure(record.error());
   const std::string file = out + "/bench.csv";
   if (auto ok = files::write_file_atomic(file, csv_of(*record, o.rotors)); !ok) return Failure(ok.error());
@@ -187,10 +209,15 @@ Result<int> run(const Options& o, const Common& common) {
                         {"seed", o.prbs.seed}}},
                       {"commands_refused", record->refused},
                       {"samples_missed", record->missed},
+                      {"gains_read_back", record->gains_confirmed},
                       {"complete", record->complete}});
   say(common,
       fmt::format("{} commands ({} refused), {} samples of {} rotors ({} lost): {}", record->command_s.size(),
                   record->refused, record->rotors.size(), o.rotors, record->missed, file));
+  if (bench.gains)
+    say(common, record->gains_confirmed > 0
+                    ? fmt::format("gains read back from {} of {} motors", record->gains_confirmed, o.rotors)
+                    : "gains sent; the boards did not tell them back");
   say(common, "next: omniflight identify-motor " + file);
   return record->complete && record->refused == 0 ? 0 : static_cast<int>(ErrorCode::incomplete);
 }
@@ -215,6 +242,10 @@ Action add_motor_bench(CLI::App& verb, Common& common) {
   verb.add_option(
       "--devices", o->devices,
       "Serial devices of the boards, with ';' between; without it boards and motors are emulated");
+  verb.add_option("--gains", o->gains,
+                  "gains.json of tune-motor, sent to the boards before the motors start");
+  verb.add_flag("--speed-loop", o->motors.speed_loop,
+                "Emulated boards close a speed loop around motors that follow a throttle");
   verb.add_option("--lag-up-ms", o->lag_up_ms, "Of the emulated motors [ms]")->check(not_negative(false));
   verb.add_option("--lag-down-ms", o->lag_down_ms, "Of the emulated motors [ms]")->check(not_negative(false));
   verb.add_option("--delay-ms", o->delay_ms, "Of the emulated motors [ms]")->check(not_negative());

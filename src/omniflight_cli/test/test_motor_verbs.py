@@ -95,6 +95,29 @@ class MotorBench(system.SystemTest):
                                                      "both", expect=4).stderr)
 
 
+    def test_gains_from_the_model_go_to_the_boards_and_make_the_loop_better(self):
+        bench = ("motor-bench", "--low", 500, "--high", 620, "--band-hz", 5, "--duration-s", 15, "--rotors", 2, "--speed-loop",
+                 "--lag-up-ms", 34, "--lag-down-ms", 40, "--delay-ms", 6)
+        self.run_command(*bench, "--out", "before")
+        done = self.run_command("identify-motor", "before/bench.csv", "--command", "pwm", "--max-order", 1, "--out", "motor",
+                                "--json", timeout=240)
+        for rotor in json.loads(done.stdout)["rotors"]:
+            # from throttle to speed, inside the loop; full throttle is 1900 rad/s
+            self.assertAlmostEqual(rotor["gain"]["value"], 1900, delta=60)
+            self.assertAlmostEqual(rotor["lag_up"]["value"], 0.034, delta=0.003)
+            self.assertAlmostEqual(rotor["lag_down"]["value"], 0.040, delta=0.003)
+        self.run_command("tune-motor", "motor/motor.json", "--control-period-ms", 1, "--out", "gains")
+        done = self.run_command(*bench, "--gains", "gains/gains.json", "--out", "after", "--json")
+        self.assertEqual(json.loads(done.stdout)["gains_read_back"], 2)
+        self.run_command("compare-runs", "before/bench.csv")
+        runs = json.loads(self.run_command("compare-runs", "after/bench.csv", "--gains", "gains/gains.json", "--json").stdout)
+        before = float((self.dir / "runs.csv").read_text().splitlines()[1].split(",")[7])
+        self.assertLess(runs["runs"][0]["overall_radps"], 0.8 * before)
+        huge = self.write("huge.json", json.dumps({"schema": "omniflight.gains/1",
+                                                   "gains": {"kp": 5, "ki": 0, "kd": 0, "n": 0}}))
+        self.assertIn("6.5535", self.run_command(*bench, "--gains", huge, "--out", "x", expect=4).stderr)
+
+
 class Identification(system.SystemTest):
     def test_update_of_a_vehicle_keeps_the_rest_of_its_file(self):
         vehicle = self.dir / "quad.yaml"

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace omniflight::gateway {
 namespace {
 
 constexpr double kPoll_s = 0.001;
 constexpr double kWindDown_s = 2.0;
+constexpr double kAnswer_s = 0.2;
 constexpr double kLastWord_s = 0.05;  // for the stop to leave the line before it is closed
 
 Status check(std::span<const double> command, const BenchConfig& c) {
@@ -43,6 +45,7 @@ class Bench {
         if (out.stop_motors) return gateway_.stop_motors();
         if (auto ok = gateway_.send_velocities(out.speeds_radps); !ok) return ok;
       }
+      notices_.insert(notices_.end(), batch_.notices.begin(), batch_.notices.end());
       if (recording_) {
         record_.rotors.insert(record_.rotors.end(), batch_.rotors.begin(), batch_.rotors.end());
         record_.battery.insert(record_.battery.end(), batch_.battery.begin(), batch_.battery.end());
@@ -62,6 +65,25 @@ class Bench {
   }
 
   bool stopped() const { return clock_.stop && clock_.stop(); }
+
+  /// Sends the gains and reads what the boards say of them.
+  Status send_gains(std::size_t rotors) {
+    if (!config_.gains) return {};
+    for (std::size_t k = 0; k < rotors; ++k)
+      if (auto ok = gateway_.send_gains(k, *config_.gains); !ok) return ok;
+    notices_.clear();
+    if (auto ok = advance(clock_.now() + kAnswer_s, false); !ok) return ok;
+    for (const BoardNotice& notice : notices_) {
+      if (notice.text.rfind("gains ", 0) != 0) continue;
+      const auto id = static_cast<std::uint8_t>(std::strtoul(notice.text.c_str() + 6, nullptr, 10));
+      const auto sent = to_counts(*config_.gains, id);
+      if (!sent || notice.text != gains_text(*sent))
+        return fail(ErrorCode::incomplete, "tells " + notice.text + ", which was not sent", notice.device,
+                    "Look at the line, send the gains again");
+      ++record_.gains_confirmed;
+    }
+    return {};
+  }
 
   Status play(std::size_t rotors, std::span<const double> command) {
     std::vector<double> speeds(rotors);
@@ -118,6 +140,7 @@ class Bench {
   const BenchClock& clock_;
   BenchRecord record_;
   Telemetry batch_;
+  std::vector<BoardNotice> notices_;
   double start_s_ = 0.0;
   bool recording_ = false;
 };
@@ -138,6 +161,7 @@ Result<BenchRecord> run_motor_bench(Gateway& gateway, std::size_t rotors, std::s
     if (auto ok = gateway.connect(clock.now()); !ok) return ok;
     if (auto ok = bench.until(GatewayPhase::connected, config.connect_s, "the boards do not answer"); !ok)
       return ok;
+    if (auto ok = bench.send_gains(rotors); !ok) return ok;
     if (auto ok = gateway.start_motors(clock.now()); !ok) return ok;
     if (auto ok = bench.until(GatewayPhase::running, config.connect_s + 1, "the motors do not start"); !ok)
       return ok;

@@ -17,7 +17,9 @@ struct Rig {
     clock.advance = [this](double until_s) -> Status {
       now_s = until_s;
       motors.step(now_s);
-      return emulator.step(now_s);
+      const Status ok = emulator.step(now_s);
+      motors.take_gains(emulator);
+      return ok;
     };
   }
   ~Rig() { std::filesystem::remove_all(folder); }
@@ -109,6 +111,52 @@ TEST(MotorBench, ALostBoardEndsTheRunWithItsName) {
       run_motor_bench(gateway, 4, std::vector<double>(2000, 500.0), {.max_speed_radps = 1000}, rig.clock);
   ASSERT_FALSE(record);
   EXPECT_NE(record.error().text().find("board0"), std::string::npos) << record.error().text();
+}
+
+/// Mean |command - speed| [rad/s] of rotor 1 after every command.
+double error_of(const BenchRecord& record, double period_s) {
+  double sum = 0, count = 0;
+  for (const RotorSample& s : record.rotors) {
+    const auto at = static_cast<std::size_t>(std::max(0.0, s.time_s) / period_s);
+    if (s.rotor != 0 || at >= record.command_radps.size()) continue;
+    sum += std::abs(record.command_radps[at] - s.speed_radps);
+    count += 1;
+  }
+  return sum / count;
+}
+
+TEST(MotorBench, GainsReachTheBoardsAreReadBackAndChangeTheLoop) {
+  std::vector<double> command(600, 600.0);
+  for (std::size_t k = 0; k < command.size(); ++k)
+    if (k / 60 % 2 == 1) command[k] = 700;
+  double errors[2] = {};
+  const BoardGains gains[2] = {{0.0005, 0.02, 0, 0}, {0.005, 0.15, 0, 0}};
+  for (int run = 0; run < 2; ++run) {
+    Rig rig({.noise_radps = 1, .speed_loop = true});
+    auto gateway = rig.gateway();
+    const auto record =
+        run_motor_bench(gateway, 4, command, {.max_speed_radps = 1000, .gains = gains[run]}, rig.clock);
+    ASSERT_TRUE(record) << record.error().text();
+    EXPECT_EQ(record->gains_confirmed, 4u);
+    EXPECT_EQ(rig.emulator.board(0).gains(3)->kp, run == 0 ? 5 : 50);
+    // in the end speed is as commanded, and the throttle what holds it
+    EXPECT_NEAR(record->rotors.back().throttle, record->rotors.back().speed_radps / 1900, 0.1);
+    errors[run] = error_of(*record, 0.01);
+  }
+  EXPECT_LT(errors[1], 0.5 * errors[0]);
+}
+
+TEST(MotorBench, GainsThatTheWireCannotCarryAreRefusedBeforeAnyMotorTurns) {
+  for (const BoardGains& gains :
+       {BoardGains{7, 0, 0, 0}, {0.00001, 0, 0, 0}, {-1, 0, 0, 0}, {0, std::nan(""), 0, 0}}) {
+    Rig rig({});
+    auto gateway = rig.gateway();
+    const auto record = run_motor_bench(gateway, 4, std::vector<double>(10, 500.0),
+                                        {.max_speed_radps = 1000, .gains = gains}, rig.clock);
+    ASSERT_FALSE(record);
+    EXPECT_NE(record.error().text().find("0.0001 to 6.5535"), std::string::npos) << record.error().text();
+    EXPECT_FALSE(rig.emulator.any_motor_on());
+  }
 }
 
 }  // namespace
