@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iostream>
 
+#include "motor_verbs.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
 #include "verbs.hpp"
@@ -33,6 +34,16 @@ constexpr Verb verbs[] = {
      "omniflight compare simulated/flight.mcap real/flight.mcap --vehicle omnimorph --out cmp", add_compare},
     {"diagnose", "Where model and recording differ, and which physics was left out",
      "omniflight diagnose flight.mcap --vehicle omnimorph --out diagnosis", add_diagnose},
+    {"identify-motor", "Lag, delay and sampled models of the motors, from command and measured speed",
+     "omniflight identify-motor a.bin b.bin --held-out c.bin --out motor", add_identify_motor},
+    {"thrust-curve", "Thrust and torque over rotor speed, from sweeps of a thrust stand",
+     "omniflight thrust-curve sweep.csv --thrust-unit g --out curve", add_thrust_curve},
+    {"tune-motor", "Gains of the motors' speed loop from an identified model, with their margins",
+     "omniflight tune-motor motor/motor.json --control-period-ms 2 --out gains", add_tune_motor},
+    {"compare-runs", "How well rotors followed their commands, beside the best run so far (runs.csv)",
+     "omniflight compare-runs flight.mcap --gains gains/gains.json", add_compare_runs},
+    {"motor-bench", "A pseudo-random signal through gateway and boards (or emulated ones), recorded",
+     "omniflight motor-bench --low 500 --high 620 --band-hz 9 --duration-s 30 --out bench", add_motor_bench},
     {"campaign", "Many flights with varied seeds, effects and gains",
      "omniflight campaign configs/campaigns/simulated.yaml --jobs 2 --out campaign", add_campaign},
     {"effects", "The library of left-out physics", "omniflight effects hung_cable", add_effects},

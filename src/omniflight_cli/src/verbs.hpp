@@ -28,6 +28,7 @@ Action add_plan(CLI::App& verb, Common& common);
 Action add_fly(CLI::App& verb, Common& common);
 Action add_compare(CLI::App& verb, Common& common);
 Action add_diagnose(CLI::App& verb, Common& common);
+Action add_identify_motor(CLI::App& verb, Common& common);
 Action add_campaign(CLI::App& verb, Common& common);
 Action add_effects(CLI::App& verb, Common& common);
 Action add_vehicles(CLI::App& verb, Common& common);

@@ -75,8 +75,15 @@ void EmulatedBoard::handle(const HostMessage& message, double now_s, std::vector
     drive(throttle->throttle, now_s, [](std::int16_t v, const EmulatedBoardConfig& c) {
       return std::clamp(v / kThrottleFull, -1.0, 1.0) * c.full_throttle_radps;
     });
+  } else if (const auto* gains = std::get_if<PidGains>(&message)) {
+    if (gains->id > motors_.size()) {
+      append(out, BoardText{BoardText::Severity::warning, "no motor " + std::to_string(gains->id)});
+      return;
+    }
+    motors_[gains->id - 1u].gains = *gains;
+    append(out, BoardText{BoardText::Severity::info, gains_text(*gains)});
   }
-  // PidGains and Beep change nothing a plant given from outside could show.
+  // Beep changes nothing a plant given from outside could show.
 }
 
 void EmulatedBoard::drive(const Counts& counts, double now_s,
@@ -155,7 +162,9 @@ void EmulatedBoard::emit(double now_s, const PlantSample& sample, std::vector<st
       m.spinning = motor.state == MotorState::spinning;
       m.starting = motor.state == MotorState::starting;
       m.half_period_us = measured_half_period(value_or_zero(sample.rotor_speed_radps, global));
-      m.throttle = to_lsb(target(k) / config_.full_throttle_radps, 1.0 / kThrottleFull);
+      const double throttle = global < sample.rotor_throttle.size() ? sample.rotor_throttle[global]
+                                                                    : target(k) / config_.full_throttle_radps;
+      m.throttle = to_lsb(throttle, 1.0 / kThrottleFull);
       m.current_mA = to_milli(value_or_zero(sample.rotor_current_A, global));
       append(out, m);
     }

@@ -261,6 +261,38 @@ Status Gateway::send_velocities(std::span<const double> speeds_radps) {
   return {};
 }
 
+Result<PidGains> to_counts(const BoardGains& gains, std::uint8_t id) {
+  PidGains out;
+  out.id = id;
+  struct Field {
+    const char* name;
+    double value;
+    std::uint16_t* to;
+  };
+  for (const Field& field : {Field{"kp", gains.kp, &out.kp}, Field{"ki", gains.ki, &out.ki},
+                             Field{"kd", gains.kd, &out.kd}, Field{"f", gains.f, &out.f}}) {
+    const double counts = std::round(field.value * kPidScale);
+    if (!(counts >= 0 && counts <= 65535) || (field.value > 0 && counts == 0))
+      return bad_input("is " + std::to_string(field.value) + ", the boards take 0 or 0.0001 to 6.5535",
+                       field.name, "Choose other gains, or a longer control period");
+    *field.to = static_cast<std::uint16_t>(counts);
+  }
+  return out;
+}
+
+Status Gateway::send_gains(std::size_t rotor, const BoardGains& gains) {
+  if (!connected())
+    return bad_input("cannot send gains while " + std::string(to_string(phase_)), "gateway", "Connect first");
+  for (auto& b : boards_) {
+    if (rotor < b.offset || rotor >= b.offset + b.motors) continue;
+    const auto counts = to_counts(gains, static_cast<std::uint8_t>(rotor - b.offset + 1));
+    if (!counts) return Failure(counts.error());
+    return b.link.send(*counts);
+  }
+  return bad_input("there is no rotor " + std::to_string(rotor + 1), "gateway",
+                   "Count from 1 to the vehicle's rotors");
+}
+
 std::size_t Gateway::spinning_rotors() const {
   return static_cast<std::size_t>(
       std::count_if(rotors_.begin(), rotors_.end(), [](const Rotor& r) { return r.spinning; }));

@@ -77,6 +77,11 @@ bool read_counts(BodyReader& r, Counts& counts) {
 
 }  // namespace
 
+std::string gains_text(const PidGains& m) {
+  return "gains " + std::to_string(m.id) + ": " + std::to_string(m.kp) + " " + std::to_string(m.ki) + " " +
+         std::to_string(m.kd) + " " + std::to_string(m.f);
+}
+
 Body encode(const HostMessage& message) {
   return std::visit([](const auto& m) { return write(m); }, message);
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <omniflight_core/frames.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,8 @@ struct PlantSample {
   Vec3 w_WB_B = Vec3::Zero();                    ///< rad/s
   std::vector<double> rotor_speed_radps;         ///< signed, by global rotor id; missing ones read as 0
   std::vector<double> rotor_current_A;           ///< by global rotor id; missing ones read as 0
+  /// Share of full throttle by global rotor id; missing ones read as commanded over full speed.
+  std::vector<double> rotor_throttle = {};
   double battery_V = 0.0;
 };
 
@@ -46,6 +49,8 @@ class EmulatedBoard {
 
   /// Rotor speed [rad/s, signed] motor k (0-based on this board) is driven to; 0 when not spinning.
   double target(std::size_t k) const;
+  /// Speed loop gains that motor k was last sent; nothing before the first.
+  const std::optional<PidGains>& gains(std::size_t k) const { return motors_[k].gains; }
   /// Makes motor k report an emergency and stop, as the boards do on a lost commutation.
   void fail_motor(std::size_t k);
 
@@ -64,6 +69,7 @@ class EmulatedBoard {
     double started_s = 0.0;
     double target_radps = 0.0;
     std::uint8_t seq = 0;
+    std::optional<PidGains> gains{};
   };
   struct Stream {
     double period_s = 0.0;  ///< 0 = off

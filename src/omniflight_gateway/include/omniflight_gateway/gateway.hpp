@@ -31,6 +31,14 @@ struct GatewayConfig {
   double plausible_specific_force_step = 80;  ///< m/s^2 between neighbouring samples; beyond is line noise
 };
 
+/// Gains of a board's speed loop, in the board's own units: 0 to 6.5535 in steps of 0.0001.
+struct BoardGains {
+  double kp = 0.0, ki = 0.0, kd = 0.0, f = 0.0;
+};
+/// As the wire carries them; id from 1 on its board. Errors name the gain that it cannot carry: out of range,
+/// or so small that it would become 0.
+Result<PidGains> to_counts(const BoardGains& gains, std::uint8_t id);
+
 enum class GatewayPhase { closed, identifying, connected, starting, running, failed };
 std::string_view to_string(GatewayPhase phase);
 
@@ -66,6 +74,9 @@ class Gateway {
   /// Sends rotor speeds [rad/s, signed, by global id]; slower than 15.259 Hz means stop. Needs phase running,
   /// or failed, where the boards that are left get it and the error is returned.
   Status send_velocities(std::span<const double> speeds_radps);
+
+  /// Sends the gains of one rotor's speed loop, by global id. Needs a connected gateway.
+  Status send_gains(std::size_t rotor, const BoardGains& gains);
 
   /// Moves out what has been received since the last call.
   void fetch(Telemetry& telemetry);

@@ -47,6 +47,9 @@ struct PidGains {
   std::uint8_t id = 1;
   std::uint16_t kp = 0, ki = 0, kd = 0, f = 0;
 };
+/// "gains ID: KP KI KD F" in counts: how the emulated board tells what it was sent. The protocol has no
+/// message for it.
+std::string gains_text(const PidGains& gains);
 /// '~': beep at this frequency, 0 = silent.
 struct Beep {
   std::uint16_t frequency_Hz = 0;
