@@ -13,7 +13,6 @@ namespace omniflight::diagnosis {
 namespace {
 
 constexpr double kCredible = 0.95;  ///< posterior mass of a credible set
-constexpr double kNamed = 0.5;  ///< inclusion below which further members of the likeliest set are not named
 constexpr double kExplained = 0.8;  ///< of one set, that it is called the explanation
 constexpr std::array<const char*, 6> kNames{"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
 
@@ -64,14 +63,25 @@ std::vector<std::string> replacements(const std::map<std::set<std::string>, doub
   return out;
 }
 
-/// Inclusion from which members of the likeliest set are named. Its likeliest effect always is, with what it
-/// cannot be told apart from, unless the set says that something has no name.
-double least_inclusion(const Inference& in, const std::set<std::string>& best) {
-  if (best.contains("unknown")) return kNamed;
-  double likeliest = 0;
-  for (const std::string& name : best)
-    likeliest = std::max(likeliest, in.posterior.inclusion(name, in.hypotheses));
-  return std::min(kNamed, likeliest);
+/// Members of the likeliest set that are named: as many as there are at least in all but kAlarm of the
+/// posterior (an alarm is the first of them), the likeliest first. What stands for one of them elsewhere
+/// counts for it.
+std::set<int> credible_members(const Inference& in) {
+  const Posterior& p = in.posterior;
+  std::vector<std::pair<double, int>> members;
+  for (const SetMember& m : p.best.members)
+    members.emplace_back(p.inclusion(in.hypotheses[static_cast<std::size_t>(m.hypothesis)].id, in.hypotheses),
+                         m.hypothesis);
+  std::sort(members.rbegin(), members.rend());
+  std::set<int> out;
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    double at_least = 0;
+    for (const SetPosterior& s : p.sets)
+      if (s.hypotheses.size() > k) at_least += s.probability;
+    if (!(at_least >= 1 - kAlarm)) break;
+    out.insert(members[k].second);
+  }
+  return out;
 }
 
 Finding finding_of(const Inference& in, const SetMember& member, const double* deviation,
@@ -266,16 +276,17 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
   const std::set<std::string> best = names_of(in, members);
   const double* deviation = fit.theta_deviation.data();
   const bool something = in.posterior.alarm();
-  const double named = least_inclusion(in, best);
+  const std::set<int> named = something ? credible_members(in) : std::set<int>{};
   for (const SetMember& member : fit.members) {
     const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
     if (h.pattern) {
-      if (something) d.unexplained.push_back(unexplained_of(in, member, problem.residual()));
+      if (named.contains(member.hypothesis))
+        d.unexplained.push_back(unexplained_of(in, member, problem.residual()));
       continue;
     }
     const double* own = deviation;
     deviation += member.theta.size();
-    if (!something || in.posterior.inclusion(h.id, in.hypotheses) < named) continue;
+    if (!named.contains(member.hypothesis)) continue;
     Finding f = finding_of(in, member, own, sets, best);
     Eigen::VectorXd value;
     problem.wrench_of({h.effect, member.theta, member.start}, value, nullptr, nullptr, States::measured);
@@ -308,7 +319,8 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
   for (int c = 0; c < 6; ++c)
     d.fit.in_sample.push_back({"", kNames[static_cast<std::size_t>(c)], unit_of(c),
                                rms(problem.residual().segment(c * n, n)), rms(rest.segment(c * n, n))});
-  const double mass = sets.contains(best) ? sets.at(best) : 0.0;
+  const auto said = sets.find(names_of(in, {named.begin(), named.end()}));
+  const double mass = said == sets.end() ? 0.0 : said->second;
   if (!something)
     d.verdict = Verdict::nothing_missing;
   else if (!d.unexplained.empty())
