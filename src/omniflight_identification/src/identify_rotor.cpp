@@ -5,7 +5,8 @@
 namespace omniflight::identification {
 namespace {
 
-constexpr double kFollowed = 0.1;  // share of a bit's step that a motor must follow
+constexpr Eigen::Index kFewestWhite = 500;  // samples; a shorter white part is no test signal
+constexpr double kFollowed = 0.1;           // share of a bit's step that a motor must follow
 
 std::string milliseconds(double s) {
   char text[32];
@@ -25,11 +26,18 @@ Status within_band(const std::optional<WhitePart>& prbs, const MotorDynamics& mo
                    "Make one with a band of at most " + std::to_string(0.443 / (0.25 * motor.lag())) + " Hz");
 }
 
-Dataset only(const Dataset& data, const WhitePart& part) {
-  Dataset out = data;
-  Experiment& e = out.experiments.front();
-  e = {e.y.segment(part.from, part.to - part.from), e.u.middleRows(part.from, part.to - part.from)};
-  return out;
+/// Every experiment whose command is a PRBS cut to the white part of it; the white part of the first.
+std::optional<WhitePart> keep_white(Dataset& data) {
+  std::optional<WhitePart> first;
+  for (std::size_t k = 0; k < data.experiments.size(); ++k) {
+    Experiment& e = data.experiments[k];
+    const auto part = white_part(e.u.col(0));
+    if (k == 0) first = part;
+    if (!part || part->to - part->from < kFewestWhite) continue;
+    e = Experiment{e.y.segment(part->from, part->to - part->from),
+                   e.u.middleRows(part->from, part->to - part->from)};
+  }
+  return first;
 }
 
 }  // namespace
@@ -40,10 +48,7 @@ Result<RotorResult> identify_rotor(const Dataset& estimation, const Dataset& val
   if (auto ok = check(validation); !ok) return Failure(ok.error());
   RotorResult out;
   Dataset fit_on = estimation;
-  if (estimation.experiments.size() == 1) {
-    out.prbs = white_part(estimation.experiments.front().u.col(0));
-    if (out.prbs && out.prbs->to - out.prbs->from >= 500) fit_on = only(estimation, *out.prbs);
-  }
+  out.prbs = keep_white(fit_on);
   const double T = estimation.period_s;
   FitOptions fit_options;
   fit_options.transient_samples = static_cast<Eigen::Index>(std::ceil(options.transient_s / T));
