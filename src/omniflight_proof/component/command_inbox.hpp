@@ -50,7 +50,7 @@ class CommandInbox {
   /// False when no answer to the tick of this stamp came in time; out is the newest command either way.
   bool wait_for(std::int64_t stamp_ns, std::chrono::nanoseconds timeout, Command& out) {
     std::unique_lock lock(mutex_);
-    const bool arrived = arrived_.wait_for(lock, timeout, [&] { return newest_.stamp_ns >= stamp_ns; });
+    const bool arrived = arrived_.wait_for(lock, timeout, [&] { return newest_.stamp_ns == stamp_ns; });
     out = newest_;
     return arrived;
   }

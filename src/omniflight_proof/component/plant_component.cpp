@@ -180,7 +180,7 @@ Status PlantComponent::obey(double t) {
     const auto command = inbox_.newest();
     if (command.stamp_ns < 0 && t < hold_) return {};
     const double age = 1e-9 * static_cast<double>(stamp - command.stamp_ns);
-    if (command.stamp_ns < 0 || age > stale_after_)
+    if (command.stamp_ns < 0 || age > stale_after_ || age < 0)  // nobody answers a tick that has not been
       return give_up(fail(ErrorCode::incomplete, "the newest command is " + std::to_string(age) + " s old",
                           kName, "See whether controller and allocator are still alive"));
     return execute(command);
