@@ -11,7 +11,7 @@ HorizonChoice chosen(double answer_s) {
   Options o;
   o.engine = Engine::posterior;
   test::Flown f;
-  f.duration_s = 80;
+  f.duration_s = 60;
   f.sway = 0.2;
   f.answer_s = answer_s;
   f.accelerometer_noise = 0.3;  // the record tells less of the disturbance than the rotors' answer to it
