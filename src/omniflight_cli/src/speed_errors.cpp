@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 
 #include "omniflight_files/files.hpp"
@@ -81,6 +82,15 @@ Result<SpeedErrors> speed_errors(const recording::Recording& r) {
     out.max.push_back(most);
   }
   return out;
+}
+
+std::string now_utc() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
 }
 
 Result<std::vector<RunRow>> read_runs(const std::string& file) {

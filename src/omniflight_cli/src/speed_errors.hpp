@@ -19,6 +19,9 @@ struct SpeedErrors {
 /// Errors: no rotor_command or rotor_speed, or a rotor that is never commanded to turn.
 Result<SpeedErrors> speed_errors(const recording::Recording& recording);
 
+/// Now, as runs.csv has it: UTC, "2026-11-24T20:15:00Z".
+std::string now_utc();
+
 /// One line of runs.csv. Times are UTC, "2026-11-24T20:15:00Z".
 struct RunRow {
   std::string time, log;

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <ctime>
 #include <filesystem>
 
 #include "folder.hpp"
@@ -19,15 +18,6 @@ struct Options {
   std::vector<std::string> recordings;
   std::string runs = "runs.csv", gains, map;
 };
-
-std::string now_utc() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
-}
 
 Result<int> run(const Options& o, const Common& common) {
   identification::PidnGains gains{std::nan(""), std::nan(""), std::nan(""), std::nan("")};

@@ -15,6 +15,7 @@
 #include "flight.hpp"
 #include "folder.hpp"
 #include "intake_lines.hpp"
+#include "load_all.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_diagnosis/neighbour_file.hpp"
 #include "omniflight_diagnosis/told.hpp"
@@ -39,19 +40,6 @@ struct Options {
   bool check = false, refly_recorded = false;
   std::string engine = "selection";
 };
-
-Result<std::vector<recording::Recording>> load_all(const std::vector<std::string>& paths,
-                                                   const std::string& map) {
-  std::vector<recording::Recording> out;
-  for (const std::string& path : paths) {
-    recording::LoadOptions options;
-    options.map = map;
-    auto r = recording::load(path, options);
-    if (!r) return Failure(r.error());
-    out.push_back(std::move(*r));
-  }
-  return out;
-}
 
 /// Flies the mission again without and with the model, with the recording's seed, and compares all three.
 /// What hangs on more than the model (a neighbour's wash) cannot be flown again: this is said, and nothing

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "folder.hpp"
+#include "load_all.hpp"
 #include "motor_report.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
@@ -21,19 +22,6 @@ struct Options {
   double split = 0.6, budget_s = 300, max_delay_ms = 50;
   int max_order = 3;
 };
-
-Result<std::vector<recording::Recording>> load_all(const std::vector<std::string>& paths,
-                                                   const std::string& map) {
-  std::vector<recording::Recording> out;
-  for (const std::string& path : paths) {
-    recording::LoadOptions options;
-    options.map = map;
-    auto r = recording::load(path, options);
-    if (!r) return Failure(r.error());
-    out.push_back(std::move(*r));
-  }
-  return out;
-}
 
 /// Data of a rotor from several recordings with one period.
 Result<identification::Dataset> gather(const std::vector<recording::Recording>& recordings,

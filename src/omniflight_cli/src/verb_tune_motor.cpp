@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <ctime>
 
 #include "folder.hpp"
 #include "motor_file.hpp"
@@ -70,15 +69,6 @@ Status write_page(const std::string& out, const Options& o, const Tuning& t,
     }
   page.plot(std::move(plot));
   return page.write(out + "/report.html");
-}
-
-std::string now_utc() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
 }
 
 SearchOptions search_options(const Options& o) {

@@ -29,14 +29,7 @@ Vec3 bounded(const Vec3& v, double most) { return v.cwiseMax(-most).cwiseMin(mos
 ErrorStateFilter::ErrorStateFilter(const ErrorStateConfig& config) : config_(config), samples_(kSamples) {}
 
 void ErrorStateFilter::push(const Sample& s) {
-  if (count_ == kSamples) {  // no pose for long: the oldest sample is used up
-    if (ready_)
-      advance_base(sample(0));
-    else
-      base_sample_ = sample(0);
-    first_ = (first_ + 1) % kSamples;
-    --count_;
-  }
+  if (count_ == kSamples) use_up_oldest();  // no pose for long
   samples_[(first_ + count_++) % kSamples] = s;
 }
 
@@ -76,10 +69,19 @@ void ErrorStateFilter::advance(Covariance& P, const Nominal& x, const Sample& a,
   if (unseen > 0) add(kP, square(unseen * (x.v.norm() + kUnseenAcceleration * unseen)));
 }
 
+/// Before the first pose there is no state to move, only the sample that it will start from.
 void ErrorStateFilter::advance_base(const Sample& to) {
-  advance(P_, base_, base_sample_, to);
-  advance(base_, base_sample_, to);
+  if (ready_) {
+    advance(P_, base_, base_sample_, to);
+    advance(base_, base_sample_, to);
+  }
   base_sample_ = to;
+}
+
+void ErrorStateFilter::use_up_oldest() {
+  advance_base(sample(0));
+  first_ = (first_ + 1) % kSamples;
+  --count_;
 }
 
 void ErrorStateFilter::add_imu(double t, const Vec3& f, const Vec3& w) {
@@ -172,21 +174,8 @@ void ErrorStateFilter::add_mocap(double t, const Vec3& p, const Quat& q_measured
   const Quat q = q_measured.normalized();
   heard_time_ = t;
   // up to the instant of the pose; what is older is not needed any more
-  while (count_ > 0 && sample(0).t <= t) {
-    if (ready_)
-      advance_base(sample(0));
-    else
-      base_sample_ = sample(0);
-    first_ = (first_ + 1) % kSamples;
-    --count_;
-  }
-  if (count_ > 0 && base_sample_.t < t && has_imu_) {
-    const Sample here = between(base_sample_, sample(0), t);
-    if (ready_)
-      advance_base(here);
-    else
-      base_sample_ = here;
-  }
+  while (count_ > 0 && sample(0).t <= t) use_up_oldest();
+  if (count_ > 0 && base_sample_.t < t && has_imu_) advance_base(between(base_sample_, sample(0), t));
   if (!ready_) {
     base_ = {p, Vec3::Zero(), q, Vec3::Zero(), Vec3::Zero()};
     if (!has_imu_) base_sample_.t = t;

@@ -6,6 +6,7 @@
 #include "prediction_error.hpp"
 #include "robust_covariance.hpp"
 #include "starts.hpp"
+#include "stopper.hpp"
 
 namespace omniflight::identification {
 namespace {
@@ -36,17 +37,6 @@ Status check_orders(const Orders& o, const Dataset& data, Eigen::Index skip) {
   }
   return {};
 }
-
-class Stopper : public ceres::IterationCallback {
- public:
-  explicit Stopper(const std::function<bool()>& stop) : stop_(stop) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    return stop_ && stop_() ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
-  }
-
- private:
-  const std::function<bool()>& stop_;
-};
 
 struct Search {
   Eigen::VectorXd theta;

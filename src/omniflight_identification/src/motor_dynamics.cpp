@@ -4,6 +4,7 @@
 
 #include "omniflight_identification/residual_tests.hpp"
 #include "robust_covariance.hpp"
+#include "stopper.hpp"
 
 namespace omniflight::identification {
 namespace {
@@ -80,17 +81,6 @@ struct Solved {
   double cost = std::numeric_limits<double>::infinity();
   bool converged = false;
   Eigen::MatrixXd covariance;
-};
-
-class Stopper : public ceres::IterationCallback {
- public:
-  explicit Stopper(const std::function<bool()>& stop) : stop_(stop) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    return stop_ && stop_() ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
-  }
-
- private:
-  const std::function<bool()>& stop_;
 };
 
 Solved search(const Shape& shape, Eigen::VectorXd p, const Dataset& data, double scale, Eigen::Index skip,

@@ -69,6 +69,7 @@ class ErrorStateFilter final : public StateEstimator {
   void advance(Nominal& x, const Sample& a, const Sample& b) const;
   void advance(Covariance& P, const Nominal& x, const Sample& a, const Sample& b) const;
   void advance_base(const Sample& to);
+  void use_up_oldest();
   void replay();
   bool update(const Vec3& e_p, const Vec3& e_R);
   void open_covariance();
