@@ -328,12 +328,13 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
   std::vector<Eigen::Index> free;
   for (Eigen::Index k = 0; k < own; ++k)
     if (layout.inward(k, u[k]) == 0) free.push_back(k);
-  const Eigen::VectorXd left =
-      Eigen::MatrixXd(out.precision(free, free)).llt().solve(Eigen::VectorXd(gradient(free)));
-  const Eigen::VectorXd beyond = rest - out.columns(Eigen::all, free) * left;
   // relative law errors are integrated over at the optimum
   const Eigen::MatrixXd law = law_error_columns(members);
   if (law.cols() > 0) {
+    Eigen::VectorXd left = Eigen::VectorXd::Zero(own);
+    left(free) = Eigen::VectorXd(
+        Eigen::MatrixXd(out.precision(free, free)).llt().solve(Eigen::VectorXd(gradient(free))));
+    const Eigen::VectorXd beyond = rest - out.columns * left;
     out.columns.conservativeResize(Eigen::NoChange, own + law.cols());
     out.columns.rightCols(law.cols()) = law;
     u.conservativeResize(own + law.cols());
