@@ -60,6 +60,10 @@ bool OperatorDesk::wait_for_listener(double timeout_s) const {
   return wait_until([&] { return wish_->peers() > 0; }, timeout_s);
 }
 
+bool OperatorDesk::wait_for_gate(double timeout_s) const {
+  return wait_until([&] { return subscription_->peers() > 0 || !gate().empty(); }, timeout_s);
+}
+
 bool OperatorDesk::wait_for_stop(double timeout_s) const {
   return wait_until([&] { return gate().rfind("stopped", 0) == 0; }, timeout_s);
 }

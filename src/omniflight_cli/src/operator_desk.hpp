@@ -22,6 +22,8 @@ class OperatorDesk {
   Status say(const std::string& wish);
   /// Waits until somebody listens to wishes; false after the timeout [s].
   bool wait_for_listener(double timeout_s) const;
+  /// Waits until a gate is found that can answer; false after the timeout [s].
+  bool wait_for_gate(double timeout_s) const;
   /// Waits until a gate says that the rotors are stopped; false after the timeout [s].
   bool wait_for_stop(double timeout_s) const;
   /// Waits until a gate says that it is armed; false after the timeout [s].

@@ -11,7 +11,7 @@ namespace omniflight::cli {
 namespace {
 
 constexpr double kMeet = 2.0;         // s until the participants of a run are found
-constexpr double kAcknowledge = 1.0;  // s for the gate to answer
+constexpr double kAcknowledge = 1.0;  // s for the gate to answer, from when it is found
 
 /// One run: says it, waits for the answer. True when the gate has acknowledged.
 Result<bool> stop(int domain, const std::string& wish, const Common& common, nlohmann::json& json) {
@@ -21,6 +21,7 @@ Result<bool> stop(int domain, const std::string& wish, const Common& common, nlo
     return Failure(ok.error());  // latched: whoever is found later hears it
   const bool heard = (*desk)->wait_for_listener(kMeet);
   const auto begin = std::chrono::steady_clock::now();
+  if (heard) (void)(*desk)->wait_for_gate(kMeet);
   const bool stopped = heard && (*desk)->wait_for_stop(kAcknowledge);
   const double after_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   json.push_back(

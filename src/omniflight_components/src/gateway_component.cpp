@@ -182,6 +182,7 @@ class GatewayComponent final : public ThreadedComponent {
     const auto status = fly(pace);
     (void)gateway_->stop_motors();
     (void)gateway_->poll(pace.now(), 0.0);
+    if (wish_.load() >= safety::Wish::stop) stay_to_answer(pace);
     if (!keeper_) return status;
     const PeriodCounts counts = count_periods();
     std::fprintf(stderr, "[gateway] %s\n", words(counts).c_str());
@@ -348,6 +349,19 @@ class GatewayComponent final : public ThreadedComponent {
       (void)gateway_->send_velocities(out.speeds_radps);
       (void)gateway_->poll(pace.now(), 0.0);
       gateway_->fetch(telemetry_);  // nobody listens any more, but the buffers stay bounded
+      pace.sleep_until(pace.now() + period_);
+    }
+  }
+
+  /// Keeps the last state of the gate readable for an operator whose stop was obeyed before his program had
+  /// found the gate: the motors, which are stopped by now, do not wait for discovery; the acknowledgement has
+  /// to.
+  void stay_to_answer(const WallPace& pace) {
+    constexpr double kDiscovery = 1.5;  // s, beyond what two participants of a loaded machine need
+    const double end = pace.now() + kDiscovery;
+    while (pace.now() < end && running()) {
+      (void)gateway_->poll(pace.now(), 0.0);
+      gateway_->fetch(telemetry_);
       pace.sleep_until(pace.now() + period_);
     }
   }
