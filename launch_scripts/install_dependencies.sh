@@ -15,7 +15,7 @@ packages=(
   # libraries
   cyclonedds-dev cyclonedds-tools libeigen3-dev liboctomap-dev libompl-dev libboost-serialization-dev
   libboost-filesystem-dev libboost-system-dev liburdfdom-dev libyaml-cpp-dev libcli11-dev libfmt-dev
-  libhwy-dev nlohmann-json3-dev libexpected-dev libceres-dev libzstd-dev liblz4-dev libbz2-dev libsqlite3-dev zlib1g-dev libssl-dev
+  libhwy-dev nlohmann-json3-dev libexpected-dev libceres-dev libblis-serial-dev libzstd-dev liblz4-dev libbz2-dev libsqlite3-dev zlib1g-dev libssl-dev
   # second plant, the one of the proof; without it omniflight_proof is left out and its tests skip
   libmujoco-dev
   # reports: inlined into the HTML at build time

@@ -7,6 +7,9 @@ namespace {
 
 /// Prior standard deviations of the rich model over those of the hypotheses.
 constexpr double kGenerous = 3;
+/// Where slow columns of one prior standard deviation have less than this part of an amplitude's variance,
+/// they are left out of it: the frequencies, nine tenths of them, above what a function of place does.
+constexpr double kLeastShare = 0.1;
 
 }  // namespace
 
@@ -36,6 +39,7 @@ SlowColumns slow_columns(const RegressionProblem& problem) {
     at += part.cols();
   }
   out.amplitudes = cosine_amplitudes(problem, out.raw);
+  out.power = out.amplitudes.rowwise().squaredNorm();
   return out;
 }
 
@@ -45,16 +49,21 @@ std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, con
   Eigen::VectorXd rest = y;
   const int n = problem.samples();
   for (int c = 0; c < 6; ++c) rest.segment(c * n, n).array() -= rest.segment(c * n, n).mean();
-  Eigen::VectorXd freedom = Eigen::VectorXd::Ones(slow.amplitudes.rows());
+  const Eigen::VectorXd z = cosine_amplitudes(problem, y);
+  Eigen::VectorXd freedom = Eigen::VectorXd::Ones(z.size());
   for (int pass = 0; pass < 2; ++pass) {
-    const NoiseModel noise(problem, rest, freedom, 1);
-    const Eigen::MatrixXd X = noise.scale(slow.amplitudes);
+    const Eigen::VectorXd inverse = NoiseModel(problem, rest, freedom, 1).inverse_deviations();
+    std::vector<Eigen::Index> rows;
+    for (Eigen::Index i = 0; i < z.size(); ++i)
+      if (inverse[i] * inverse[i] * slow.power[i] > kLeastShare) rows.push_back(i);
+    const Eigen::MatrixXd X = inverse(rows).asDiagonal() * slow.amplitudes(rows, Eigen::all);
     Eigen::MatrixXd H = Eigen::MatrixXd::Identity(X.cols(), X.cols());
     H.selfadjointView<Eigen::Lower>().rankUpdate(X.transpose());
     const Eigen::LLT<Eigen::MatrixXd> factor(H);
-    rest = y - slow.raw * factor.solve(X.transpose() * noise.apply(y));
+    rest = y - slow.raw * factor.solve(X.transpose() * inverse(rows).cwiseProduct(z(rows)));
     const Eigen::MatrixXd half = factor.matrixL().solve(X.transpose());
-    freedom = noise.by_amplitude(1 - half.colwise().squaredNorm().transpose().array(), 1);
+    freedom.setOnes();
+    freedom(rows) = 1 - half.colwise().squaredNorm().transpose().array();
   }
   return std::make_unique<NoiseModel>(problem, rest, freedom, temperature);
 }

@@ -8,9 +8,10 @@
 
 namespace omniflight::diagnosis {
 
-/// Columns, rows x any number, and their cosine amplitudes.
+/// Columns, rows x any number, their cosine amplitudes, and the sum of squares of each row of these.
 struct SlowColumns {
   Eigen::MatrixXd raw, amplitudes;
+  Eigen::VectorXd power;
 };
 
 /// Constant forces and torques, and smooth functions of place and rotor tilt.

@@ -179,9 +179,9 @@ double NoiseModel::gain_of_own_noise(const Eigen::VectorXd& before, const Eigen:
   return gain;
 }
 
-Eigen::VectorXd NoiseModel::by_amplitude(const Eigen::VectorXd& by_row, double silent) const {
-  Eigen::VectorXd out = Eigen::VectorXd::Constant(amplitudes_, silent);
-  for (const Block& b : blocks_) out.segment(b.amplitude, b.size) = by_row.segment(b.row, b.size);
+Eigen::VectorXd NoiseModel::inverse_deviations() const {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(amplitudes_);
+  for (const Block& b : blocks_) out.segment(b.amplitude, b.size) = b.inverse;
   return out;
 }
 

@@ -74,8 +74,8 @@ class NoiseModel {
   /// that it leaves itself, beyond what it gains in this noise: noise that contains an effect hides it. By
   /// the power in octaves, without an estimate of that noise.
   double gain_of_own_noise(const Eigen::VectorXd& before, const Eigen::VectorXd& after) const;
-  /// Numbers of whitened rows as numbers of cosine amplitudes; `silent` where a channel has no noise.
-  Eigen::VectorXd by_amplitude(const Eigen::VectorXd& by_row, double silent) const;
+  /// One over the standard deviation of each cosine amplitude; 0 where a channel has no noise.
+  Eigen::VectorXd inverse_deviations() const;
   /// Standard deviation of the noise of a channel above half of the highest frequency, mean over flights:
   /// what a sample does not tell of the next.
   double fast_part(int channel) const;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "inner_products.hpp"
 #include "parallel.hpp"
 
 namespace omniflight::diagnosis {
@@ -56,10 +57,10 @@ class GridSearch::Implementation {
       const Block& b = blocks_[k];
       auto part = columns_.middleCols(b.begin, b.size);
       part = columns_of(b).cast<float>();
-      own_[k] = (part.transpose() * part).cast<double>();
+      own_[k] = inner_products(part, part).cast<double>();
     });
     b_ = (columns_.transpose() * evidence.whitened_residual().cast<float>()).cast<double>();
-    fixed_slab_ = columns_.leftCols(fixed_).transpose() * columns_;
+    fixed_slab_ = inner_products(columns_.leftCols(fixed_), columns_, limits.threads);
   }
 
   std::vector<std::vector<SetMember>> run() {
@@ -98,15 +99,11 @@ class GridSearch::Implementation {
     return out;
   }
 
-  std::vector<Candidate> additions(const SetFit& fit, double least_gain, std::size_t most, Kind kind,
-                                   Noise noise) const {
+  Additions additions(const SetFit& fit, Noise noise) const {
     std::set<int> taken;
-    const auto& hypotheses = evidence_.hypotheses();
-    for (std::size_t h = 0; h < hypotheses.size(); ++h)
-      if ((hypotheses[h].pattern != nullptr) != (kind == Kind::pattern)) taken.insert(static_cast<int>(h));
     for (const SetMember& m : fit.members) taken.insert(m.hypothesis);
     const Eigen::MatrixXf own = fit.columns.cast<float>();
-    const Eigen::MatrixXf slab = own.transpose() * columns_;
+    const Eigen::MatrixXf slab = inner_products(own, columns_, limits_.threads);
     const Eigen::VectorXd left = (columns_.transpose() * fit.rest.cast<float>()).cast<double>();
     const Eigen::LLT<Eigen::MatrixXd> factor(fit.precision);
     std::vector<Promise> all = promises(slab, factor, left, taken);
@@ -122,11 +119,12 @@ class GridSearch::Implementation {
       std::stable_sort(all.begin(), all.end(),
                        [](const Promise& x, const Promise& y) { return x.gain > y.gain; });
     }
-    std::vector<Candidate> out;
+    Additions out;
     for (const Promise& p : all) {
-      if (out.size() >= most || p.gain < least_gain) break;
       const Block& b = blocks_[static_cast<std::size_t>(p.block)];
-      out.push_back({p.gain, evidence_.member_at(b.hypothesis, b.point, p.mean)});
+      const bool pattern = evidence_.hypotheses()[static_cast<std::size_t>(b.hypothesis)].pattern != nullptr;
+      (pattern ? out.patterns : out.laws)
+          .push_back({p.gain, evidence_.member_at(b.hypothesis, b.point, p.mean)});
     }
     return out;
   }
@@ -213,7 +211,8 @@ class GridSearch::Implementation {
     for (const int at : blocks) {
       const Block& b = blocks_[static_cast<std::size_t>(at)];
       Eigen::MatrixXf& slab = slab_[static_cast<std::size_t>(at)];
-      if (slab.size() == 0) slab = columns_.middleCols(b.begin, b.size).transpose() * columns_;
+      if (slab.size() == 0)
+        slab = inner_products(columns_.middleCols(b.begin, b.size), columns_, limits_.threads);
     }
   }
 
@@ -307,9 +306,8 @@ GridSearch::~GridSearch() = default;
 
 std::vector<std::vector<SetMember>> GridSearch::promising_sets() { return implementation_->run(); }
 
-std::vector<Candidate> GridSearch::additions(const SetFit& fit, double least_gain, std::size_t most,
-                                             Kind kind, Noise noise) const {
-  return implementation_->additions(fit, least_gain, most, kind, noise);
+GridSearch::Additions GridSearch::additions(const SetFit& fit, Noise noise) const {
+  return implementation_->additions(fit, noise);
 }
 
 }  // namespace omniflight::diagnosis

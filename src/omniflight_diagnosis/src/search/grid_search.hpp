@@ -21,14 +21,15 @@ class GridSearch {
   /// adds members one by one. The empty set is not among them.
   std::vector<std::vector<SetMember>> promising_sets();
 
-  /// What would add at least `least_gain` to a fitted set, the most promising first. A law of several shapes
-  /// shows only a part of its gain at a point of its grid, a pattern all of it: they are asked apart.
-  enum class Kind { law, pattern };
   /// Whether a gain counts in the noise of the evidence, or about as it is in the noise that the set would
   /// leave itself.
   enum class Noise { given, own };
-  std::vector<Candidate> additions(const SetFit& fit, double least_gain, std::size_t most, Kind kind,
-                                   Noise noise = Noise::given) const;
+  /// What would join a fitted set, the most promising first. A law of several shapes shows only a part of its
+  /// gain at a point of its grid, a pattern all of it: they do not compare.
+  struct Additions {
+    std::vector<Candidate> laws, patterns;
+  };
+  Additions additions(const SetFit& fit, Noise noise = Noise::given) const;
 
  private:
   class Implementation;

@@ -151,8 +151,9 @@ void in_own_noise(const Profiler& profiler, double nothing, const Evidence& evid
 void add_unfitted(const GridSearch& grid, const std::vector<Hypothesis>& hypotheses, Posterior& p) {
   std::set<int> fitted;
   for (const auto& [hypothesis, gain] : p.alone) fitted.insert(hypothesis);
-  for (const auto kind : {GridSearch::Kind::law, GridSearch::Kind::pattern})
-    for (const Candidate& c : grid.additions(p.nothing, -1e300, hypotheses.size(), kind)) {
+  const auto all = grid.additions(p.nothing);
+  for (const auto* candidates : {&all.laws, &all.patterns})
+    for (const Candidate& c : *candidates) {
       const int h = c.member.hypothesis;
       if (fitted.insert(h).second)
         p.alone.emplace_back(h, c.gain - hypotheses[static_cast<std::size_t>(h)].log_odds);
@@ -217,10 +218,12 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
     std::set<int> asked;
     for (const Evidence* evidence : {static_cast<const Evidence*>(out.evidence.get()), &tight}) {
       const SetFit here = evidence->fit(current.fit.members);
-      for (const auto kind : {GridSearch::Kind::law, GridSearch::Kind::pattern})
-        for (Candidate& c : grid->additions(here, -kNear, kind == GridSearch::Kind::law ? kLaws : kPatterns,
-                                            kind, GridSearch::Noise::own)) {
-          if (!asked.insert(c.member.hypothesis).second) continue;
+      auto more = grid->additions(here, GridSearch::Noise::own);
+      more.laws.resize(std::min(more.laws.size(), kLaws));
+      more.patterns.resize(std::min(more.patterns.size(), kPatterns));
+      for (auto* candidates : {&more.laws, &more.patterns})
+        for (Candidate& c : *candidates) {
+          if (c.gain < -kNear || !asked.insert(c.member.hypothesis).second) continue;
           tried.push_back(here.members);
           tried.back().push_back(std::move(c.member));
         }

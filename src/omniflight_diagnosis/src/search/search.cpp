@@ -82,16 +82,18 @@ class Search {
       if (joint(key) > joint(best)) best = key;
     const SetFit& whole = *fits_.at(best);
     std::vector<std::vector<SetMember>> without, others;
-    using Kind = GridSearch::Kind;
-    const auto join = [&](const SetFit& fit, double least_gain, std::size_t most, Kind kind) {
-      for (Candidate& c : grid_.additions(fit, least_gain, most, kind)) {
+    const auto join = [&](const SetFit& fit, std::vector<Candidate>& candidates, double least_gain,
+                          std::size_t most) {
+      for (std::size_t k = 0; k < std::min(most, candidates.size()); ++k) {
+        if (candidates[k].gain < least_gain) break;
         others.push_back(fit.members);
-        others.back().push_back(std::move(c.member));
+        others.back().push_back(std::move(candidates[k].member));
       }
     };
     if (best.size() < static_cast<std::size_t>(limits_.most_members)) {
-      join(whole, -kNear, kMostAdditions, Kind::law);
-      join(whole, 0, 1, Kind::pattern);
+      auto more = grid_.additions(whole);
+      join(whole, more.laws, -kNear, kMostAdditions);
+      join(whole, more.patterns, 0, 1);
     }
     for (std::size_t k = 0; k < whole.members.size(); ++k) {
       without.push_back(whole.members);
@@ -103,8 +105,9 @@ class Search {
       if (fit == fits_.end()) continue;
       // an exchange matters when it comes near to what the member brought
       const double brought = joint(best) - joint(fit->first);
-      join(*fit->second, kGridShare * brought - kNear, kMostExchanges, Kind::law);
-      join(*fit->second, brought - kNear, 1, Kind::pattern);
+      auto instead = grid_.additions(*fit->second);
+      join(*fit->second, instead.laws, kGridShare * brought - kNear, kMostExchanges);
+      join(*fit->second, instead.patterns, brought - kNear, 1);
     }
     visit(others);
   }

@@ -1,0 +1,30 @@
+#include "inner_products.hpp"
+
+#include <blis.h>
+
+#include <algorithm>
+
+#include "parallel.hpp"
+
+namespace omniflight::diagnosis {
+
+Eigen::MatrixXf inner_products(Eigen::Ref<const Eigen::MatrixXf> a, Eigen::Ref<const Eigen::MatrixXf> b,
+                               int threads) {
+  constexpr Eigen::Index kPart = 512;  // columns a thread takes at once
+  Eigen::MatrixXf out(a.cols(), b.cols());
+  if (out.size() == 0) return out;
+  if (a.rows() == 0) return out.setZero();
+  const Eigen::Index parts = (b.cols() + kPart - 1) / kPart;
+  parallel_for(static_cast<std::size_t>(parts), threads, [&](std::size_t k) {
+    const Eigen::Index begin = static_cast<Eigen::Index>(k) * kPart;
+    const Eigen::Index size = std::min(kPart, b.cols() - begin);
+    float one = 1, zero = 0;
+    // BLIS reads its operands through pointers that are not const
+    bli_sgemm(BLIS_TRANSPOSE, BLIS_NO_TRANSPOSE, a.cols(), size, a.rows(), &one, const_cast<float*>(a.data()),
+              1, a.outerStride(), const_cast<float*>(b.data()) + begin * b.outerStride(), 1, b.outerStride(),
+              &zero, out.data() + begin * out.outerStride(), 1, out.outerStride());
+  });
+  return out;
+}
+
+}  // namespace omniflight::diagnosis
