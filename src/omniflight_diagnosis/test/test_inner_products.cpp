@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "../src/search/inner_products.hpp"
+#include "../src/evidence/inner_products.hpp"
 
 namespace omniflight::diagnosis {
 namespace {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "first_stage.hpp"
+#include "inner_products.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -65,7 +66,16 @@ struct Evidence::Layout {
   }
 };
 
+FittedAmplitudes::FittedAmplitudes(const RegressionProblem& problem)
+    : residual(cosine_amplitudes(problem, problem.residual())),
+      calibration(cosine_amplitudes(problem, problem.calibration().columns)) {}
+
 Evidence::Evidence(const RegressionProblem& problem, const NoiseModel& noise,
+                   const std::vector<Hypothesis>& hypotheses, double law_error,
+                   const Eigen::VectorXd& tolerances)
+    : Evidence(problem, FittedAmplitudes(problem), noise, hypotheses, law_error, tolerances) {}
+
+Evidence::Evidence(const RegressionProblem& problem, const FittedAmplitudes& fitted, const NoiseModel& noise,
                    const std::vector<Hypothesis>& hypotheses, double law_error,
                    const Eigen::VectorXd& tolerances)
     : problem_(problem),
@@ -74,8 +84,8 @@ Evidence::Evidence(const RegressionProblem& problem, const NoiseModel& noise,
       law_error_(law_error),
       tolerances_(tolerances),
       deviations_(problem.calibration().deviations(tolerances)),
-      z_(noise.apply(problem.residual())),
-      b_(noise.apply(problem.calibration().columns) * deviations_.asDiagonal()) {}
+      z_(noise.scale(fitted.residual)),
+      b_(noise.scale(fitted.calibration) * deviations_.asDiagonal()) {}
 
 void Evidence::evaluate(const Layout& layout, const Eigen::VectorXd& u, std::vector<SetMember>& members,
                         Eigen::VectorXd& rest, Eigen::MatrixXd* columns) const {
@@ -261,9 +271,8 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
   Eigen::LLT<Eigen::MatrixXd> factor;
   Eigen::VectorXd gradient;
   const auto linearise = [&] {
-    out.precision.setIdentity(out.columns.cols(), out.columns.cols());
-    out.precision.selfadjointView<Eigen::Lower>().rankUpdate(out.columns.transpose());
-    out.precision.triangularView<Eigen::StrictlyUpper>() = out.precision.transpose();
+    out.precision = inner_products(out.columns);
+    out.precision.diagonal().array() += 1;
     factor.compute(out.precision);
     gradient = out.columns.transpose() * rest - u;
   };

@@ -39,9 +39,20 @@ double log_normal_cdf(double x);
 /// ln of its mass between two values.
 double log_normal_between(double low, double high);
 
+/// Cosine amplitudes of what all sets of a problem share, its residual and its calibration: no noise changes
+/// them.
+struct FittedAmplitudes {
+  explicit FittedAmplitudes(const RegressionProblem& problem);
+  Eigen::MatrixXd residual;  ///< one column
+  Eigen::MatrixXd calibration;
+};
+
 class Evidence {
  public:
   /// `tolerances`: over those of the problem, one number a calibration column, see Calibration::deviations.
+  Evidence(const RegressionProblem& problem, const FittedAmplitudes& fitted, const NoiseModel& noise,
+           const std::vector<Hypothesis>& hypotheses, double law_error, const Eigen::VectorXd& tolerances);
+  /// The same where no other evidence of the problem is asked for.
   Evidence(const RegressionProblem& problem, const NoiseModel& noise,
            const std::vector<Hypothesis>& hypotheses, double law_error, const Eigen::VectorXd& tolerances);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 
 namespace omniflight::diagnosis {
@@ -18,7 +19,15 @@ constexpr int kOctaves = 9;          ///< in which the power of noise is compare
 constexpr double kLowest = 0.08;     ///< Hz, end of the first
 /// Of an amplitude that a regression explains whole: it tells nothing of the noise.
 constexpr double kLeastFreedom = 0.02;
+/// Amplitudes whose frequencies differ by less than this part are one to a spectrum, which is smooth; below
+/// the floor [Hz] by this part of the floor.
+constexpr double kBandWidth = 0.02, kBandFloor = 0.05;
 constexpr int kScoring = 12;  ///< Fisher scoring converges in some
+
+/// Sums over amplitudes of about one frequency.
+struct Band {
+  double count = 0, frequency = 0, power = 0, freedom = 0;
+};
 
 }  // namespace
 
@@ -113,7 +122,7 @@ NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& 
   const double rate = 1 / problem.period();
   for (int flight = 0; flight < problem.flights(); ++flight)
     for (int c = 0; c < 6; ++c) {
-      std::vector<double> frequency, power, free;
+      std::map<int, Band> bands;
       Eigen::Index amplitude = 0;
       for (const Stretch& s : problem.stretches()) {
         const int size = transform_length(s.size());
@@ -124,16 +133,24 @@ NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& 
         if (x.norm() < 1e-9 * problem.scale(c)) continue;
         CosineTransform(size).apply(x);
         for (int k = 0; k < size; ++k) {
-          frequency.push_back(0.5 * rate * k / size);
-          power.push_back(x[k] * x[k]);
-          free.push_back(std::max(kLeastFreedom, freedom[first + k]));
+          const double frequency = 0.5 * rate * k / size;
+          Band& band = bands[static_cast<int>(std::log1p(frequency / kBandFloor) / kBandWidth)];
+          band.count += 1;
+          band.frequency += frequency;
+          band.power += x[k] * x[k];
+          band.freedom += std::max(kLeastFreedom, freedom[first + k]);
         }
       }
       NoiseSpectrum& spectrum = spectra_[static_cast<std::size_t>(flight)][static_cast<std::size_t>(c)];
-      const auto vector = [](const std::vector<double>& x) {
-        return Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size()));
-      };
-      spectrum.fit(vector(frequency), vector(power), vector(free));
+      const auto count = static_cast<Eigen::Index>(bands.size());
+      Eigen::VectorXd frequency(count), power(count), free(count);
+      Eigen::Index at = 0;
+      for (const auto& [number, band] : bands) {
+        frequency[at] = band.frequency / band.count;
+        power[at] = band.power;
+        free[at++] = band.freedom;
+      }
+      spectrum.fit(frequency, power, free);
       spectrum.scale(temperature_);
     }
   for (const Stretch& s : problem.stretches())
@@ -158,22 +175,22 @@ NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& 
 }
 
 double NoiseModel::gain_of_own_noise(const Eigen::VectorXd& before, const Eigen::VectorXd& after) const {
-  struct Band {
+  struct Octave {
     double count = 0, before = 0, after = 0;
   };
-  std::vector<std::array<Band, kOctaves>> bands(6 * spectra_.size());
+  std::vector<std::array<Octave, kOctaves>> bands(6 * spectra_.size());
   for (const Block& b : blocks_)
     for (Eigen::Index k = 0; k < b.size; ++k) {
       const double octave = std::log2(std::max(1e-9, static_cast<double>(k) * b.frequency_step / kLowest));
       const auto at = static_cast<std::size_t>(std::clamp(octave, 0.0, kOctaves - 1.0));
-      Band& band = bands[static_cast<std::size_t>(b.spectrum)][at];
+      Octave& band = bands[static_cast<std::size_t>(b.spectrum)][at];
       band.count += 1;
       band.before += before[b.row + k] * before[b.row + k];
       band.after += after[b.row + k] * after[b.row + k];
     }
   double gain = 0;
   for (const auto& spectrum : bands)
-    for (const Band& b : spectrum)
+    for (const Octave& b : spectrum)
       if (b.before > 0 && b.after > 0)
         gain += 0.5 * b.count * std::log(b.before / b.after) / temperature_ - 0.5 * (b.before - b.after);
   return gain;

@@ -20,9 +20,9 @@ class NoiseSpectrum {
   static constexpr std::size_t kParts = 12;
   static constexpr std::size_t kTerms = 5;
 
-  /// Maximises Whittle's likelihood of these amplitudes' squares at these frequencies [Hz]: multiplicative
-  /// updates, which keep the parts non-negative. `freedom`: degrees of freedom that a regression left to each
-  /// amplitude (restricted likelihood, Patterson and Thompson 1971).
+  /// Maximises Whittle's likelihood of amplitudes by sums of their squares at these frequencies [Hz]:
+  /// multiplicative updates, which keep the parts non-negative. `freedom`: degrees of freedom that a
+  /// regression left to the amplitudes of each sum (restricted likelihood, Patterson and Thompson 1971).
   void fit(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& power, const Eigen::VectorXd& freedom);
   double density(double frequency_hz) const;
   bool silent() const { return silent_; }

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "inner_products.hpp"
-#include "parallel.hpp"
+#include "../evidence/inner_products.hpp"
+#include "../parallel.hpp"
 
 namespace omniflight::diagnosis {
 namespace {

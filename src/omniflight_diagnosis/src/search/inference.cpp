@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
 
 #include "../evidence/first_stage.hpp"
 #include "../evidence/tolerances.hpp"
+#include "../parallel.hpp"
 #include "grid_search.hpp"
-#include "parallel.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -35,8 +36,13 @@ struct Profile {
 class Profiler {
  public:
   Profiler(const RegressionProblem& problem, const std::vector<Hypothesis>& hypotheses,
-           const SlowColumns& slow, const Options& o, double temperature)
-      : problem_(problem), hypotheses_(hypotheses), slow_(slow), o_(o), temperature_(temperature) {}
+           const SlowColumns& slow, const FittedAmplitudes& fitted, const Options& o, double temperature)
+      : problem_(problem),
+        hypotheses_(hypotheses),
+        slow_(slow),
+        fitted_(fitted),
+        o_(o),
+        temperature_(temperature) {}
 
   Profile of(std::vector<SetMember> members, const Eigen::VectorXd& tolerances) const {
     Profile out;
@@ -56,11 +62,12 @@ class Profiler {
       out.noise =
           estimate_noise(problem_, slow_, wrench_of_set(problem_, few, now, States::predicted), temperature_);
       whiten(*out.noise, 1, few);
-      out.fit = Evidence(problem_, *out.noise, few, o_.law_error, out.tolerances).fit(members);
+      out.fit = Evidence(problem_, fitted_, *out.noise, few, o_.law_error, out.tolerances).fit(members);
       Eigen::VectorXd likeliest = likeliest_tolerances(problem_.calibration(), out.fit, out.tolerances);
       if (likeliest != out.tolerances) {
         out.tolerances = std::move(likeliest);
-        out.fit = Evidence(problem_, *out.noise, few, o_.law_error, out.tolerances).fit(out.fit.members);
+        out.fit =
+            Evidence(problem_, fitted_, *out.noise, few, o_.law_error, out.tolerances).fit(out.fit.members);
       }
       members = out.fit.members;
     }
@@ -85,6 +92,7 @@ class Profiler {
   const RegressionProblem& problem_;
   const std::vector<Hypothesis>& hypotheses_;
   const SlowColumns& slow_;
+  const FittedAmplitudes& fitted_;
   const Options& o_;
   double temperature_;
 };
@@ -188,13 +196,15 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
   limits.stop = o.stop;
   limits.most_members = 8;
   std::unique_ptr<GridSearch> grid;
+  std::optional<FittedAmplitudes> fitted;
   const auto use = [&](std::unique_ptr<NoiseModel> noise, const Eigen::VectorXd& tolerances,
                        const std::vector<SetMember>& seed) {
     if (out.hypotheses.empty())
       out.hypotheses = make_hypotheses(problem, *noise, effects, o);
     else
       whiten(*noise, o.threads, out.hypotheses);
-    out.evidence = std::make_unique<Evidence>(problem, *noise, out.hypotheses, o.law_error, tolerances);
+    out.evidence =
+        std::make_unique<Evidence>(problem, *fitted, *noise, out.hypotheses, o.law_error, tolerances);
     out.noise = std::move(noise);
     grid = std::make_unique<GridSearch>(*out.evidence, limits);
     out.posterior = search(*out.evidence, *grid, limits, seed);
@@ -203,7 +213,8 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
   auto first = estimate_noise(problem, slow, Eigen::VectorXd::Zero(problem.rows()), temperature);
   out.problem->scale_calibration(first_stages(first->apply(problem.calibration().columns),
                                               first->apply(problem.calibration().measured)));
-  const Profiler profiler(problem, out.hypotheses, slow, o, temperature);
+  fitted.emplace(problem);
+  const Profiler profiler(problem, out.hypotheses, slow, *fitted, o, temperature);
   Profile current = profiler.of({}, Eigen::VectorXd::Ones(problem.calibration().settled.size()));
   const double nothing = current.joint;
   use(std::move(first), current.tolerances, {});
@@ -213,7 +224,7 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
     for (const SetPosterior& rival : out.posterior.sets)
       if (rival.log_joint > out.posterior.joint_of_best - kRival && tried.size() < kTried)
         tried.push_back(rival.members);
-    const Evidence tight(problem, *out.noise, out.hypotheses, o.law_error,
+    const Evidence tight(problem, *fitted, *out.noise, out.hypotheses, o.law_error,
                          tightest_tolerances(problem.calibration()));
     std::set<int> asked;
     for (const Evidence* evidence : {static_cast<const Evidence*>(out.evidence.get()), &tight}) {

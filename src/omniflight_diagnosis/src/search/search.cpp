@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../parallel.hpp"
 #include "grid_search.hpp"
-#include "parallel.hpp"
 #include "posterior.hpp"
 
 namespace omniflight::diagnosis {

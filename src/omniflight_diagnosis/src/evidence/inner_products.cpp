@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "parallel.hpp"
+#include "../parallel.hpp"
 
 namespace omniflight::diagnosis {
 
@@ -24,6 +24,16 @@ Eigen::MatrixXf inner_products(Eigen::Ref<const Eigen::MatrixXf> a, Eigen::Ref<c
               1, a.outerStride(), const_cast<float*>(b.data()) + begin * b.outerStride(), 1, b.outerStride(),
               &zero, out.data() + begin * out.outerStride(), 1, out.outerStride());
   });
+  return out;
+}
+
+Eigen::MatrixXd inner_products(Eigen::Ref<const Eigen::MatrixXd> a) {
+  Eigen::MatrixXd out(a.cols(), a.cols());
+  if (a.size() == 0) return out.setZero();
+  double one = 1, zero = 0;
+  bli_dgemm(BLIS_TRANSPOSE, BLIS_NO_TRANSPOSE, a.cols(), a.cols(), a.rows(), &one,
+            const_cast<double*>(a.data()), 1, a.outerStride(), const_cast<double*>(a.data()), 1,
+            a.outerStride(), &zero, out.data(), 1, out.outerStride());
   return out;
 }
 
