@@ -1,12 +1,6 @@
 #include "first_stage.hpp"
 
 namespace omniflight::diagnosis {
-namespace {
-
-constexpr double kWeak = 10;  ///< F statistic
-
-}  // namespace
-
 double first_stage(const Eigen::Ref<const Eigen::VectorXd>& predicted,
                    const Eigen::Ref<const Eigen::VectorXd>& measured) {
   const double information = predicted.squaredNorm();
@@ -14,7 +8,7 @@ double first_stage(const Eigen::Ref<const Eigen::VectorXd>& predicted,
   const double coefficient = predicted.dot(measured) / information;
   const double explained = coefficient * coefficient * information;
   const double left = (measured - coefficient * predicted).squaredNorm();
-  return explained * static_cast<double>(predicted.size()) < kWeak * left ? 0.0 : coefficient;
+  return explained * static_cast<double>(predicted.size()) < kWeakInstrument * left ? 0.0 : coefficient;
 }
 
 Eigen::VectorXd first_stages(const Eigen::MatrixXd& predicted, const Eigen::MatrixXd& measured) {

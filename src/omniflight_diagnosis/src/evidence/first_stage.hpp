@@ -5,10 +5,13 @@
 
 namespace omniflight::diagnosis {
 
+/// F statistic of a first stage below which an instrument is weak (Staiger and Stock 1997).
+inline constexpr double kWeakInstrument = 10;
+
 /// Coefficient of the regression of a whitened measured column on the whitened predicted one. The prediction
 /// is an instrument: it times this coefficient stands for the measured column, so that the coefficient of an
 /// effect is x^T y / x^T m with predicted x and measured m, whatever share of m is predictable. Zero where
-/// the instrument is weak: F statistic below 10 (Staiger and Stock 1997).
+/// the instrument is weak.
 double first_stage(const Eigen::Ref<const Eigen::VectorXd>& predicted,
                    const Eigen::Ref<const Eigen::VectorXd>& measured);
 

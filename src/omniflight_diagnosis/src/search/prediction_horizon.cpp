@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
 #include "../evidence/first_stage.hpp"
+#include "../evidence/inner_products.hpp"
 #include "../evidence/noise_estimate.hpp"
 #include "../regression/predetermined.hpp"
 
@@ -16,6 +18,15 @@ namespace {
 /// before.
 constexpr std::array<double, 3> kHorizons{0.075, 0.15, 0.3};
 
+/// Calibration beside which horizons are compared, and its standard deviations over those that are assumed or
+/// told: a body whose numbers are wrong is no reason to predict further ahead. What follows the rotors is not
+/// among it, since feedback would hide there.
+constexpr std::array<std::string_view, 8> kOfBody{
+    "torque_trim",         "world_force",        "acceleration_bias", "inertia",
+    "accelerometer_scale", "accelerometer_turn", "center_of_mass",    "imu_position"};
+constexpr double kWide = 10;
+constexpr double kUnbound = 1e4;  ///< norm of a whitened column that a prior of one does not move
+
 constexpr std::array<const char*, 12> kAsked{"Fx of rotors", "Fy of rotors", "Fz of rotors", "Mx of rotors",
                                              "My of rotors", "Mz of rotors", "drag along x", "drag along y",
                                              "drag along z", "drag about x", "drag about y", "drag about z"};
@@ -24,30 +35,46 @@ constexpr std::array<const char*, 12> kAsked{"Fx of rotors", "Fy of rotors", "Fz
 /// or not predictable.
 using Estimator = Eigen::VectorXd;
 
-std::array<Estimator, 12> estimators(const RegressionProblem& p, const NoiseModel& noise) {
-  std::array<Estimator, 12> out;
+/// Each beside the others and beside the body's calibration: what its numbers have wrong correlates with a
+/// regressor differently at every horizon, and would look like feedback.
+std::array<Estimator, kAsked.size()> estimators(const RegressionProblem& p, const NoiseModel& noise) {
   const int n = p.samples();
-  std::vector<Vec6> predicted, measured;  // of the rotors
-  for (int i = 0; i < n; ++i) {
-    predicted.push_back(physics::rotor_wrench(p.situation(i)));
-    measured.push_back(physics::rotor_wrench(p.measured(i)));
-  }
-  for (int c = 0; c < (p.forces_only() ? 3 : 6); ++c) {
-    // of rotors and of drag: predicted, measured; constant
-    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(p.rows(), 5);
-    for (int i = 0; i < n; ++i) {
-      const physics::Situation &x = p.situation(i), &m = p.measured(i);
-      const auto at = static_cast<std::size_t>(i);
-      columns.row(c * n + i) << predicted[at][c], c < 3 ? x.v_WB_B[c] : x.body.w_WB_B[c - 3], measured[at][c],
-          c < 3 ? m.v_WB_B[c] : m.body.w_WB_B[c - 3], p.scale(c);
+  constexpr auto asked = static_cast<Eigen::Index>(kAsked.size());
+  Eigen::MatrixXd predicted = Eigen::MatrixXd::Zero(p.rows(), asked), measured = predicted;
+  for (int i = 0; i < n; ++i)
+    for (const auto& [x, columns] : {std::pair{&p.situation(i), &predicted}, {&p.measured(i), &measured}}) {
+      const Vec6 rotors = physics::rotor_wrench(*x);
+      for (int c = 0; c < (p.forces_only() ? 3 : 6); ++c) {
+        (*columns)(c * n + i, c) = rotors[c];
+        (*columns)(c * n + i, 6 + c) = c < 3 ? x->v_WB_B[c] : x->body.w_WB_B[c - 3];
+      }
     }
-    Eigen::MatrixXd x = noise.apply(columns);
-    const double constant = x.col(4).squaredNorm();
-    if (!(constant > 0)) continue;
-    for (int k = 0; k < 4; ++k) x.col(k) -= x.col(4) * (x.col(4).dot(x.col(k)) / constant);
-    for (int k = 0; k < 2; ++k)
-      if (first_stage(x.col(k), x.col(k + 2)) != 0)
-        out[static_cast<std::size_t>(6 * k + c)] = x.col(k) / x.col(k).dot(x.col(k + 2));
+  const Calibration& calibration = p.calibration();
+  std::vector<Eigen::Index> of_body;
+  for (std::size_t k = 0; k < calibration.kinds.size(); ++k)
+    if (std::find(kOfBody.begin(), kOfBody.end(), calibration.kinds[k]) != kOfBody.end())
+      of_body.push_back(static_cast<Eigen::Index>(k));
+  const auto beside = static_cast<Eigen::Index>(of_body.size());
+  Eigen::MatrixXd A(noise.whitened_rows(), beside + asked);
+  A << kWide * noise.apply(calibration.columns(Eigen::all, of_body)), noise.apply(predicted);
+  const Eigen::MatrixXd z = noise.apply(measured);
+  // without a prior for what is asked
+  Eigen::VectorXd norm = A.rightCols(asked).colwise().norm().cwiseMax(1e-300);
+  A.rightCols(asked) *= (kUnbound / norm.array()).matrix().asDiagonal();
+  Eigen::MatrixXd precision = inner_products(A);
+  precision.diagonal().array() += 1;
+  const Eigen::LLT<Eigen::MatrixXd> factor(precision);
+  const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(A.cols(), A.cols()));
+  const Eigen::MatrixXd coefficients = factor.solve(A.transpose() * z);
+  const Eigen::MatrixXd left = z - A * coefficients;
+  std::array<Estimator, kAsked.size()> out;
+  for (Eigen::Index k = 0; k < asked; ++k) {
+    const Eigen::Index at = beside + k;
+    if (!(covariance(at, at) < 0.5)) continue;  // not excited, beside the others
+    const Eigen::VectorXd own = A * covariance.col(at) / covariance(at, at);
+    const double explained = coefficients(at, k) * coefficients(at, k) * own.squaredNorm();
+    if (explained * static_cast<double>(own.size()) < kWeakInstrument * left.col(k).squaredNorm()) continue;
+    out[static_cast<std::size_t>(k)] = own / own.dot(z.col(k));
   }
   return out;
 }
@@ -72,12 +99,12 @@ std::unique_ptr<RegressionProblem> problem_of_consistent_horizon(std::span<const
   const RegressionProblem& first = *problems.front();
   const auto noise = estimate_noise(first, slow_columns(first), Eigen::VectorXd::Zero(first.rows()), 1.0);
   const Eigen::VectorXd z = noise->apply(first.residual());
-  std::vector<std::array<Estimator, 12>> all;
+  std::vector<std::array<Estimator, kAsked.size()>> all;
   for (const auto& p : problems) all.push_back(estimators(*p, *noise));
   for (std::size_t chosen = 0;; ++chosen) {  // the longest has nothing to disagree with
     HorizonTest test{horizons[chosen], 0, ""};
     for (std::size_t longer = chosen + 1; longer < horizons.size(); ++longer)
-      for (std::size_t k = 0; k < 12; ++k) {
+      for (std::size_t k = 0; k < kAsked.size(); ++k) {
         const Estimator &here = all[chosen][k], &there = all[longer][k];
         if (here.size() == 0 || there.size() == 0) continue;
         const Eigen::VectorXd difference = here - there;
