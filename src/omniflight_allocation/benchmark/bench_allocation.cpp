@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 
 #include "flight_programs.hpp"
+#include "omniflight_allocation/feasible_set.hpp"
 #include "peers.hpp"
 
 namespace omniflight::allocation {
@@ -109,6 +110,15 @@ BENCHMARK_CAPTURE(period, fixed_tilt, TiltMode::fixed, false, 1)->Iterations(1);
 BENCHMARK_CAPTURE(period, search_of_three_tilts, TiltMode::search, false, 3)->Iterations(1);
 BENCHMARK_CAPTURE(period, search_of_eight_tilts, TiltMode::search, false, 8)->Iterations(1);
 BENCHMARK_CAPTURE(period, search_with_gap, TiltMode::search, true, 3)->Iterations(1);
+
+// The sets of `omniflight design`: 2^8 vertices, every degree of the tilt, the omnidirectional angle.
+void design_of_61_tilts(benchmark::State& state) {
+  const vehicle::Vehicle v = omnimorph();
+  std::vector<double> alphas;
+  for (int degree = 0; degree <= 60; ++degree) alphas.push_back(to_radians(degree));
+  for (auto _ : state) benchmark::DoNotOptimize(design(v, alphas)->points.data());
+}
+BENCHMARK(design_of_61_tilts)->Unit(benchmark::kMillisecond);
 
 #ifdef OMNIFLIGHT_HAVE_QUADPROG
 // The same search as somebody writes it around a general solver: three programs assembled and solved.
