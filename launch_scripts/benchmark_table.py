@@ -11,12 +11,18 @@ import json
 import os
 import sys
 
-# id, what, (program, our benchmark), figure, (peers: name, benchmark), must, stretch. A peer that is not installed is not
+# id, what, (program, our benchmark), figure (or ours and the peer's), (peers: name, benchmark), must, stretch. A peer that is not installed is not
 # in the file, and skipped.
 QP_PEERS = [("quadprog", "peer<QuadprogPeer>"), ("dlib", "peer<DlibPeer>"), ("NLopt SLSQP", "peer<NloptPeer>")]
+LLT = [("Eigen's LLT, bounds ignored", "floor_eigen_llt")]
 PAIRS = [
     ("A-1", "one quadratic program, median", ("bench_allocation", "ours/warm"), "median_ns", QP_PEERS, 2, 3),
     ("A-1", "one quadratic program, 99 %", ("bench_allocation", "ours/warm"), "p99_ns", QP_PEERS, 2.5, 4),
+    ("A-1", "one quadratic program, median", ("bench_allocation", "ours/warm"), "median_ns", LLT, 1.39, 2.5),
+    ("A-1", "one quadratic program, 99 %, over the median of the peer", ("bench_allocation", "ours/warm"),
+     ("p99_ns", "median_ns"), LLT, 0.476, 1),
+    ("A-2", "one with the matrix of the last, median", ("bench_allocation", "ours_kept_matrix"), "median_ns", LLT, 0, 0),
+    ("A-3", "period with eight tilts, median", ("bench_allocation", "period/search_of_eight_tilts"), "median_ns", LLT, 0, 0),
     ("A-3", "period with three tilts, median", ("bench_allocation", "period/search_of_three_tilts"), "median_ns",
      [("quadprog", "peer_period_search_of_three_tilts")], 4, 8),
     ("P-1", "is a pose free", ("bench_planning", "PoseIsFree"), "real_time", [("FCL", "PeerPoseIsFreeFcl")], 0, 0),
@@ -46,13 +52,14 @@ def read_pairs(path):
     for identity, what, (of, ours), figure, peers, must, stretch in PAIRS:
         if of != program or ours not in runs:
             continue
+        figure, peer_figure = figure if isinstance(figure, tuple) else (figure, figure)
         own = runs[ours][figure]
         for name, peer in peers:
             row = {"id": identity, "what": what, "peer": name}
             if peer not in runs:
                 yield row | {"skipped": "not installed when it was built"}
                 continue
-            theirs = runs[peer][figure]
+            theirs = runs[peer][peer_figure]
             yield row | {"ours": ours, "ours_value": own, "peer_value": theirs, "unit": "ns", "ratio": theirs / own,
                          "must": must, "stretch": stretch}
 

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 
 #include "flight_programs.hpp"
+#include "omniflight_allocation/feasible_set.hpp"
 #include "peers.hpp"
 
 namespace omniflight::allocation {
@@ -24,6 +25,22 @@ void ours(benchmark::State& state, bool warm) {
 }
 BENCHMARK_CAPTURE(ours, warm, true)->Iterations(1);
 BENCHMARK_CAPTURE(ours, cold, false)->Iterations(1);
+
+// With the matrix of the program before, as at a tilt that stays: the programs of each case have one matrix.
+void ours_kept_matrix(benchmark::State& state) {
+  const auto& qps = programs();
+  BoxQpSolver solver;
+  double kkt = 0;
+  time_each(state, qps.size(), [&](std::size_t i) {
+    const Qp& qp = qps[i];
+    if (i % (qps.size() / 2) == 0) solver.set_matrix(qp.H);
+    const BoxQpSolution s = solver.solve(qp.g, qp.lower, qp.upper, qp.before);
+    kkt = std::max(kkt, s.kkt_residual);
+    benchmark::DoNotOptimize(s.u.data());
+  });
+  state.counters["kkt"] = kkt;
+}
+BENCHMARK(ours_kept_matrix)->Iterations(1);
 
 // The same with the gap of 0.15 N about zero kept exactly.
 void ours_with_gap(benchmark::State& state) {
@@ -75,11 +92,12 @@ void floor_eigen_llt(benchmark::State& state) {
 BENCHMARK(floor_eigen_llt)->Iterations(1);
 
 // A whole period: assembly, one or three tilts, choice, accelerations and the wrench that is missing.
-void period(benchmark::State& state, TiltMode mode, bool keep_min_thrust) {
+void period(benchmark::State& state, TiltMode mode, bool keep_min_thrust, int tilts) {
   AllocatorConfig config = AllocatorConfig::case_b();
   config.input_unit = InputUnit::hz2;
   config.tilt_mode = mode;
   config.keep_min_thrust = keep_min_thrust;
+  config.tilt_candidates = tilts;
   auto allocator = Allocator::create(omnimorph(), config).value();
   const auto inputs = flight();
   time_each(state, inputs.size(), [&](std::size_t i) {
@@ -88,9 +106,19 @@ void period(benchmark::State& state, TiltMode mode, bool keep_min_thrust) {
     benchmark::DoNotOptimize(out->u.data());
   });
 }
-BENCHMARK_CAPTURE(period, fixed_tilt, TiltMode::fixed, false)->Iterations(1);
-BENCHMARK_CAPTURE(period, search_of_three_tilts, TiltMode::search, false)->Iterations(1);
-BENCHMARK_CAPTURE(period, search_with_gap, TiltMode::search, true)->Iterations(1);
+BENCHMARK_CAPTURE(period, fixed_tilt, TiltMode::fixed, false, 1)->Iterations(1);
+BENCHMARK_CAPTURE(period, search_of_three_tilts, TiltMode::search, false, 3)->Iterations(1);
+BENCHMARK_CAPTURE(period, search_of_eight_tilts, TiltMode::search, false, 8)->Iterations(1);
+BENCHMARK_CAPTURE(period, search_with_gap, TiltMode::search, true, 3)->Iterations(1);
+
+// The sets of `omniflight design`: 2^8 vertices, every degree of the tilt, the omnidirectional angle.
+void design_of_61_tilts(benchmark::State& state) {
+  const vehicle::Vehicle v = omnimorph();
+  std::vector<double> alphas;
+  for (int degree = 0; degree <= 60; ++degree) alphas.push_back(to_radians(degree));
+  for (auto _ : state) benchmark::DoNotOptimize(design(v, alphas)->points.data());
+}
+BENCHMARK(design_of_61_tilts)->Unit(benchmark::kMillisecond);
 
 #ifdef OMNIFLIGHT_HAVE_QUADPROG
 // The same search as somebody writes it around a general solver: three programs assembled and solved.

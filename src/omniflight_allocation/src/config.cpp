@@ -28,6 +28,7 @@ Status validate(const AllocatorConfig& c) {
   if (!positive(c.w_angular)) return refuse("w_angular", "must be positive, 1/(rad/s^2)^2");
   if (!(c.tilt_step >= 0) || !std::isfinite(c.tilt_step))
     return refuse("tilt_step", "must not be negative, rad");
+  if (c.tilt_candidates < 1 || c.tilt_candidates > 8) return refuse("tilt_candidates", "must be 1 to 8");
   if (!std::isfinite(c.initial_tilt)) return refuse("initial_tilt", "is not finite, rad");
   if (!(c.mass >= 0) || !std::isfinite(c.mass))
     return refuse("mass", "must be positive, or 0 for the vehicle's, kg");

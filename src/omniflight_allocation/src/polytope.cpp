@@ -6,10 +6,14 @@ namespace {
 using Polygon = std::vector<Vec3>;
 
 // Sutherland-Hodgman: the part of a convex polygon (or segment, or point) inside a half space. Corners within
-// tolerance of the plane count as inside, so a plane that only touches cuts nothing off.
-Polygon clip(const Polygon& polygon, const HalfSpace& h, double tolerance) {
-  Polygon out;
+// tolerance of the plane count as inside, so a plane that only touches cuts nothing off. Most planes cut
+// nothing: out is memory for those that do.
+void clip(Polygon& polygon, const HalfSpace& h, double tolerance, Polygon& out) {
   const std::size_t n = polygon.size();
+  double farthest = -HUGE_VAL;
+  for (const Vec3& p : polygon) farthest = std::max(farthest, h.normal.dot(p) - h.offset);
+  if (farthest <= tolerance) return;
+  out.clear();
   for (std::size_t i = 0; i < n; ++i) {
     const Vec3 &a = polygon[i], &b = polygon[(i + 1) % n];
     const double da = h.normal.dot(a) - h.offset, db = h.normal.dot(b) - h.offset;
@@ -17,7 +21,7 @@ Polygon clip(const Polygon& polygon, const HalfSpace& h, double tolerance) {
     if (in_a) out.push_back(a);
     if (in_a != in_b && da != db) out.push_back(a + std::clamp(da / (da - db), 0.0, 1.0) * (b - a));
   }
-  return out;
+  polygon.swap(out);
 }
 
 void add_distinct(std::vector<Vec3>& points, const Vec3& p, double tolerance) {
@@ -67,6 +71,7 @@ std::vector<HalfSpace> merged(const std::vector<HalfSpace>& all, double toleranc
 
 Polytope intersect(const Flat& flat, std::vector<HalfSpace> half_spaces, double radius, double tolerance) {
   Polytope body;
+  Polygon memory;
   half_spaces = merged(half_spaces, tolerance, radius);
   const double reach = 2.0 * radius;
   if (flat.basis.cols() == 3) {
@@ -76,7 +81,7 @@ Polytope intersect(const Flat& flat, std::vector<HalfSpace> half_spaces, double 
       const Vec3 foot = flat.origin + (plane.offset - plane.normal.dot(flat.origin)) * plane.normal;
       Polygon polygon = square(foot, a, b, reach);
       for (std::size_t j = 0; j < half_spaces.size() && !polygon.empty(); ++j)
-        if (j != i) polygon = clip(polygon, half_spaces[j], tolerance);
+        if (j != i) clip(polygon, half_spaces[j], tolerance, memory);
       polygon = corners(polygon, 4 * tolerance);
       if (polygon.size() < 3) continue;
       body.facets.push_back(plane);
@@ -92,7 +97,7 @@ Polytope intersect(const Flat& flat, std::vector<HalfSpace> half_spaces, double 
   if (flat.basis.cols() == 2) polygon = square(flat.origin, flat.basis.col(0), flat.basis.col(1), reach);
   if (flat.basis.cols() == 1)
     polygon = {flat.origin - reach * flat.basis.col(0), flat.origin + reach * flat.basis.col(0)};
-  for (const HalfSpace& h : half_spaces) polygon = clip(polygon, h, tolerance);
+  for (const HalfSpace& h : half_spaces) clip(polygon, h, tolerance, memory);
   body.vertices = corners(polygon, 4 * tolerance);
   body.dimension = static_cast<int>(std::min<std::size_t>(body.vertices.size(), 3)) - 1;
   return body;

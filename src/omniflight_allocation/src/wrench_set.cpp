@@ -10,16 +10,19 @@ constexpr double kRankTolerance = 1e-9;  // of the largest singular value
 constexpr double kMerge = 1e-9;          // of the reach
 constexpr double kUnreachable = 1e-6;    // of a wrench: more of it outside the span counts
 
-// Unit vector orthogonal to the given columns; empty when they do not leave exactly one direction.
-bool normal_to(const Eigen::MatrixXd& columns, double scale, Eigen::VectorXd& normal) {
+using Columns = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
+using Normal = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 6, 1>;
+
+// Unit vector orthogonal to the given columns; false when they do not leave exactly one direction.
+bool normal_to(const Columns& columns, double scale, Normal& normal) {
   const Eigen::Index r = columns.rows();
   if (columns.cols() == 0) {
-    normal = Eigen::VectorXd::Ones(1);
+    normal = Normal::Ones(1);
     return r == 1;
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
+  const Eigen::ColPivHouseholderQR<Columns> qr(columns);
   if (std::abs(qr.matrixR()(r - 2, r - 2)) <= kRankTolerance * scale) return false;
-  normal = qr.householderQ() * Eigen::VectorXd::Unit(r, r - 1);
+  normal = qr.householderQ() * Normal::Unit(r, r - 1);
   return true;
 }
 
@@ -78,7 +81,7 @@ Result<WrenchSet> WrenchSet::create(const vehicle::Vehicle& v, double alpha, dou
   for (std::size_t i = 0; i < subset.size(); ++i) subset[i] = static_cast<int>(i);
   std::vector<Vec6> normals;
   do {
-    Eigen::VectorXd inner_normal;
+    Normal inner_normal;
     if (!normal_to(inner(Eigen::all, subset), largest, inner_normal)) continue;
     const Vec6 normal = s.span_ * inner_normal;
     bool known = false;

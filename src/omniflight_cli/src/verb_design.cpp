@@ -1,11 +1,84 @@
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
+#include "omniflight_allocation/actuation.hpp"
 #include "omniflight_allocation/feasible_set.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_report/page.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
+namespace {
+
+/// The vehicle with the mass [kg] and the largest thrust [N] that were asked for; 0 keeps its own.
+vehicle::Vehicle loaded(vehicle::Vehicle v, double mass, double f_max) {
+  if (mass > 0) v.mass = mass;
+  for (vehicle::Rotor& rotor : v.rotors)
+    if (f_max > 0) rotor.max_thrust = f_max;
+  return v;
+}
+
+/// Every degree of the tilt and both limits.
+std::vector<double> sweep_tilts(const vehicle::Vehicle& v) {
+  if (v.tilt.kind == vehicle::TiltKind::none) return {0.0};
+  std::vector<double> out;
+  for (int k = 0; v.tilt.min + to_radians(k) < v.tilt.max - 1e-9; ++k)
+    out.push_back(v.tilt.min + to_radians(k));
+  out.push_back(v.tilt.max);
+  return out;
+}
+
+/// rad, largest lean at which the weight is still carried: with force along one axis the vehicle leans, and
+/// its thrust is the limit; else it hovers leaning.
+double lean_limit(const allocation::ActuationAtTilt& at) {
+  if (at.force_rank != 1) return at.lean;
+  return at.thrust_to_weight > 1 ? std::acos(1 / at.thrust_to_weight) : 0.0;
+}
+
+/// What hovering leaves, in words.
+std::string hover_words(const allocation::ActuationAtTilt& at, const allocation::DesignPoint& point) {
+  return fmt::format(
+      "at {:.0f} deg: thrust to weight {:.2f}, {} up to {:.1f} deg, torques up to {:.3f} Nm while it hovers",
+      to_degrees(at.alpha), at.thrust_to_weight,
+      at.force_rank == 1 ? "holds its height while it leans" : "hovers leaning in every direction",
+      to_degrees(lean_limit(at)), point.torque_at_hover.d_max);
+}
+
+/// Weakest force over the tilt; the tilts at which every attitude hovers are shaded.
+report::TimePlot sweep_plot(const allocation::DesignResult& sweep) {
+  report::Series inradius{.name = "force inradius"}, limit{.name = "weight"};
+  for (const auto& p : sweep.points) {
+    inradius.x.push_back(to_degrees(p.alpha));
+    inradius.y.push_back(p.force_at_zero_torque.d_min_surface);
+    limit.x.push_back(to_degrees(p.alpha));
+    limit.y.push_back(sweep.mass * kGravity);
+  }
+  limit.dashed = true;
+  report::TimePlot plot{.title = "Force in the weakest direction, at zero torque",
+                        .x_label = "tilt [deg]",
+                        .y_label = "force [N]",
+                        .series = {inradius, limit}};
+  if (sweep.omnidirectional_tilt)
+    plot.windows.push_back(
+        {to_degrees(*sweep.omnidirectional_tilt), to_degrees(sweep.points.back().alpha),
+         fmt::format("hovers in every attitude from {:.2f} deg on", to_degrees(*sweep.omnidirectional_tilt)),
+         report::Tone::ok});
+  return plot;
+}
+
+nlohmann::json sweep_json(const allocation::DesignResult& sweep) {
+  auto out = nlohmann::json::array();
+  for (const auto& p : sweep.points)
+    out.push_back({{"alpha_deg", to_degrees(p.alpha)},
+                   {"force_inradius_N", p.force_at_zero_torque.d_min_surface},
+                   {"torque_inradius_Nm", p.torque_at_zero_force.d_min_surface},
+                   {"robust_torque_inradius_Nm", p.torque_at_any_attitude.d_min_surface},
+                   {"mass_limit_kg", p.mass_limit}});
+  return out;
+}
+
+}  // namespace
 
 Action add_design(CLI::App& verb, Common& common) {
   struct Options {
@@ -32,8 +105,23 @@ Action add_design(CLI::App& verb, Common& common) {
         alphas.push_back(a);
     auto result = allocation::design(*vehicle, alphas, o->f_max, o->mass);
     if (!result) return Failure(result.error());
+    const vehicle::Vehicle carried = loaded(*vehicle, o->mass, o->f_max);
+    const auto actuation = allocation::classify_actuation(carried);
+    if (!actuation) return Failure(actuation.error());
+    const allocation::ActuationAtTilt& strongest = actuation->strongest();
+    const auto at_strongest = allocation::design(*vehicle, {strongest.alpha}, o->f_max, o->mass);
+    if (!at_strongest) return Failure(at_strongest.error());
+    const std::string hover = hover_words(strongest, at_strongest->points[0]);
+    auto sweep = allocation::design(*vehicle, sweep_tilts(*vehicle), o->f_max, o->mass);
+    if (!sweep) return Failure(sweep.error());
     nlohmann::json j;
     to_json(j, *result);
+    j["actuation"] = {{"words", actuation->words()},
+                      {"alpha_deg", to_degrees(strongest.alpha)},
+                      {"thrust_to_weight", strongest.thrust_to_weight},
+                      {"lean_deg", to_degrees(lean_limit(strongest))},
+                      {"torque_at_hover_Nm", at_strongest->points[0].torque_at_hover.d_max}};
+    j["sweep"] = sweep_json(*sweep);
     print_json(common, j);
     const auto table = [&] {
       report::Table t;
@@ -65,24 +153,16 @@ Action add_design(CLI::App& verb, Common& common) {
                     ? fmt::format("smallest tilt at which {:.3f} kg can hover in every attitude: {:.2f} deg",
                                   result->mass, to_degrees(*result->omnidirectional_tilt))
                     : fmt::format("{:.3f} kg cannot hover in every attitude at any tilt", result->mass));
+    say(common, actuation->words());
+    say(common, hover);
     if (common.out.empty()) return 0;
     if (auto ok = make_folder(common.out); !ok) return Failure(ok.error());
     if (auto ok = files::write_file_atomic(common.out + "/design.json", j.dump(2) + "\n"); !ok)
       return Failure(ok.error());
     report::Page page("Feasible wrenches of " + result->vehicle, fmt::format("{:.3f} kg", result->mass));
+    page.section("Actuation").paragraph(actuation->words() + "; " + hover + ".");
     page.section("Sets").table(table());
-    report::Series inradius{.name = "force inradius"}, limit{.name = "weight"};
-    for (const auto& p : result->points) {
-      inradius.x.push_back(to_degrees(p.alpha));
-      inradius.y.push_back(p.force_at_zero_torque.d_min_surface);
-      limit.x.push_back(to_degrees(p.alpha));
-      limit.y.push_back(result->mass * kGravity);
-    }
-    limit.dashed = true;
-    page.plot({.title = "Force in the weakest direction, at zero torque",
-               .x_label = "tilt [deg]",
-               .y_label = "force [N]",
-               .series = {inradius, limit}});
+    if (sweep->points.size() > 1) page.plot(sweep_plot(*sweep));
     if (auto ok = page.write(common.out + "/report.html"); !ok) return Failure(ok.error());
     say(common, "report: " + common.out + "/report.html");
     return 0;

@@ -40,6 +40,7 @@ class AllocatorComponent final : public bus::Component {
     config.w_linear = p.number("w_linear", config.w_linear, 1e-12, 1e12);
     config.w_angular = p.number("w_angular", config.w_angular, 1e-12, 1e12);
     config.tilt_step = to_radians(p.number("tilt_step_deg", to_degrees(config.tilt_step), 0, 10));
+    config.tilt_candidates = static_cast<int>(p.number("tilt_candidates", config.tilt_candidates, 1, 8));
     config.mass = p.number("mass_kg", 0.0, 0, 1000);
     config.keep_min_thrust = p.flag("keep_min_thrust", false);
     auto& dynamic = config.dynamic_weights;  // eq. 5.3, on top of case_b under the name `dynamic`

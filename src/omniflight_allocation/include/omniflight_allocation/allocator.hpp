@@ -2,6 +2,8 @@
 // thesis.
 #pragma once
 
+#include <limits>
+#include <memory>
 #include <optional>
 
 #include "omniflight_allocation/config.hpp"
@@ -10,6 +12,9 @@
 #include "omniflight_vehicle/vehicle.hpp"
 
 namespace omniflight::allocation {
+
+struct TiltTerms;
+struct TiltPrograms;
 
 struct AllocationInput {
   Vec6 qdd_ref = Vec6::Zero();   ///< wanted acceleration: linear of the body origin, world [m/s^2]; angular,
@@ -38,8 +43,8 @@ struct Allocation {
 /// Control allocation of one vehicle. Minimises over u within the thrust limits
 ///   |qdd(alpha, u) - qdd_ref|^2_W2 + W3 |u - u_previous|^2 + W1 |u|^2
 /// (with keep_min_thrust also outside the gap about zero that a rotor cannot hold)
-/// exactly, at the given tilt or at the best of {previous - step, previous, previous + step} within the
-/// limits. Holds its own previous u, tilt and weight; deterministic; allocate() allocates nothing.
+/// exactly, at the given tilt or at the best of the candidates within a step of the previous tilt and within
+/// the limits. Holds its own previous u, tilt and weight; deterministic; allocate() allocates nothing.
 class Allocator {
  public:
   /// Refuses an invalid vehicle or config, more than kMaxInputs rotors and individually tilting rotors.
@@ -57,9 +62,19 @@ class Allocator {
 
  private:
   Allocator() = default;
+  struct Wish;
   struct Candidate;
+  struct Tilt {
+    double alpha, c, s;  // rad, cosine, sine
+  };
+  using Tilts = std::array<Tilt, 8>;
   void assemble_quadratic(double c, double s, QpMatrix& H) const;
   double next_weight(double position_error) const;
+  Wish wish(const AllocationInput& input) const;
+  int tilts(double centre, Tilts& out) const;
+  Status solve(const Wish& wish, const Tilt& tilt, ActiveSet& warm, Candidate& out);
+  Status search(const Wish& wish, const Tilts& tilts, int count, Candidate& best);
+  void fill(const Wish& wish, const Tilts& tilts, int count, TiltPrograms& p) const;
   Vec6 acceleration(const Mat3& R_WB, const Vec3& w_WB_B, const vehicle::AllocationMatrix& A,
                     const vehicle::RotorVector& u) const;
 
@@ -74,10 +89,17 @@ class Allocator {
   QpMatrix Q00_, Qcc_, Qss_, Q0c_, Q0s_, Qcs_;  // their weighted products
   vehicle::RotorVector lower_, upper_, gap_, unit_weight_;
   std::vector<vehicle::Rotor> rotors_;
+  std::array<double, 4> cos_step_{}, sin_step_{};  ///< of the pairs of candidates
+  Vec6 weight_;
+  bool has_gap_ = false;
+  std::shared_ptr<const TiltTerms> terms_;  ///< up to 8 rotors
   // memory
   vehicle::RotorVector u_previous_;
   double alpha_ = 0, w_input_ = 0;
-  std::array<ActiveSet, 3> warm_{};
+  std::array<ActiveSet, 8> warm_{};  ///< of each candidate
+  std::array<std::uint8_t, 8> lanes_at_low_{}, lanes_at_high_{};
+  BoxQpSolver kept_;  ///< at kept_alpha_ with weight kept_w_
+  double kept_alpha_ = std::numeric_limits<double>::quiet_NaN(), kept_w_ = 0;
 };
 
 }  // namespace omniflight::allocation

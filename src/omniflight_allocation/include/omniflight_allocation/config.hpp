@@ -15,7 +15,7 @@ enum class InputUnit {
 
 enum class TiltMode {
   fixed,   ///< the tilt is an input
-  search,  ///< equation 4.2: the best of previous - step, previous, previous + step
+  search,  ///< equation 4.2: the best of the previous tilt and of others within a step of it
 };
 
 /// Equation 5.3: W1 grows by growth each period while the position error stays below threshold and shrinks by
@@ -36,7 +36,10 @@ struct AllocatorConfig {
   double w_angular = 1e3;  ///< W2, per (rad/s^2)^2
   double w_rate = 1e-5;    ///< W3, per input_unit^2: change of rotor inputs from one period to the next
   TiltMode tilt_mode = TiltMode::search;
-  double tilt_step = to_radians(0.3);      ///< rad a control period, search mode
+  double tilt_step = to_radians(0.3);  ///< rad a control period, search mode
+  /// Tilts that a period compares, search mode, 1 to 8: the previous one, then pairs at a step below and
+  /// above, at half a step, at a quarter. 3 is equation 4.2.
+  int tilt_candidates = 3;
   double initial_tilt = to_radians(30.0);  ///< rad, clipped to the vehicle's limits
   DynamicWeights dynamic_weights;
   /// Keep |u| >= the vehicle's min_thrust for rotors that turn both ways too, exactly: thrusts between

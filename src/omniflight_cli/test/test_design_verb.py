@@ -1,0 +1,37 @@
+"""`omniflight design`: the sweep over the tilt, and what is told of vehicles that lean."""
+
+import math
+import unittest
+
+import system
+
+GRAVITY = 9.81  # m/s^2, as omniflight_core has it
+
+
+class Design(system.SystemTest):
+    def test_a_quadrotor_gets_thrust_to_weight_and_lean_instead_of_zeros(self):
+        rotors, thrust, mass = 4, 2.5, 0.5
+        done = self.run_command("design", "quadrotor_300g", "--f-max", str(thrust), "--mass", str(mass), "--out", "d")
+        actuation = self.json("d/design.json")["actuation"]
+        ratio = rotors * thrust / (mass * GRAVITY)
+        self.assertAlmostEqual(actuation["thrust_to_weight"], ratio, delta=1e-6 * ratio)
+        self.assertAlmostEqual(actuation["lean_deg"], math.degrees(math.acos(1 / actuation["thrust_to_weight"])), places=6)
+        self.assertGreater(actuation["torque_at_hover_Nm"], 0)
+        self.assertIn(f"thrust to weight {actuation['thrust_to_weight']:.2f}", done.stderr + done.stdout)
+        self.assertIn("holds its height while it leans", (self.dir / "d/report.html").read_text())
+
+    def test_the_sweep_is_dense_and_crosses_the_weight_at_the_marked_tilt(self):
+        self.run_command("design", "omnimorph", "--alpha", "30", "--f-max", "5.95", "--mass", "1.595", "--out", "d")
+        design = self.json("d/design.json")
+        self.assertEqual(len(design["points"]), 1)
+        self.assertEqual(len(design["sweep"]), 61)
+        marked = design["smallest_omnidirectional_tilt_deg"]
+        self.assertAlmostEqual(marked, 41.10, delta=0.01)
+        for point in design["sweep"]:
+            self.assertEqual(point["force_inradius_N"] >= 1.595 * GRAVITY, point["alpha_deg"] >= marked, point)
+            self.assertAlmostEqual(point["mass_limit_kg"] * GRAVITY, point["force_inradius_N"], places=3)
+        self.assertIn("hovers in every attitude from 41.10 deg on", (self.dir / "d/report.html").read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()
