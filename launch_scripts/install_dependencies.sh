@@ -15,13 +15,13 @@ packages=(
   # libraries
   cyclonedds-dev cyclonedds-tools libeigen3-dev liboctomap-dev libompl-dev libboost-serialization-dev
   libboost-filesystem-dev libboost-system-dev liburdfdom-dev libyaml-cpp-dev libcli11-dev libfmt-dev
-  libhwy-dev nlohmann-json3-dev libexpected-dev libceres-dev libzstd-dev liblz4-dev libbz2-dev libsqlite3-dev zlib1g-dev libssl-dev
+  libhwy-dev nlohmann-json3-dev libexpected-dev libceres-dev libzstd-dev liblz4-dev libbz2-dev libsqlite3-dev zlib1g-dev libssl-dev libwebsockets-dev
   # second plant, the one of the proof; without it omniflight_proof is left out and its tests skip
   libmujoco-dev
   # the Python package; without them omniflight_python is left out
   pybind11-dev python3-dev python3-numpy
-  # reports: inlined into the HTML at build time
-  libjs-dygraphs libjs-katex
+  # reports and the live view: put into the pages at build time
+  libjs-dygraphs libjs-katex libjs-three
   # tests
   libgtest-dev
 )

@@ -56,6 +56,8 @@ constexpr Verb verbs[] = {
      add_export},
     {"replay", "A recording on the bus again", "omniflight replay flight.mcap --domain 7 --rate 2",
      add_replay},
+    {"view", "A page that shows a flight in three dimensions, live or replayed, with a stop for its rotors",
+     "omniflight view flight.mcap", add_view},
     {"topic", "What is said on the bus: list, echo, hz, record",
      "omniflight topic hz /omniflight/imu --domain 7", add_topic},
     {"new", "A new effect, vehicle or mission to start from",
