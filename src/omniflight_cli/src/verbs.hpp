@@ -38,6 +38,8 @@ Action add_import(CLI::App& verb, Common& common);
 Action add_replay(CLI::App& verb, Common& common);
 Action add_topic(CLI::App& verb, Common& common);
 Action add_view(CLI::App& verb, Common& common);
+Action add_completion(CLI::App& verb, Common& common);
+Action add_man(CLI::App& verb, Common& common);
 Action add_new(CLI::App& verb, Common& common);
 Action add_prove(CLI::App& verb, Common& common);
 Action add_estop(CLI::App& verb, Common& common);
