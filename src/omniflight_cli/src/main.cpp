@@ -66,7 +66,7 @@ constexpr Verb verbs[] = {
     {"prove", "Hidden effects on an independent plant: what does the diagnosis find?",
      "omniflight prove --cases 24 --nulls 24 --out proof", add_prove},
     {"completion", "Completion of verbs, options and names for a shell",
-     "source <(omniflight completion bash)", add_completion},
+     "omniflight completion bash > ~/.local/share/bash-completion/completions/omniflight", add_completion},
     {"man", "Manual pages of every verb, for man", "omniflight man --out man1", add_man},
     {"doctor", "Whether this machine can run everything", "omniflight doctor", add_doctor},
 };

@@ -8,6 +8,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <mutex>
@@ -30,7 +31,7 @@ class Echo final : public Endpoint {
   void closed(ClientId) override { ++closed_; }
   bool for_other_pages() const override { return open_; }
   std::atomic<int> closed_{0};
-  bool open_ = true;
+  std::atomic<bool> open_{true};
 };
 
 std::optional<Resource> page(std::string_view path) {
