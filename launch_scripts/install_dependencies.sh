@@ -11,15 +11,18 @@ packages=(
   g++ cmake ninja-build python3 python3-distutils colcon python3-colcon-metadata python3-colcon-defaults python3-colcon-output
   python3-colcon-notification python3-colcon-package-information python3-colcon-package-selection
   python3-colcon-parallel-executor python3-colcon-test-result python3-colcon-cmake python3-colcon-ros
-  python3-colcon-recursive-crawl python3-colcon-library-path
+  python3-colcon-recursive-crawl python3-colcon-library-path python3-colcon-bash
   # libraries
   cyclonedds-dev cyclonedds-tools libeigen3-dev liboctomap-dev libompl-dev libboost-serialization-dev
   libboost-filesystem-dev libboost-system-dev liburdfdom-dev libyaml-cpp-dev libcli11-dev libfmt-dev
-  libhwy-dev nlohmann-json3-dev libexpected-dev libceres-dev libblis-serial-dev libzstd-dev liblz4-dev libbz2-dev libsqlite3-dev zlib1g-dev libssl-dev
+  libhwy-dev nlohmann-json3-dev libexpected-dev libceres-dev libblis-serial-dev libzstd-dev liblz4-dev libbz2-dev libsqlite3-dev
+  zlib1g-dev libssl-dev libwebsockets-dev
   # second plant, the one of the proof; without it omniflight_proof is left out and its tests skip
   libmujoco-dev
-  # reports: inlined into the HTML at build time
-  libjs-dygraphs libjs-katex
+  # the Python package; without them omniflight_python is left out
+  pybind11-dev python3-dev python3-numpy
+  # reports and the live view: put into the pages at build time
+  libjs-dygraphs libjs-katex libjs-three
   # tests
   libgtest-dev
 )

@@ -4,25 +4,6 @@
 
 namespace omniflight::cli {
 
-std::vector<ComparedRow> compare(const FlightMetrics& a, const FlightMetrics& b) {
-  std::vector<ComparedRow> rows;
-  const char* const position[] = {"x", "y", "z"};
-  const char* const attitude[] = {"roll", "pitch", "yaw"};
-  for (int k = 0; k < 3; ++k)
-    rows.push_back(
-        {std::string("RMSE ") + position[k], "m", a.measured.position_rmse[k], b.measured.position_rmse[k]});
-  for (int k = 0; k < 3; ++k)
-    rows.push_back({std::string("RMSE ") + attitude[k], "deg", a.measured.attitude_rmse[k],
-                    b.measured.attitude_rmse[k]});
-  rows.push_back({"mean power", "W", a.mean_power, b.mean_power});
-  rows.push_back({"mean power, thesis convention", "c_tau Hz^3", a.thesis_power, b.thesis_power});
-  if (a.has_integral && b.has_integral)
-    for (int k = 0; k < 3; ++k)
-      rows.push_back({std::string("mean integral action ") + position[k], "m/s2", a.mean_integral[k],
-                      b.mean_integral[k]});
-  return rows;
-}
-
 report::Table comparison_table(const std::vector<ComparedRow>& rows, const std::string& caption) {
   report::Table t;
   t.caption = caption;

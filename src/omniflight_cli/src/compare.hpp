@@ -6,14 +6,9 @@
 
 namespace omniflight::cli {
 
-struct ComparedRow {
-  std::string channel, unit;
-  double simulated = 0, real = 0;
-  double ratio() const { return simulated != 0 ? real / simulated : 0.0; }
-};
+using report::compare;
+using report::ComparedRow;
 
-/// RMSE of position [m] and attitude [deg] as measured in both, mean power [W], and the integral action.
-std::vector<ComparedRow> compare(const FlightMetrics& simulated, const FlightMetrics& real);
 report::Table comparison_table(const std::vector<ComparedRow>& rows, const std::string& caption);
 nlohmann::json to_json(const std::vector<ComparedRow>& rows);
 /// Lines for a terminal.

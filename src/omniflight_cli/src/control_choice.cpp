@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "omniflight_control/law.hpp"
+#include "omniflight_control/leaning_gains.hpp"
 #include "omniflight_files/yaml.hpp"
 
 namespace omniflight::cli {
@@ -10,8 +11,6 @@ namespace {
 
 constexpr std::pair<const char*, const char*> kGains[] = {{"kp", "1/s2"}, {"kv", "1/s"}, {"ki", "1/s3"},
                                                           {"kR", "1/s2"}, {"kw", "1/s"}, {"kI", "1/s3"}};
-
-constexpr double kLagShare = 0.6;  // of a loop's bandwidth times the motors' time constant
 
 std::string in_brackets(const Vec3& v) {
   return fmt::format("[{:.10g}, {:.10g}, {:.10g}]", v.x(), v.y(), v.z());
@@ -33,23 +32,19 @@ std::map<std::string, std::string> control_parameters(const FlightOptions& o, co
   for (const vehicle::Rotor& rotor : s.vehicle.rotors) slowest = std::max(slowest, rotor.time_constant);
   p["actuator_time_constant_s"] = fmt::format("{:.10g}", slowest);
   p["disturbance_bandwidth_radps"] =
-      fmt::format("{:.10g}", std::min(15.0, kLagShare / std::max(1e-3, slowest)));
+      fmt::format("{:.10g}", std::min(15.0, control::kLagShare / std::max(1e-3, slowest)));
   if (!s.plan.certificate.leans) return p;
   p["thrust_axis"] = fmt::format("[{:.17g}, {:.17g}, {:.17g}]", s.plan.certificate.thrust_axis_B.x(),
                                  s.plan.certificate.thrust_axis_B.y(), s.plan.certificate.thrust_axis_B.z());
   // room for corrections on top of what the plan leans
   p["max_lean_deg"] =
       fmt::format("{:.10g}", std::min(80.0, to_degrees(s.plan.certificate.limits.lean) + 10.0));
-  // The attitude loop stays below what the motors' lag allows, and is the position's actuator: its bandwidth
-  // is four times that of the position loop, and six where nothing leads it.
-  const double fastest = 12.25;  // rad/s
-  const double r = std::min(1.0, kLagShare / std::max(1e-3, slowest) / fastest);
-  const bool led = law != "cascaded";
-  p["kp"] = in_brackets(Vec3::Constant((led ? 8 : 4) * r * r));
-  p["kv"] = in_brackets(Vec3::Constant((led ? 5 : 3.5) * r));
-  p["ki"] = in_brackets(Vec3::Constant((led ? 4 : 2) * r * r * r));
-  p["kR"] = in_brackets(Vec3::Constant(150 * r * r));
-  p["kw"] = in_brackets(Vec3::Constant(22 * r));
+  const control::ControllerConfig gains = control::leaning_gains(slowest, law != "cascaded");
+  p["kp"] = in_brackets(gains.kp);
+  p["kv"] = in_brackets(gains.kv);
+  p["ki"] = in_brackets(gains.ki);
+  p["kR"] = in_brackets(gains.kR);
+  p["kw"] = in_brackets(gains.kw);
   return p;
 }
 

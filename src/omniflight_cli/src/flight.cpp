@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "flight_page.hpp"
 #include "omniflight_bus/domain.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
@@ -20,6 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kReport = "report.html";
 constexpr double kArming = 600;  // s that an operator may take to arm
 
 /// Starts what the flight needs, the clock master last.
@@ -217,6 +219,9 @@ Result<FlightResult> fly(const FlightOptions& o) {
   if (auto ok = files::write_file_atomic(s.out / "flight.json", j.dump(2) + "\n"); !ok)
     return result.flown ? Result<FlightResult>(Failure(ok.error()))
                         : fail(ErrorCode::incomplete, result.reason, "flight", ok.error().text());
+  if (o.page)
+    if (auto ok = write_flight_page(o, result, *recording, s.vehicle, (s.out / kReport).string()); !ok)
+      result.remarks.push_back("no page: " + ok.error().text());
   return result;
 }
 

@@ -37,6 +37,7 @@ struct FlightOptions {
   std::string out;
   bool force = false;  ///< overwrite a recording that is in `out`
   bool quiet = false;
+  bool page = false;  ///< also write report.html
 
   /// Plants that wait for each command, as fast as they can.
   bool lockstep() const { return plant == "simulator" || plant == "mujoco"; }
@@ -55,7 +56,8 @@ struct FlightResult {
 };
 
 /// Refuses a folder that holds a recording (without `force`) or that another run holds. Writes plan/,
-/// params.yaml, log/, flight.mcap and flight.json into options.out.
+/// params.yaml, log/, flight.mcap, flight.json and, where
+/// asked for, report.html into options.out.
 Result<FlightResult> fly(const FlightOptions& options);
 
 /// SHA-256 over everything that decides how the flight goes: two flights with one fingerprint are the same

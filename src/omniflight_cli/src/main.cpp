@@ -11,6 +11,7 @@
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
 #include "verbs.hpp"
+#include "version.hpp"
 
 namespace omniflight::cli {
 namespace {
@@ -56,12 +57,17 @@ constexpr Verb verbs[] = {
      add_export},
     {"replay", "A recording on the bus again", "omniflight replay flight.mcap --domain 7 --rate 2",
      add_replay},
+    {"view", "A page that shows a flight in three dimensions, live or replayed, with a stop for its rotors",
+     "omniflight view flight.mcap", add_view},
     {"topic", "What is said on the bus: list, echo, hz, record",
      "omniflight topic hz /omniflight/imu --domain 7", add_topic},
     {"new", "A new effect, vehicle or mission to start from",
      "omniflight new vehicle my_quad --from flight.ulg --out here", add_new},
     {"prove", "Hidden effects on an independent plant: what does the diagnosis find?",
      "omniflight prove --cases 24 --nulls 24 --out proof", add_prove},
+    {"completion", "Completion of verbs, options and names for a shell",
+     "omniflight completion bash > ~/.local/share/bash-completion/completions/omniflight", add_completion},
+    {"man", "Manual pages of every verb, for man", "omniflight man --out man1", add_man},
     {"doctor", "Whether this machine can run everything", "omniflight doctor", add_doctor},
 };
 
@@ -96,7 +102,7 @@ std::string suggestion(const CLI::App& app, int argc, char** argv) {
 int run(int argc, char** argv) {
   CLI::App app("omniflight: plan, fly, record, and find the physics that simulation left out");
   app.require_subcommand(1);
-  app.set_version_flag("--version", "omniflight 0.1.0");
+  app.set_version_flag("--version", kVersion);
   app.failure_message([](const CLI::App*, const CLI::Error& e) {
     return std::string("omniflight: ") + e.what() + ". Run with --help for the options and an example\n";
   });

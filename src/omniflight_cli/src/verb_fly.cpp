@@ -76,6 +76,7 @@ Action add_fly(CLI::App& verb, Common& common) {
                  ? fresh_folder(std::filesystem::path(o->mission).stem().string() + "-" + o->plant)
                  : common.out;
     o->quiet = common.quiet;
+    o->page = true;
     for (const std::string& p : *params) {
       const auto equals = p.find('=');
       if (equals == std::string::npos || p.find('.') > equals)
@@ -103,6 +104,7 @@ Action add_fly(CLI::App& verb, Common& common) {
     for (const std::string& remark : result->remarks) say(common, "  " + remark);
     if (!result->monitor.empty()) say(common, "  " + result->monitor);
     say(common, "  recording: " + result->recording);
+    say(common, "  report: " + (std::filesystem::path(o->out) / "report.html").string());
     return result->flown ? 0 : static_cast<int>(ErrorCode::incomplete);
   };
 }

@@ -1,0 +1,10 @@
+// Which source this program was built from.
+#pragma once
+
+namespace omniflight::cli {
+
+/// "omniflight 0.1.0 (d2123c1)": the version, and the revision of the source when it was built; "modified"
+/// beside it when files had been changed since. Made at build time.
+extern const char* const kVersion;
+
+}  // namespace omniflight::cli
