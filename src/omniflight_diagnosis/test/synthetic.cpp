@@ -58,7 +58,8 @@ recording::Recording fly(const vehicle::Vehicle& vehicle, const std::vector<phys
   const auto A = vehicle.allocation_matrix(f.alpha);
   const auto solver = A.completeOrthogonalDecomposition();
   Vec6 disturbance = Vec6::Zero(), answered = Vec6::Zero();
-  Vec3 drift = Vec3::Zero();  // of the rate, from the disturbing torque
+  Vec3 drift = Vec3::Zero();                // of the rate, from the disturbing torque
+  const double damping = 5e-3 * f.rate_hz;  // 1/s, with which the rotors answer it
   const double a = std::exp(-1.0 / (f.rate_hz * f.correlation_s)), b = std::sqrt(1 - a * a);
   std::vector<double> omega(static_cast<std::size_t>(rotors), 300.0);
   physics::Environment environment;
@@ -91,6 +92,7 @@ recording::Recording fly(const vehicle::Vehicle& vehicle, const std::vector<phys
         need -= w.at(s);
       }
       need -= answered;
+      need.tail<3>() -= damping * (vehicle.inertia * drift);
       const Eigen::VectorXd thrust = solver.solve(need);
       for (int r = 0; r < rotors; ++r)
         omega[static_cast<std::size_t>(r)] = vehicle.rotors[static_cast<std::size_t>(r)].speed(thrust[r]);
@@ -106,7 +108,7 @@ recording::Recording fly(const vehicle::Vehicle& vehicle, const std::vector<phys
       p.values(i, c) = x.p_WB[c] + 2e-4 * random.normal();
       v.values(i, c) = x.v_WB_W[c] + 2e-3 * random.normal();
       acc.values(i, c) = force_B[c] + left[c] / vehicle.mass + f.accelerometer_noise * random.normal();
-      drift[c] = 0.995 * drift[c] + dw[c] / f.rate_hz;
+      drift[c] += (dw[c] - damping * drift[c]) / f.rate_hz;
       gyro.values(i, c) = x.w_WB_B[c] + drift[c];
     }
     q.values.row(i) << x.q_WB.w(), x.q_WB.x(), x.q_WB.y(), x.q_WB.z();
