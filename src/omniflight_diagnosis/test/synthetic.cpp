@@ -59,7 +59,7 @@ recording::Recording fly(const vehicle::Vehicle& vehicle, const std::vector<phys
   const auto solver = A.completeOrthogonalDecomposition();
   Vec6 disturbance = Vec6::Zero(), answered = Vec6::Zero();
   Vec3 drift = Vec3::Zero();                // of the rate, from the disturbing torque
-  const double damping = 5e-3 * f.rate_hz;  // 1/s, with which the rotors answer it
+  const double damping = 5e-3 * f.rate_hz;  // 1/s, at which the rate forgets it
   const double a = std::exp(-1.0 / (f.rate_hz * f.correlation_s)), b = std::sqrt(1 - a * a);
   std::vector<double> omega(static_cast<std::size_t>(rotors), 300.0);
   physics::Environment environment;
@@ -92,7 +92,7 @@ recording::Recording fly(const vehicle::Vehicle& vehicle, const std::vector<phys
         need -= w.at(s);
       }
       need -= answered;
-      need.tail<3>() -= damping * (vehicle.inertia * drift);
+      if (f.damped) need.tail<3>() -= damping * (vehicle.inertia * drift);
       const Eigen::VectorXd thrust = solver.solve(need);
       for (int r = 0; r < rotors; ++r)
         omega[static_cast<std::size_t>(r)] = vehicle.rotors[static_cast<std::size_t>(r)].speed(thrust[r]);

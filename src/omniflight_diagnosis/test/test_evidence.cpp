@@ -239,6 +239,7 @@ TEST(Search, NominalFlightsRaiseNoAlarm) {
   for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
     test::Flown f;
     f.sway = 0.2;
+    f.damped = true;
     f.seed = seed;
     double nothing = 0;
     const auto likeliest = named({}, f, &nothing);
