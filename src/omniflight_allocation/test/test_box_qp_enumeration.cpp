@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "counted_malloc.hpp"
-#include "hwy/highway.h"
+#include "instruction_sets.hpp"
 #include "omniflight_allocation/box_qp.hpp"
 #include "omniflight_core/random.hpp"
 
@@ -134,15 +134,8 @@ TEST(BoxQpEnumeration, EveryInstructionSetGivesTheSameBits) {
     return out;
   };
   const std::vector<double> best = answers();
-  int sets = 0;
-  for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1, ++sets) {
-    const std::int64_t target = left & -left;
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(target);
-    EXPECT_EQ(answers(), best) << hwy::TargetName(target);
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  const int sets =
+      test::for_each_instruction_set([&](const char* name) { EXPECT_EQ(answers(), best) << name; });
   EXPECT_GE(sets, 1);
 }
 

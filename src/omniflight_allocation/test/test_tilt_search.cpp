@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "counted_malloc.hpp"
-#include "hwy/highway.h"
+#include "instruction_sets.hpp"
 #include "omniflight_allocation/allocator.hpp"
 #include "omniflight_core/random.hpp"
 #include "omnimorph.hpp"
@@ -86,15 +86,8 @@ TEST(TiltSearch, EveryInstructionSetGivesTheSameBits) {
     return out;
   };
   const std::vector<double> best = flown();
-  int sets = 0;
-  for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1, ++sets) {
-    const std::int64_t target = left & -left;
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(target);
-    EXPECT_EQ(flown(), best) << hwy::TargetName(target);
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  const int sets =
+      test::for_each_instruction_set([&](const char* name) { EXPECT_EQ(flown(), best) << name; });
   EXPECT_GE(sets, 1);
 }
 

@@ -1,12 +1,11 @@
 // Independent pieces of work on one problem, spread over the processors.
 #pragma once
 
-#include <atomic>
 #include <functional>
 #include <optional>
-#include <thread>
 #include <vector>
 
+#include "parallel.hpp"
 #include "problem.hpp"
 
 namespace omniflight::diagnosis {
@@ -23,24 +22,12 @@ class Workers {
   std::vector<T> map(std::size_t count, const std::function<T(const Problem&, std::size_t)>& work,
                      const std::function<bool()>& stop = {}) const {
     std::vector<std::optional<T>> done(count);
-    std::atomic<std::size_t> next{0};
-    std::atomic<bool> ended{false};
-    const auto run = [&](const Problem& problem, bool calling) {
-      while (!ended) {
-        const std::size_t i = next++;
-        if (i >= count) return;
-        if (calling && stop && stop())
-          ended = true;
-        else
-          done[i] = work(problem, i);
-      }
-    };
-    {
-      std::vector<std::jthread> others;
-      for (std::size_t k = 0; k < copies_.size() && k + 1 < count; ++k)
-        others.emplace_back([&run, &own = copies_[k]] { run(own, false); });
-      run(problem_, true);
-    }
+    parallel_for_workers(
+        count, static_cast<int>(copies_.size()) + 1,
+        [&](std::size_t i, std::size_t worker) {
+          done[i] = work(worker == 0 ? problem_ : copies_[worker - 1], i);
+        },
+        stop);
     std::vector<T> out;
     for (std::optional<T>& one : done) {
       if (!one) break;

@@ -3,12 +3,12 @@
 
 // the lanes are not compiled for it (lane_kernel.cpp)
 #define HWY_DISABLED_TARGETS HWY_SSSE3
-#include <hwy/targets.h>
 
 #include <chrono>
 #include <cstdlib>
 
 #include "counted_malloc.hpp"
+#include "instruction_sets.hpp"
 #include "omniflight_core/random.hpp"
 #include "omniflight_simulation/batch.hpp"
 
@@ -126,17 +126,11 @@ TEST(Batch, EveryInstructionSetFliesAsThePlantAndToTheSameBits) {
     return out;
   };
   const std::vector<double> best = flown();
-  int sets = 0;
-  for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1, ++sets) {
-    const std::int64_t target = left & -left;
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(target);
-    EXPECT_EQ(lane_instruction_set(), hwy::TargetName(target));
-    EXPECT_LT(difference(v, models, {.plant = tumbling()}), 1e-12) << hwy::TargetName(target);
-    EXPECT_EQ(flown(), best) << hwy::TargetName(target);
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  const int sets = test::for_each_instruction_set([&](const char* name) {
+    EXPECT_EQ(lane_instruction_set(), name);
+    EXPECT_LT(difference(v, models, {.plant = tumbling()}), 1e-12) << name;
+    EXPECT_EQ(flown(), best) << name;
+  });
   EXPECT_GE(sets, 1);
 }
 

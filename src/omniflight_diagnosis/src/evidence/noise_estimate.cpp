@@ -1,6 +1,7 @@
 #include "noise_estimate.hpp"
 
 #include "../discrepancy/patterns.hpp"
+#include "inner_products.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -57,8 +58,8 @@ std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, con
     for (Eigen::Index i = 0; i < z.size(); ++i)
       if (inverse[i] * inverse[i] * slow.power[i] > kLeastShare) rows.push_back(i);
     const Eigen::MatrixXd X = inverse(rows).asDiagonal() * slow.amplitudes(rows, Eigen::all);
-    Eigen::MatrixXd H = Eigen::MatrixXd::Identity(X.cols(), X.cols());
-    H.selfadjointView<Eigen::Lower>().rankUpdate(X.transpose());
+    Eigen::MatrixXd H = inner_products(X);
+    H.diagonal().array() += 1;
     const Eigen::LLT<Eigen::MatrixXd> factor(H);
     rest = y - slow.raw * factor.solve(X.transpose() * inverse(rows).cwiseProduct(z(rows)));
     const Eigen::MatrixXd half = factor.matrixL().solve(X.transpose());
