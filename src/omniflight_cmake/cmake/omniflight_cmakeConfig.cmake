@@ -88,6 +88,27 @@ macro(omniflight_library)
   set(OMNIFLIGHT_HAS_LIBRARY TRUE)
 endmacro()
 
+# omniflight_assets(OUT symbol file [symbol file...]): puts an assembly source in OUT that holds the files between
+# ${PROJECT_NAME}_symbol and ${PROJECT_NAME}_symbol_end, so that a program needs none of them at run time. Projects
+# with assets have the language ASM.
+function(omniflight_assets OUT)
+  set(_assembly ".section .rodata\n")
+  set(_files "")
+  set(_rest ${ARGN})
+  while(_rest)
+    list(POP_FRONT _rest _symbol _file)
+    list(APPEND _files ${_file})
+    set(_symbol ${PROJECT_NAME}_${_symbol})
+    string(APPEND _assembly ".global ${_symbol}\n.global ${_symbol}_end\n"
+      "${_symbol}:\n.incbin \"${_file}\"\n${_symbol}_end:\n")
+  endwhile()
+  string(APPEND _assembly ".section .note.GNU-stack,\"\",%progbits\n")
+  set(_source ${CMAKE_CURRENT_BINARY_DIR}/assets.S)
+  file(CONFIGURE OUTPUT ${_source} @ONLY CONTENT "@_assembly@")
+  set_source_files_properties(${_source} PROPERTIES OBJECT_DEPENDS "${_files}")
+  set(${OUT} ${_source} PARENT_SCOPE)
+endfunction()
+
 # omniflight_executable(NAME source... [LINK target...]): a program in bin/.
 function(omniflight_executable NAME)
   cmake_parse_arguments(OFE "" "" "LINK" ${ARGN})
