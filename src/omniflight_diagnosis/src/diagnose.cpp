@@ -7,6 +7,7 @@
 #include "bursts.hpp"
 #include "control_replay.hpp"
 #include "course.hpp"
+#include "experiment_design/next_flight.hpp"
 #include "findings.hpp"
 #include "floor_height.hpp"
 #include "improvement.hpp"
@@ -30,6 +31,7 @@
 #include "text.hpp"
 #include "together.hpp"
 #include "uncertainty.hpp"
+#include "validation/held_out.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -164,6 +166,21 @@ std::vector<std::vector<ActuationFit>> actuation_of(std::span<const Repaired> fi
   return out;
 }
 
+/// How well what the posterior names predicts what it was not fitted to.
+void add_validation(const Inference& inference, std::span<const Flight* const> usable,
+                    const std::vector<Flight>& flights, const std::vector<Flight>& unseen,
+                    const vehicle::Vehicle& vehicle, const Options& o, Diagnosis& d) {
+  const std::vector<std::size_t> named = named_members(inference);
+  d.fit.held_out = on_unseen_flights(inference, named, unseen, vehicle, o);
+  if (unseen.empty() && flights.size() == 1)
+    d.fit.held_out = on_thirds(inference, named, flights[0], vehicle, o);
+  if (!o.rollouts || o.stopped()) return;
+  if (unseen.empty())
+    d.fit.rollout = rollouts(usable, vehicle, d.model, o);
+  else
+    d.fit.rollout = rollouts(pointers(unseen), vehicle, d.model, o);
+}
+
 /// Effects that could not be asked for, and why, as decisions.
 void add_not_asked(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle, const Options& o,
                    Diagnosis& d) {
@@ -244,8 +261,10 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     if (!usable.empty()) {
       const Inference inference =
           infer(usable, vehicle, by_rotor(offered_effects(usable, vehicle, o), vehicle), o);
-      add_posterior(inference, usable, o, d);
+      add_posterior(inference, usable, d);
       add_not_asked(usable, vehicle, o, d);
+      add_validation(inference, usable, flights, unseen, vehicle, o, d);
+      add_next_flight(inference, usable, vehicle, o, d);
     } else {
       flights[0].notes.push_back(
           "With a stuck rotor speed the wrench cannot be judged; only the sensors were.");

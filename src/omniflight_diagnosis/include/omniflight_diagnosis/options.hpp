@@ -70,7 +70,7 @@ enum class Engine { selection, posterior };
 struct Options {
   Engine engine = Engine::selection;
   double law_error = 0.1;    ///< 1, RMS of the relative error of a law of the library; posterior only
-  double temperature = 2.0;  ///< divides log-likelihoods, for what the model has wrong; posterior only
+  double temperature = 2.5;  ///< divides log-likelihoods, for what the model has wrong; posterior only
   physics::Environment environment;
   Vec3 imu_position = Vec3::Zero();  ///< m, body: where the accelerometer is
   Tolerance tolerance;

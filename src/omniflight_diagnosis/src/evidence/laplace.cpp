@@ -207,7 +207,8 @@ double Evidence::log_integral(const Layout& layout, const Eigen::VectorXd& u,
     const auto& c = layout.all[static_cast<std::size_t>(k)];
     const Eigen::VectorXd with = precision(free, std::vector<Eigen::Index>{k});
     const double curvature = std::sqrt(precision(k, k) - with.dot(factor.solve(with)));
-    const double slope = layout.inward(k, u[k]) * (gradient[k] - with.dot(step)) / curvature;
+    // inwards it could only rise by a step that the fit has refused
+    const double slope = std::min(0.0, layout.inward(k, u[k]) * (gradient[k] - with.dot(step)) / curvature);
     sum +=
         0.5 * slope * slope + log_normal_cdf(slope) - std::log(curvature) - log_normal_between(c.low, c.high);
   }

@@ -24,6 +24,10 @@ constexpr double kThrustExponent = 0.05;
 /// Share of the variance of what is physics or telemetry, and no matter of how well a vehicle was measured.
 constexpr double kSettled = 1;
 
+/// Fixed point of accelerations with loads: a load of half the vehicle converges by three a turn.
+constexpr int kExpectations = 12;
+constexpr double kExpected = 1e-3;  ///< RMS force over the weight
+
 /// Relative step of the numerical derivative by an initial state.
 constexpr double kStartStep = 1e-4;
 
@@ -76,7 +80,35 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
   for (int i = 0; i < n_; ++i)
     for (int ch = 0; ch < 6; ++ch)
       y_[ch * n_ + i] = forces_only_ && ch >= 3 ? 0.0 : rest[static_cast<std::size_t>(i)][ch];
+  expected_.setZero(rows());
   calibrate(flights, vehicle, options);
+}
+
+void RegressionProblem::expect(const Eigen::VectorXd& wrench) {
+  const Eigen::PartialPivLU<Mat6> mass(inertia_);
+  for (int i = 0; i < n_; ++i) {
+    Vec6 more;
+    for (int c = 0; c < 6; ++c) more[c] = wrench[c * n_ + i] - expected_[c * n_ + i];
+    situation_[static_cast<std::size_t>(i)].a_WB_B += mass.solve(more).head<3>();
+  }
+  expected_ = wrench;
+}
+
+void RegressionProblem::expect(std::span<const EffectTerm> terms) {
+  Eigen::VectorXd value;
+  for (int k = 0; k < kExpectations; ++k) {
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(rows());
+    for (const EffectTerm& term : terms) {
+      wrench_of(term, value, nullptr, nullptr);
+      sum += value;
+    }
+    if (unexpected(sum) < kExpected) return;
+    expect(sum);
+  }
+}
+
+double RegressionProblem::unexpected(const Eigen::VectorXd& wrench) const {
+  return (wrench - expected_).head(3 * n_).norm() / std::sqrt(std::max(1, n_)) / size_.weight;
 }
 
 void RegressionProblem::calibrate(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,

@@ -71,6 +71,15 @@ class RegressionProblem {
   void scale_calibration(const Eigen::VectorXd& factors) {
     calibration_.columns = calibration_.columns * factors.asDiagonal();
   }
+  /// Predicted accelerations from now on are those that the rotors give together with this wrench (all rows,
+  /// N and Nm): what has mass weighs by the acceleration that the vehicle has with it, and not by that of the
+  /// nominal one, which a heavy load or a weak rotor would not have. The measured acceleration does not
+  /// enter: a load and a weak thrust would differ by how well each is predicted, and by nothing else.
+  void expect(const Eigen::VectorXd& wrench);
+  /// The same with what these terms do at the accelerations that the vehicle has with them.
+  void expect(std::span<const EffectTerm> terms);
+  /// RMS of the force of a wrench less the expected one, over the weight.
+  double unexpected(const Eigen::VectorXd& wrench) const;
   /// State, rotors and accelerations as predicted from the samples before.
   const physics::Situation& situation(int i) const { return situation_[static_cast<std::size_t>(i)]; }
   const physics::Situation& measured(int i) const { return measured_[static_cast<std::size_t>(i)]; }
@@ -103,6 +112,7 @@ class RegressionProblem {
   Vec3 lowest_ = Vec3::Zero(), highest_ = Vec3::Zero(), mean_ = Vec3::Zero();  ///< m, where they flew
   std::vector<Stretch> stretches_, windows_;
   std::vector<physics::Situation> situation_, measured_;
+  Eigen::VectorXd expected_;  ///< wrench besides that of the rotors, in predicted accelerations
   std::vector<std::array<double, 2>> drive_;  ///< of a modelled thrust: ln of speed and voltage over means
   Eigen::VectorXd y_;
   Calibration calibration_;

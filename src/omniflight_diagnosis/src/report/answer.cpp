@@ -163,12 +163,13 @@ std::vector<std::pair<double, double>> windows_above(const RegressionProblem& pr
   return out;
 }
 
-void add_mismatch(const Inference& in, const Eigen::VectorXd& wrench, Diagnosis& d) {
+void add_mismatch(const Inference& in, const Eigen::VectorXd& wrench, const Eigen::VectorXd& rest,
+                  Diagnosis& d) {
   const RegressionProblem& problem = *in.problem;
   const int n = problem.samples();
   for (int c = 0; c < 6; ++c) {
     const Eigen::VectorXd own = wrench.segment(c * n, n);
-    const Eigen::VectorXd left = problem.residual().segment(c * n, n) - own;
+    const Eigen::VectorXd left = rest.segment(c * n, n);
     if (rms(own) < 0.2 * rms(left) && rms(own) < 1e-3 * problem.scale(c)) continue;
     if (rms(own) < 0.1 * rms(left)) continue;
     Mismatch m;
@@ -207,10 +208,12 @@ void add_decisions(const Inference& in, const std::set<std::string>& best, Diagn
     }
   }
   for (const HorizonTest& t : in.horizon.tests)
-    d.decisions.push_back({format("horizon %.3f s", t.horizon_s),
-                           "estimates against those of longer horizons, " + t.about, t.statistic,
-                           kHorizonsDisagree, "Hausman's test, chi-square of one degree of freedom",
-                           t.statistic < kHorizonsDisagree ? "chosen" : "refused: feedback biases it"});
+    d.decisions.push_back(
+        {format("horizon %.3f s", t.horizon_s),
+         std::string("estimates against those of longer horizons") +
+             (t.beside_found ? ", beside what was found" : "") + (t.about.empty() ? "" : ", " + t.about),
+         t.statistic, kHorizonsDisagree, "Hausman's test, chi-square of one degree of freedom",
+         t.agrees() ? "agrees" : "disagrees: feedback, or what is left out, biases it"});
   const Calibration& c = in.problem->calibration();
   std::set<std::string> listed;
   for (std::size_t k = 0; k < c.kinds.size(); ++k)
@@ -262,9 +265,17 @@ void add_series(const Inference& in, std::span<const Flight* const> flights, con
 
 }  // namespace
 
-void add_posterior(const Inference& in, std::span<const Flight* const> flights, const Options& o,
-                   Diagnosis& d) {
-  (void)o;
+std::vector<std::size_t> named_members(const Inference& in) {
+  std::vector<std::size_t> out;
+  if (!in.posterior.alarm()) return out;
+  const std::set<int> named = credible_members(in);
+  const auto& members = in.posterior.best.members;
+  for (std::size_t k = 0; k < members.size(); ++k)
+    if (named.contains(members[k].hypothesis)) out.push_back(k);
+  return out;
+}
+
+void add_posterior(const Inference& in, std::span<const Flight* const> flights, Diagnosis& d) {
   const RegressionProblem& problem = *in.problem;
   const SetFit& fit = in.posterior.best;
   const int n = problem.samples();
@@ -293,9 +304,6 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
     for (int c = 0; c < 6; ++c)
       if (rms(value.segment(c * n, n)) > 0.2 * rms(rest.segment(c * n, n)))
         f.channels.emplace_back(kNames[static_cast<std::size_t>(c)]);
-    for (const std::string& other : f.cannot_be_told_apart_from)
-      d.next_flight.separates.emplace_back(f.effect, other);
-    if (f.rivals > 0) d.next_flight.manoeuvres.push_back(h.effect->info().separated_by);
     const physics::ActiveEffect whole = in_full({h.effect, member.theta});
     const auto same = std::find_if(d.model.begin(), d.model.end(),
                                    [&](const physics::ActiveEffect& m) { return m.effect == whole.effect; });
@@ -312,7 +320,7 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
         }
     }
   }
-  if (something) add_mismatch(in, wrench, d);
+  if (something) add_mismatch(in, wrench, rest, d);
   add_remaining(in, rest, d);
   add_decisions(in, best, d);
   add_series(in, flights, rest, d);

@@ -111,6 +111,19 @@ Eigen::MatrixXd start_columns(const RegressionProblem& problem, const Effect& ef
   return columns;
 }
 
+/// Columns that never change, and their first stages.
+void prepare_linear(const RegressionProblem& problem, const NoiseModel& noise, Hypothesis& h) {
+  if (!has_constant_columns(*h.effect)) return;
+  EffectTerm term{h.effect, {}, {}};
+  for (const physics::Parameter& p : h.effect->info().parameters) term.theta.push_back(p.neutral);
+  Eigen::VectorXd value;
+  Eigen::MatrixXd columns;
+  problem.wrench_of(term, value, &columns, nullptr);
+  h.linear_amplitudes = cosine_amplitudes(problem, columns);
+  problem.wrench_of(term, value, &columns, nullptr, States::measured);
+  h.first_stage = first_stages(noise.scale(h.linear_amplitudes), noise.apply(columns));
+}
+
 /// Columns of all shapes and their first stages.
 void prepare(const RegressionProblem& problem, const NoiseModel& noise, Hypothesis& h) {
   if (h.pattern) {
@@ -128,14 +141,7 @@ void prepare(const RegressionProblem& problem, const NoiseModel& noise, Hypothes
     at.amplitudes.resize(own.rows(), own.cols() + start.cols());
     at.amplitudes << own.cast<float>(), start.cast<float>();
   }
-  if (!has_constant_columns(*h.effect)) return;
-  Eigen::VectorXd value;
-  Eigen::MatrixXd columns;
-  const EffectTerm term{h.effect, h.points[0].theta, {}};
-  problem.wrench_of(term, value, &columns, nullptr);
-  h.linear_amplitudes = cosine_amplitudes(problem, columns);
-  problem.wrench_of(term, value, &columns, nullptr, States::measured);
-  h.first_stage = first_stages(noise.scale(h.linear_amplitudes), noise.apply(columns));
+  prepare_linear(problem, noise, h);
 }
 
 void whiten_one(const NoiseModel& noise, Hypothesis& h) {
@@ -189,6 +195,34 @@ std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const 
   }
   parallel_for(out.size(), o.threads, [&](std::size_t k) { prepare(problem, noise, out[k]); });
   whiten(noise, o.threads, out);
+  return out;
+}
+
+void prepare_again(const RegressionProblem& problem, const NoiseModel& noise, int threads,
+                   std::vector<Hypothesis>& hypotheses) {
+  parallel_for(hypotheses.size(), threads, [&](std::size_t k) {
+    if (hypotheses[k].effect != nullptr) prepare(problem, noise, hypotheses[k]);
+  });
+}
+
+Hypothesis without_grid(const Hypothesis& h) {
+  Hypothesis out;
+  out.id = h.id;
+  out.effect = h.effect;
+  out.pattern = h.pattern;
+  out.log_odds = h.log_odds;
+  out.first_stage = h.first_stage;
+  out.linear_amplitudes = h.linear_amplitudes;
+  return out;
+}
+
+Hypothesis without_grid(const Hypothesis& law, const RegressionProblem& problem, const NoiseModel& noise) {
+  Hypothesis out;
+  out.id = law.id;
+  out.effect = law.effect;
+  out.log_odds = law.log_odds;
+  prepare_linear(problem, noise, out);
+  whiten_one(noise, out);
   return out;
 }
 

@@ -53,6 +53,15 @@ std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const 
                                         const std::vector<const physics::Effect*>& effects,
                                         const Options& options);
 
+/// Columns of all shapes anew, for accelerations that are expected otherwise now.
+void prepare_again(const RegressionProblem& problem, const NoiseModel& noise, int threads,
+                   std::vector<Hypothesis>& hypotheses);
+
+/// What a fit needs of a hypothesis on the problem that it was made for: without the grid. Not whitened.
+Hypothesis without_grid(const Hypothesis& hypothesis);
+/// The same of a law on other recordings, whitened by their noise.
+Hypothesis without_grid(const Hypothesis& law, const RegressionProblem& problem, const NoiseModel& noise);
+
 /// Whitens the columns of hypotheses anew.
 void whiten(const NoiseModel& noise, int threads, std::vector<Hypothesis>& hypotheses);
 

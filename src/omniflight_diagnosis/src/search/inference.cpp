@@ -20,6 +20,7 @@ constexpr double kNear = 10;          ///< nat: what a point of a grid may be be
 constexpr std::size_t kLaws = 6;      ///< that are asked in their own noise at once
 constexpr std::size_t kPatterns = 1;  ///< of these
 constexpr double kRival = 12;         ///< nat: rivals that are this far behind are asked in their own noise
+constexpr double kNegligible = 1e-3;  ///< force over the weight that accelerations need not be expected with
 constexpr double kWorth = 1e-3;       ///< nat
 constexpr int kPasses = 2;            ///< noise and set in turn; nothing moves by a nat afterwards
 constexpr std::size_t kTried = 4;     ///< sets that are asked in their own noise at once
@@ -59,8 +60,9 @@ class Profiler {
     for (int pass = 0; pass < kPasses; ++pass) {
       SetFit now;
       now.members = members;
-      out.noise =
-          estimate_noise(problem_, slow_, wrench_of_set(problem_, few, now, States::predicted), temperature_);
+      Eigen::VectorXd known = wrench_of_set(problem_, few, now, States::predicted);
+      if (pass > 0) known += problem_.calibration().columns * out.fit.calibration;
+      out.noise = estimate_noise(problem_, slow_, known, temperature_);
       whiten(*out.noise, 1, few);
       out.fit = Evidence(problem_, fitted_, *out.noise, few, o_.law_error, out.tolerances).fit(members);
       Eigen::VectorXd likeliest = likeliest_tolerances(problem_.calibration(), out.fit, out.tolerances);
@@ -77,18 +79,6 @@ class Profiler {
   }
 
  private:
-  /// What a fit needs of a hypothesis.
-  static Hypothesis without_grid(const Hypothesis& h) {
-    Hypothesis out;
-    out.id = h.id;
-    out.effect = h.effect;
-    out.pattern = h.pattern;
-    out.log_odds = h.log_odds;
-    out.first_stage = h.first_stage;
-    out.linear_amplitudes = h.linear_amplitudes;
-    return out;
-  }
-
   const RegressionProblem& problem_;
   const std::vector<Hypothesis>& hypotheses_;
   const SlowColumns& slow_;
@@ -185,10 +175,20 @@ Eigen::VectorXd wrench_of_set(const RegressionProblem& problem, const std::vecto
   return sum;
 }
 
-Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
-                const std::vector<const physics::Effect*>& effects, const Options& o) {
+namespace {
+
+/// `seed`: laws that were found at another horizon.
+Inference infer_at(std::unique_ptr<RegressionProblem> at, double dispersion,
+                   const std::vector<const physics::Effect*>& effects, const Options& o,
+                   std::vector<SetMember> seed) {
   Inference out;
-  out.problem = problem_of_consistent_horizon(flights, vehicle, o, out.horizon);
+  out.problem = std::move(at);
+  if (!seed.empty()) {
+    std::vector<EffectTerm> terms;
+    for (const SetMember& m : seed)
+      terms.push_back({effects[static_cast<std::size_t>(m.hypothesis)], m.theta, m.start});
+    out.problem->expect(terms);
+  }
   const RegressionProblem& problem = *out.problem;
   const SlowColumns slow = slow_columns(problem);
   SearchLimits limits;
@@ -198,7 +198,7 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
   std::unique_ptr<GridSearch> grid;
   std::optional<FittedAmplitudes> fitted;
   const auto use = [&](std::unique_ptr<NoiseModel> noise, const Eigen::VectorXd& tolerances,
-                       const std::vector<SetMember>& seed) {
+                       const std::vector<SetMember>& first_asked) {
     if (out.hypotheses.empty())
       out.hypotheses = make_hypotheses(problem, *noise, effects, o);
     else
@@ -207,9 +207,9 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
         std::make_unique<Evidence>(problem, *fitted, *noise, out.hypotheses, o.law_error, tolerances);
     out.noise = std::move(noise);
     grid = std::make_unique<GridSearch>(*out.evidence, limits);
-    out.posterior = search(*out.evidence, *grid, limits, seed);
+    out.posterior = search(*out.evidence, *grid, limits, first_asked);
   };
-  const double temperature = o.temperature * out.horizon.dispersion();
+  const double temperature = o.temperature * dispersion;
   auto first = estimate_noise(problem, slow, Eigen::VectorXd::Zero(problem.rows()), temperature);
   out.problem->scale_calibration(first_stages(first->apply(problem.calibration().columns),
                                               first->apply(problem.calibration().measured)));
@@ -221,6 +221,7 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
   for (int round = 0; round < kRounds && !o.stopped(); ++round) {
     // what the search found, and what may come out only when the noise no longer contains it
     std::vector<std::vector<SetMember>> tried;
+    if (round == 0 && !seed.empty()) tried.push_back(std::move(seed));
     for (const SetPosterior& rival : out.posterior.sets)
       if (rival.log_joint > out.posterior.joint_of_best - kRival && tried.size() < kTried)
         tried.push_back(rival.members);
@@ -243,11 +244,46 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
     without_idle_members(profiler, best);
     if (!(best.joint > current.joint + kWorth)) break;
     current = std::move(best);
+    const Eigen::VectorXd expected = wrench_of_set(problem, out.hypotheses, current.fit, States::predicted);
+    if (problem.unexpected(expected) > kNegligible) {
+      out.problem->expect(expected);
+      prepare_again(problem, *current.noise, o.threads, out.hypotheses);
+      for (SetMember& m : current.fit.members) m.first_stage.reset();
+    }
     use(std::move(current.noise), current.tolerances, current.fit.members);
   }
   in_own_noise(profiler, nothing, *out.evidence, out.posterior, o);
   add_unfitted(*grid, out.hypotheses, out.posterior);
   return out;
+}
+
+}  // namespace
+
+Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
+                const std::vector<const physics::Effect*>& effects, const Options& o) {
+  const Horizons horizons(flights, vehicle, o);
+  HorizonChoice choice;
+  std::vector<SetMember> seed;
+  for (std::size_t k = 0;; ++k) {
+    choice.tests.push_back(horizons.test(k));
+    Inference out = infer_at(horizons.problem(k), choice.dispersion(), effects, o, std::move(seed));
+    const SetFit& best = out.posterior.best;
+    if (!choice.tests.back().agrees() && !best.members.empty())
+      choice.tests.push_back(
+          horizons.test(k, wrench_of_set(*out.problem, out.hypotheses, best, States::measured) +
+                               out.problem->calibration().measured * best.calibration));
+    if (!choice.tests.back().agrees() && !o.stopped()) {
+      seed.clear();
+      for (const SetMember& m : best.members)
+        if (static_cast<std::size_t>(m.hypothesis) < effects.size()) {  // patterns come behind the laws
+          seed.push_back(m);
+          seed.back().first_stage.reset();
+        }
+      continue;
+    }
+    out.horizon = std::move(choice);
+    return out;
+  }
 }
 
 }  // namespace omniflight::diagnosis

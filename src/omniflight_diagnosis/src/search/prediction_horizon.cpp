@@ -82,38 +82,52 @@ std::array<Estimator, kAsked.size()> estimators(const RegressionProblem& p, cons
 }  // namespace
 
 double HorizonChoice::dispersion() const {
-  return tests.size() < 2 ? 1.0 : std::max(1.0, tests[tests.size() - 2].statistic / kHorizonsDisagree);
+  for (auto test = tests.rbegin(); test != tests.rend(); ++test)
+    if (test->horizon_s < horizon_s()) return std::max(1.0, test->statistic / kHorizonsDisagree);
+  return 1;
 }
 
-std::unique_ptr<RegressionProblem> problem_of_consistent_horizon(std::span<const Flight* const> flights,
-                                                                 const vehicle::Vehicle& vehicle,
-                                                                 const Options& o, HorizonChoice& choice) {
+Horizons::Horizons(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
+                   const Options& o) {
   double least = 0;
   for (const Flight* f : flights) least = std::max(least, least_horizon(*f));
-  std::vector<double> horizons{least};
+  horizons_s_.push_back(least);
   for (const double h : kHorizons)
-    if (h > horizons.back() + 0.5 / o.grid_hz) horizons.push_back(h);
-  std::vector<std::unique_ptr<RegressionProblem>> problems;
-  for (const double h : horizons)
-    problems.push_back(std::make_unique<RegressionProblem>(flights, vehicle, o, h));
-  const RegressionProblem& first = *problems.front();
-  const auto noise = estimate_noise(first, slow_columns(first), Eigen::VectorXd::Zero(first.rows()), 1.0);
-  const Eigen::VectorXd z = noise->apply(first.residual());
-  std::vector<std::array<Estimator, kAsked.size()>> all;
-  for (const auto& p : problems) all.push_back(estimators(*p, *noise));
-  for (std::size_t chosen = 0;; ++chosen) {  // the longest has nothing to disagree with
-    HorizonTest test{horizons[chosen], 0, ""};
-    for (std::size_t longer = chosen + 1; longer < horizons.size(); ++longer)
-      for (std::size_t k = 0; k < kAsked.size(); ++k) {
-        const Estimator &here = all[chosen][k], &there = all[longer][k];
-        if (here.size() == 0 || there.size() == 0) continue;
-        const Eigen::VectorXd difference = here - there;
-        const double statistic = std::pow(difference.dot(z), 2) / difference.squaredNorm();
-        if (statistic > test.statistic) test = {horizons[chosen], statistic, kAsked[k]};
+    if (h > horizons_s_.back() + 0.5 / o.grid_hz) horizons_s_.push_back(h);
+  for (const double h : horizons_s_)
+    problems_.push_back(std::make_unique<RegressionProblem>(flights, vehicle, o, h));
+}
+
+std::unique_ptr<RegressionProblem> Horizons::problem(std::size_t k) const {
+  return std::make_unique<RegressionProblem>(*problems_[k]);
+}
+
+HorizonTest Horizons::test(std::size_t k) const {
+  return test(k, Eigen::VectorXd::Zero(problems_[k]->rows()));
+}
+
+HorizonTest Horizons::test(std::size_t k, const Eigen::VectorXd& known) const {
+  HorizonTest out;
+  out.horizon_s = horizons_s_[k];
+  out.beside_found = !known.isZero(0);
+  if (k + 1 == count()) return out;  // the longest has nothing to disagree with
+  const RegressionProblem& first = *problems_.front();
+  const auto noise = estimate_noise(first, slow_columns(first), known, 1.0);
+  const Eigen::VectorXd z = noise->apply(first.residual() - known);
+  const auto own = estimators(*problems_[k], *noise);
+  for (std::size_t longer = k + 1; longer < count(); ++longer) {
+    const auto there = estimators(*problems_[longer], *noise);
+    for (std::size_t asked = 0; asked < kAsked.size(); ++asked) {
+      if (own[asked].size() == 0 || there[asked].size() == 0) continue;
+      const Eigen::VectorXd difference = own[asked] - there[asked];
+      const double statistic = std::pow(difference.dot(z), 2) / difference.squaredNorm();
+      if (statistic > out.statistic) {
+        out.statistic = statistic;
+        out.about = kAsked[asked];
       }
-    choice.tests.push_back(test);
-    if (test.statistic < kHorizonsDisagree) return std::move(problems[chosen]);
+    }
   }
+  return out;
 }
 
 }  // namespace omniflight::diagnosis

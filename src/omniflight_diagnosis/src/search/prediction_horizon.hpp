@@ -16,12 +16,14 @@ inline constexpr double kHorizonsDisagree = 10.8;
 /// A horizon that was asked about, and the largest of its statistics against longer ones.
 struct HorizonTest {
   double horizon_s = 0;
-  double statistic = 0;  ///< chi-square, one degree of freedom
-  std::string about;     ///< the regressor it belongs to: "Mz of rotors"
+  double statistic = 0;       ///< chi-square, one degree of freedom
+  std::string about;          ///< the regressor it belongs to: "Mz of rotors"
+  bool beside_found = false;  ///< on what the best set at this horizon leaves, not on the whole residual
+  bool agrees() const { return statistic < kHorizonsDisagree; }
 };
 
 struct HorizonChoice {
-  std::vector<HorizonTest> tests;  ///< of every horizon that was refused, and last of the chosen one
+  std::vector<HorizonTest> tests;  ///< in the order in which they were asked; last of the chosen horizon
   double horizon_s() const { return tests.back().horizon_s; }
   /// Overdispersion of the likelihood, at least 1: by how much squared standard errors must grow until the
   /// chosen horizon agrees with the one that was refused last. Where a model is right, neighbouring horizons
@@ -30,13 +32,25 @@ struct HorizonChoice {
   double dispersion() const;
 };
 
-/// The problem with the shortest horizon whose estimates agree with those of longer ones (the idea of Hausman
-/// 1978; the variance of a difference is that of its own weights on white noise): a short one is efficient,
-/// but biased where feedback acts on what the recording does not tell; a long one is less so. Asked of the
-/// scale of every channel's rotor wrench, and of drag along and about every axis.
-std::unique_ptr<RegressionProblem> problem_of_consistent_horizon(std::span<const Flight* const> flights,
-                                                                 const vehicle::Vehicle& vehicle,
-                                                                 const Options& options,
-                                                                 HorizonChoice& choice);
+/// The horizons that may be chosen for these flights, and the test between them (the idea of Hausman 1978;
+/// the variance of a difference is that of its own weights on white noise): a short one is efficient, but
+/// biased where feedback acts on what the recording does not tell; a long one is less so.
+class Horizons {
+ public:
+  Horizons(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle, const Options& options);
+
+  std::size_t count() const { return problems_.size(); }
+  std::unique_ptr<RegressionProblem> problem(std::size_t k) const;
+  /// Of horizon k against all longer ones, on the residual less a known wrench (all rows, N and Nm): the
+  /// scale of every channel's rotor wrench, and drag along and about every axis. An effect that was left out
+  /// correlates with these differently at every horizon, and looks like feedback until it is known.
+  HorizonTest test(std::size_t k, const Eigen::VectorXd& known) const;
+  /// Nothing is known.
+  HorizonTest test(std::size_t k) const;
+
+ private:
+  std::vector<std::unique_ptr<RegressionProblem>> problems_;  ///< the shortest horizon first
+  std::vector<double> horizons_s_;
+};
 
 }  // namespace omniflight::diagnosis
