@@ -178,7 +178,7 @@ class SecuredPeers : public ::testing::Test {
         topic);
   }
 
-  std::chrono::milliseconds patience = 1s;  ///< until an attempt has not met the gateway
+  std::chrono::milliseconds patience = 700ms;  ///< until an attempt has not met the gateway
   fs::path folder, keys;
   std::optional<Authority> authority;
   std::optional<DomainClaim> claim;

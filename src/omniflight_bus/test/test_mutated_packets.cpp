@@ -123,7 +123,7 @@ TEST_P(MutatedPackets, LeaveTheParticipantAlive) {
   const bool secured = GetParam();
   start_gateway(secured);
   const pid_t commander = start_commander(secured);
-  const auto traffic = capture(claim->domain(), 2500ms);
+  const auto traffic = capture(claim->domain(), 1500ms);
   if (!traffic) {
     kill(commander, SIGKILL);
     waitpid(commander, nullptr, 0);

@@ -63,7 +63,7 @@ class SecureFlight(system.SystemTest):
         self.assertEqual(fly.returncode, NO_RESULT, output)
         self.assertIn("emergency_stop", self.json("flight/flight.json")["reason"])
 
-    def test_a_run_in_clear_text_is_overheard_and_deaf_to_keys(self):
+    def test_long_a_run_in_clear_text_is_overheard_and_deaf_to_keys(self):
         domain = 132
         fly = self.start_boards(domain=domain)
         self.assertNotEqual(self.heard_without_keys(domain), [])
