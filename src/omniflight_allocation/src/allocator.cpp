@@ -326,6 +326,8 @@ Result<Allocation> Allocator::allocate(const AllocationInput& in) {
   const Status found =
       count == 1 ? solve(wanted, candidates[0], warm_[0], best) : search(wanted, candidates, count, best);
   if (!found) return Failure(found.error());
+  // Numbers whose squares overflow compare as no candidate's cost.
+  if (best.qp.u.size() != n_ || !best.qp.u.allFinite()) return refuse("qdd_ref", "is too large to allocate");
 
   Allocation out;
   out.u = best.qp.u;

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -11,10 +12,13 @@
 #include <filesystem>
 #include <utility>
 
+#include "bus_configuration.hpp"
 #include "omniflight_bus/participant.hpp"
 
 namespace omniflight::bus {
 namespace {
+
+const std::string kKeys = "keys ";  // begins the line of a lock that names the keys of its run
 
 std::string lock_path(int domain) {
   const char* runtime = std::getenv("XDG_RUNTIME_DIR");
@@ -81,9 +85,35 @@ Result<DomainClaim> claim_free_domain(int first, int last) {
       "Wait for another run to end");
 }
 
+void DomainClaim::tell_keys(const std::string& folder) const {
+  const std::string text = std::to_string(getpid()) + "\n" + kKeys + folder + "\n";
+  if (file_ < 0 || ftruncate(file_, 0) != 0) return;  // whoever asks is then told to name them himself
+  [[maybe_unused]] const ssize_t written = pwrite(file_, text.data(), text.size(), 0);
+}
+
+std::string keys_of_run(int domain) {
+  if (domain < 0) return {};
+  if (claim_domain(domain)) return {};  // nobody flies there; what the file says is of an earlier run
+  const int file = open(lock_path(domain).c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+  if (file < 0) return {};
+  struct stat info {};
+  char text[4096] = {};
+  const bool ours = fstat(file, &info) == 0 && info.st_uid == geteuid();
+  const ssize_t n = ours ? pread(file, text, sizeof text - 1, 0) : 0;
+  close(file);
+  const std::string said(text, n > 0 ? static_cast<std::size_t>(n) : 0);
+  const auto begin = said.find(kKeys);
+  const auto end = said.find('\n', begin);
+  if (begin == std::string::npos || end == std::string::npos) return {};
+  return said.substr(begin + kKeys.size(), end - begin - kKeys.size());
+}
+
 namespace {
 bool g_loopback = false;
-}
+std::string g_file, g_added;  // parts of CYCLONEDDS_URI
+
+std::string configuration() { return g_added.empty() ? g_file : g_file + "," + g_added; }
+}  // namespace
 
 Status use_loopback(const std::string& xml_file) {
   const char* chosen = std::getenv("OMNIFLIGHT_BUS");
@@ -96,13 +126,22 @@ Status use_loopback(const std::string& xml_file) {
                      "Name a Cyclone DDS configuration file");
   const std::string uri = "file://" + path.string();
   const char* present = std::getenv("CYCLONEDDS_URI");
-  if (present != nullptr && *present != '\0' && uri != present)
+  if (present != nullptr && *present != '\0' && uri != present && configuration() != present)
     std::fprintf(
         stderr,
         "[bus] CYCLONEDDS_URI=%s is not used, this run uses %s; OMNIFLIGHT_BUS=FILE chooses another\n",
         present, uri.c_str());
-  setenv("CYCLONEDDS_URI", uri.c_str(), 1);
+  g_file = uri;
+  setenv("CYCLONEDDS_URI", configuration().c_str(), 1);
   g_loopback = !another;
+  return {};
+}
+
+Status detail::add_configuration(const std::string& xml) {
+  if (g_file.empty())
+    return fail(ErrorCode::internal, "keys are used before use_loopback has chosen a configuration", "bus");
+  g_added = xml;
+  setenv("CYCLONEDDS_URI", configuration().c_str(), 1);
   return {};
 }
 

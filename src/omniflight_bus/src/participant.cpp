@@ -5,6 +5,7 @@
 #include "endpoint.hpp"
 #include "loopback_sockets.hpp"
 #include "omniflight_bus/domain.hpp"
+#include "omniflight_bus/security.hpp"
 
 namespace omniflight::bus {
 
@@ -27,7 +28,9 @@ Result<Participant> Participant::create(int domain) {
   if (state->entity < 0) {
     return detail::dds_failure(
         state->entity, "cannot join domain " + std::to_string(domain),
-        "See that a network interface is up and that CYCLONEDDS_URI names a valid file");
+        security_promised()
+            ? "The lines of Cyclone DDS above say what is wrong with the keys; omniflight keys makes new ones"
+            : "See that a network interface is up and that CYCLONEDDS_URI names a valid file");
   }
   if (loopback_promised())
     if (auto ok = detail::confine_to_loopback(before); !ok) return Failure(ok.error());

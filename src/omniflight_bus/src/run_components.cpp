@@ -7,6 +7,7 @@
 #include "omniflight_bus/domain.hpp"
 #include "omniflight_bus/heartbeat.hpp"
 #include "omniflight_bus/parameters.hpp"
+#include "omniflight_bus/security.hpp"
 #include "omniflight_core/progress.hpp"
 
 namespace omniflight::bus {
@@ -81,6 +82,9 @@ int run_components(std::vector<std::unique_ptr<Component>> components, const Run
   Verdict verdict(options.quiet);
   if (!options.loopback_file.empty() &&
       !verdict.take("runner", "on loopback", use_loopback(options.loopback_file))) {
+    return verdict.code();
+  }
+  if (!options.keys.empty() && !verdict.take("runner", "secured", use_security(options.keys, options.role))) {
     return verdict.code();
   }
   const Result<Participant> participant = Participant::create(options.domain);

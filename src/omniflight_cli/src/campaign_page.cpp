@@ -40,6 +40,12 @@ std::string label(const Outcome& o, bool many_missions) {
          ", seed " + std::to_string(o.flight.options.seed);
 }
 
+/// "12 of 10000", or that nobody counted.
+std::string missed_periods(const nlohmann::json& flight) {
+  if (!flight.contains("periods_missed") || !flight.contains("periods")) return "not counted";
+  return flight["periods_missed"].dump() + " of " + flight["periods"].dump();
+}
+
 report::Table ranking(const std::vector<const Outcome*>& rows) {
   report::Table t;
   t.caption = "Ranked, worst first: lost flights, then by position error (true state where it is known)";
@@ -52,11 +58,22 @@ report::Table ranking(const std::vector<const Outcome*>& rows) {
                {.name = "largest", .unit = "mm", .significant_digits = 3},
                {.name = "power", .unit = "W"},
                {.name = "integral z", .unit = "m/s2", .significant_digits = 3}};
-  for (const Outcome* o : rows)
+  const bool boards = std::any_of(rows.begin(), rows.end(), [](const Outcome* o) {
+    return o->json.contains("periods_missed");  // only a plant in real time misses any
+  });
+  if (boards) {
+    t.columns.push_back({.name = "missed periods"});
+    t.columns.push_back({.name = "latest", .unit = "ms", .significant_digits = 3});
+  }
+  for (const Outcome* o : rows) {
     t.rows.push_back({o->flight.mission, o->flight.effect, o->flight.variant,
                       std::to_string(o->flight.options.seed), o->flown() ? "flown" : in_a_cell(*o),
                       1e3 * position_rmse(o->json), 1e3 * figure(o->json, "/worst_position_m"),
                       figure(o->json, "/power_W"), figure(o->json, "/mean_integral_action/2")});
+    if (!boards) continue;
+    t.rows.back().emplace_back(missed_periods(o->json));
+    t.rows.back().emplace_back(o->json.value("period_latest_ms", std::nan("")));
+  }
   return t;
 }
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "bus_access.hpp"
 #include "flight_page.hpp"
 #include "omniflight_bus/domain.hpp"
 #include "omniflight_core/progress.hpp"
@@ -47,6 +48,7 @@ Result<std::vector<Child>> start(const FlightOptions& o, const Setup& s, int dom
           std::to_string(domain), std::string("--loopback"), s.loopback})
       arguments.push_back(a);
     if (!o.lockstep()) arguments.push_back("--heartbeat");
+    if (!o.keys.empty()) arguments.insert(arguments.end(), {"--secure", fs::absolute(o.keys).string()});
     ChildOptions child;
     child.log = (s.out / "log" / (group.size() > 1 ? "container.log" : group.front() + ".log")).string();
     // Lockstep partners take turns, so they share one processor: no wake-up of an idle one on every turn.
@@ -150,6 +152,7 @@ Result<FlightResult> fly(const FlightOptions& o) {
   auto setup = prepare(o);
   if (!setup) return Failure(setup.error());
   const Setup& s = *setup;
+  if (!o.keys.empty()) domain->tell_keys(fs::canonical(o.keys).string());
   const auto known = told(o, s);
   if (!known) return Failure(known.error());
   if (auto ok = files::write_file_atomic(s.out / "told.yaml", *known); !ok) return Failure(ok.error());
@@ -169,7 +172,8 @@ Result<FlightResult> fly(const FlightOptions& o) {
     std::unique_ptr<OperatorDesk> desk;
     std::string gate_said;
     if (keyboard.there() && !o.lockstep()) {
-      if (auto ok = bus::use_loopback(s.loopback); !ok) return Failure(ok.error());
+      std::string keys = o.keys;
+      if (auto ok = use_bus_of(domain->domain(), keys); !ok) return Failure(ok.error());
       auto joined = OperatorDesk::join(domain->domain());
       if (!joined) return Failure(joined.error());
       desk = std::move(*joined);

@@ -29,7 +29,8 @@ struct FlightOptions {
   std::string tilt_mode = "fixed";
   std::string controller;  ///< control law; empty: by the vehicle's actuation
   std::uint64_t seed = 1;
-  int domain = -1;  ///< of the bus; -1: the first free one
+  std::string keys;  ///< folder of keys that secure the bus; empty: clear text
+  int domain = -1;   ///< of the bus; -1: the first free one
   bool realtime = false;
   bool monitor = false;     ///< watch the residuals in flight, see the monitor component
   bool in_process = false;  ///< all components in one container

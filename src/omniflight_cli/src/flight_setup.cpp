@@ -4,8 +4,10 @@
 
 #include <chrono>
 
+#include "bus_access.hpp"
 #include "control_choice.hpp"
 #include "omniflight_allocation/rotor_load.hpp"
+#include "omniflight_bus/security.hpp"
 #include "omniflight_components/natnet_config.hpp"
 #include "omniflight_components/topics.hpp"
 #include "omniflight_core/progress.hpp"
@@ -161,6 +163,16 @@ Status check_hover(const FlightOptions& o, const Reference& start, const vehicle
   return {};
 }
 
+/// That every program of the flight, and the operator, has keys that can be used.
+Status check_keys(const FlightOptions& o) {
+  if (o.keys.empty()) return {};
+  std::vector<std::string> roles = components_of(o);
+  roles.insert(roles.end(), {"container", kOperator});
+  for (const std::string& role : roles)
+    if (auto ok = bus::check_keys(o.keys, role); !ok) return ok;
+  return {};
+}
+
 /// Checks and finds everything but the plan. Writes nothing.
 Result<Setup> find_inputs(const FlightOptions& o) {
   Setup s;
@@ -192,6 +204,7 @@ Result<Setup> find_inputs(const FlightOptions& o) {
   auto weights = read_weights(o.weights);
   if (!weights) return Failure(weights.error());
   s.weights = std::move(*weights);
+  if (auto ok = check_keys(o); !ok) return Failure(ok.error());
   auto vehicle = vehicle::load_vehicle(o.vehicle.empty() ? s.mission.vehicle : o.vehicle, o.set);
   if (!vehicle) return Failure(vehicle.error());
   if (auto ok = find_faults(o, vehicle->rotor_count(), s.faults); !ok) return Failure(ok.error());

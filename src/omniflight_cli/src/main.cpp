@@ -31,6 +31,8 @@ constexpr Verb verbs[] = {
     {"estop", "Stop the rotors of every run on this machine now, and wait for the gate's answer",
      "omniflight estop", add_estop},
     {"arm", "Let a flight that waits for its operator start its rotors", "omniflight arm", add_arm},
+    {"keys", "Keys, certificates and permissions for a secured bus (--secure)",
+     "omniflight keys --out ~/omniflight_keys --days 90", add_keys},
     {"compare", "Two recordings side by side (tracking, power, control)",
      "omniflight compare simulated/flight.mcap real/flight.mcap --vehicle omnimorph --out cmp", add_compare},
     {"diagnose", "Where model and recording differ, and which physics was left out",

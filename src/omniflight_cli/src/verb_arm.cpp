@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
-#include "omniflight_bus/domain.hpp"
-#include "omniflight_files/files.hpp"
+#include "bus_access.hpp"
 #include "operator_desk.hpp"
 #include "verbs.hpp"
 
@@ -15,18 +14,18 @@ constexpr double kArm = 12.0;  // s for motors to start and the first command to
 
 Action add_arm(CLI::App& verb, Common& common) {
   auto domain = std::make_shared<int>(-1);
+  auto keys = std::make_shared<std::string>();
   verb.add_option("--domain", *domain, "Domain of the run; default: the only run of this machine")
       ->check(CLI::Range(0, 231));
+  add_secure(verb, *keys);
   return [=, &common]() -> Result<int> {
-    auto configs = files::config_dir();
-    if (!configs) return Failure(configs.error());
-    if (auto ok = bus::use_loopback((*configs / "cyclonedds_loopback.xml").string()); !ok)
-      return Failure(ok.error());
     const std::vector<int> runs = *domain >= 0 ? std::vector<int>{*domain} : domains_in_use();
     if (runs.size() != 1)  // rotors start: never those of a run that was not meant
       return fail(ErrorCode::incomplete,
                   runs.empty() ? "no run of this machine holds a domain" : "several runs hold a domain",
                   "arm", "Name the run with --domain");
+    std::string with = *keys;
+    if (auto ok = use_bus_of(runs.front(), with); !ok) return Failure(ok.error());
     auto desk = OperatorDesk::join(runs.front());
     if (!desk) return Failure(desk.error());
     if (auto ok = (*desk)->say("arm"); !ok) return Failure(ok.error());
@@ -37,7 +36,8 @@ Action add_arm(CLI::App& verb, Common& common) {
     say(common, armed ? fmt::format("domain {}: armed", runs.front())
                 : heard
                     ? fmt::format("domain {}: NOT armed; the gate says: {}", runs.front(), (*desk)->gate())
-                    : fmt::format("domain {}: nobody listens to an operator", runs.front()));
+                    : fmt::format("domain {}: nobody listens to an operator{}", runs.front(),
+                                  unheard(runs.front(), with)));
     return armed ? 0 : static_cast<int>(ErrorCode::incomplete);
   };
 }

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <thread>
 
+#include "bus_access.hpp"
 #include "campaign.hpp"
 #include "folder.hpp"
 #include "investigation.hpp"
@@ -60,7 +61,7 @@ Result<std::vector<std::optional<Investigation>>> investigate_all(const Campaign
 }
 
 struct Options {
-  std::string file, executor = "local";
+  std::string file, executor = "local", keys;
   int jobs = 0;
   bool resume = false, force = false;
 };
@@ -81,6 +82,7 @@ Result<int> run(const Options& o, const Common& common) {
   }
   for (Case& one : campaign->cases) {
     one.options.quiet = true;
+    one.options.keys = o.keys;
   }
   // an unknown mission, effect, sensor or vehicle is told now, not after an hour
   for (const Case& one : campaign->cases)
@@ -145,6 +147,7 @@ Action add_campaign(CLI::App& verb, Common& common) {
   verb.add_option("file", o->file, "Campaign YAML")->required();
   verb.add_option("--jobs", o->jobs, "Flights at once; default: processors")->check(CLI::Range(1, 64));
   verb.add_option("--executor", o->executor, "local")->check(CLI::IsMember({"local"}));
+  add_secure(verb, o->keys);
   verb.add_flag("--resume", o->resume,
                 "Keep flights that are complete in --out and were made of the same inputs");
   verb.add_flag("--force", o->force, "Fly all again over the recordings that are in --out")

@@ -2,8 +2,7 @@
 
 #include <chrono>
 
-#include "omniflight_bus/domain.hpp"
-#include "omniflight_files/files.hpp"
+#include "bus_access.hpp"
 #include "operator_desk.hpp"
 #include "verbs.hpp"
 
@@ -14,7 +13,9 @@ constexpr double kMeet = 2.0;         // s until the participants of a run are f
 constexpr double kAcknowledge = 1.0;  // s for the gate to answer, from when it is found
 
 /// One run: says it, waits for the answer. True when the gate has acknowledged.
-Result<bool> stop(int domain, const std::string& wish, const Common& common, nlohmann::json& json) {
+Result<bool> stop(int domain, std::string keys, const std::string& wish, const Common& common,
+                  nlohmann::json& json) {
+  if (auto ok = use_bus_of(domain, keys); !ok) return Failure(ok.error());
   auto desk = OperatorDesk::join(domain);
   if (!desk) return Failure(desk.error());
   if (auto ok = (*desk)->say(wish); !ok)
@@ -26,7 +27,8 @@ Result<bool> stop(int domain, const std::string& wish, const Common& common, nlo
   const double after_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   json.push_back(
       {{"domain", domain}, {"heard", heard}, {"acknowledged", stopped}, {"gate", (*desk)->gate()}});
-  say(common, !heard    ? fmt::format("domain {}: nobody listens to an operator", domain)
+  say(common, !heard
+                  ? fmt::format("domain {}: nobody listens to an operator{}", domain, unheard(domain, keys))
               : stopped ? fmt::format("domain {}: rotors {} ({:.0f} ms after the run was found)", domain,
                                       (*desk)->gate(), 1e3 * after_s)
                         : fmt::format("domain {}: NOT acknowledged within {} s (gate: {}). Cut the power",
@@ -38,15 +40,13 @@ Result<bool> stop(int domain, const std::string& wish, const Common& common, nlo
 
 Action add_estop(CLI::App& verb, Common& common) {
   auto domain = std::make_shared<int>(-1);
+  auto keys = std::make_shared<std::string>();
   auto ramp = std::make_shared<bool>(false);
   verb.add_option("--domain", *domain, "Domain of the run; default: every run of this machine")
       ->check(CLI::Range(0, 231));
+  add_secure(verb, *keys);
   verb.add_flag("--ramp", *ramp, "Wind the rotors down over the gate's ramp instead of cutting them");
   return [=, &common]() -> Result<int> {
-    auto configs = files::config_dir();
-    if (!configs) return Failure(configs.error());
-    if (auto ok = bus::use_loopback((*configs / "cyclonedds_loopback.xml").string()); !ok)
-      return Failure(ok.error());
     const std::vector<int> domains = *domain >= 0 ? std::vector<int>{*domain} : domains_in_use();
     if (domains.empty())
       return fail(ErrorCode::incomplete, "no run of this machine holds a domain", "estop",
@@ -54,7 +54,7 @@ Action add_estop(CLI::App& verb, Common& common) {
     nlohmann::json json = nlohmann::json::array();
     bool acknowledged = true;
     for (const int d : domains) {
-      auto stopped = stop(d, *ramp ? "stop" : "cut", common, json);
+      auto stopped = stop(d, *keys, *ramp ? "stop" : "cut", common, json);
       if (!stopped) return Failure(stopped.error());
       acknowledged = acknowledged && *stopped;
     }

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <iostream>
 
+#include "bus_access.hpp"
 #include "flight.hpp"
 #include "folder.hpp"
 #include "omniflight_control/law.hpp"
@@ -54,6 +55,7 @@ Action add_fly(CLI::App& verb, Common& common) {
           "Control law: full_pose (attitude free) | thrust_vector (leans into its motion) | cascaded | "
           "incremental; default: by the vehicle's actuation. Parameters: -p controller.NAME=VALUE")
       ->check(CLI::IsMember(control::law_names()));
+  add_secure(verb, o->keys);
   verb.add_option("--domain", o->domain, "Domain of the bus; default: the first free one")
       ->check(CLI::Range(0, 231));
   verb.add_option("--seed", o->seed, "Seed of all sensor noise");

@@ -7,8 +7,8 @@
 #include <mutex>
 #include <thread>
 
+#include "bus_access.hpp"
 #include "folder.hpp"
-#include "omniflight_bus/domain.hpp"
 #include "omniflight_bus/subscription.hpp"
 #include "omniflight_components/topics.hpp"
 #include "omniflight_core/progress.hpp"
@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 namespace topics = components::topics;
 
 struct Options {
-  std::string action, topic;
+  std::string action, topic, keys;
   double for_s = 3.0;
   std::uint64_t count = 5;
   int domain = 0;
@@ -194,15 +194,18 @@ Result<int> echo(const Options& o, const bus::Participant& participant, const to
   return 0;
 }
 
-Result<int> record(const Options& o, const std::string& loopback, const Common& common) {
+Result<int> record(const Options& o, const std::string& keys, const Common& common) {
+  const auto configs = files::config_dir();
+  if (!configs) return Failure(configs.error());
   const fs::path out = common.out.empty() ? fresh_folder("recorded") + ".mcap" : common.out;
   if (out.has_parent_path())
     if (auto ok = make_folder(out.parent_path().string()); !ok) return Failure(ok.error());
   auto program = find_program("omniflight_recorder");
   if (!program) return Failure(program.error());
-  std::vector<std::string> arguments{"-p", "file:=" + nlohmann::json(out.string()).dump(), "--domain",
-                                     std::to_string(o.domain)};
-  if (!loopback.empty()) arguments.insert(arguments.end(), {"--loopback", loopback});
+  std::vector<std::string> arguments{"-p",         "file:=" + nlohmann::json(out.string()).dump(),
+                                     "--domain",   std::to_string(o.domain),
+                                     "--loopback", (*configs / "cyclonedds_loopback.xml").string()};
+  if (!keys.empty()) arguments.insert(arguments.end(), {"--secure", fs::absolute(keys).string()});
   const std::string log = out.string() + ".log";
   auto child = Child::start(*program, arguments, {.log = log});
   if (!child) return Failure(child.error());
@@ -223,10 +226,9 @@ Result<int> record(const Options& o, const std::string& loopback, const Common& 
 }
 
 Result<int> run(const Options& o, const Common& common) {
-  std::string loopback;
-  if (auto configs = files::config_dir()) loopback = (*configs / "cyclonedds_loopback.xml").string();
-  if (!loopback.empty()) (void)bus::use_loopback(loopback);
-  if (o.action == "record") return record(o, loopback, common);
+  std::string keys = o.keys;
+  if (auto ok = use_bus_of(o.domain, keys); !ok) return Failure(ok.error());
+  if (o.action == "record") return record(o, keys, common);
   auto participant = bus::Participant::create(o.domain);
   if (!participant) return Failure(participant.error());
   if (o.action == "list") return list(o, *participant, common);
@@ -246,6 +248,7 @@ Action add_topic(CLI::App& verb, Common& common) {
       ->check(CLI::IsMember({"list", "echo", "hz", "record"}));
   verb.add_option("topic", o->topic, "For echo and hz");
   verb.add_option("--domain", o->domain, "Domain of the bus")->check(CLI::Range(0, 231));
+  add_secure(verb, o->keys);
   verb.add_option("--for-s", o->for_s, "Longest time to listen [s]")->check(not_negative(false));
   verb.add_option("--count", o->count, "echo: messages")->check(CLI::Range(1, 1000000));
   return [o, &common] { return run(*o, common); };

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "bus_access.hpp"
 #include "foxglove_relay.hpp"
 #include "live_flight.hpp"
 #include "omniflight_bus/domain.hpp"
@@ -28,7 +29,7 @@ constexpr auto kLookForRuns = 500ms;
 constexpr auto kWishHolds = 5s;  // long enough for everybody to be found and to answer
 
 struct Options {
-  std::string recording, vehicle, mission, test_bed, map;
+  std::string recording, vehicle, mission, test_bed, map, keys;
   std::vector<std::string> set, origins;
   int port = 8642, domain = -1;
   double for_s = 0;
@@ -121,6 +122,7 @@ struct Shown {
   std::shared_ptr<view::FoxgloveEndpoint> foxglove;
   std::unique_ptr<view::WebServer> server;
   StopButton button;
+  std::string keys;            ///< that this program joins with
   bool other_vehicle = false;  ///< it was said that another one flies
 };
 
@@ -147,7 +149,7 @@ Status show_run(const Options& o, int domain, const Common& common, Shown& shown
   if (!flight) return Failure(flight.error());
   auto desk = OperatorDesk::join(domain);
   if (!desk) return Failure(desk.error());
-  say(common, fmt::format("  looking at domain {}", domain));
+  say(common, fmt::format("  looking at domain {}{}", domain, unheard(domain, shown.keys)));
   shown.button.connected = true;
   std::unique_ptr<FoxgloveRelay> relay;  // the run is asked for everything only while somebody looks
   auto next_look = Clock::now() + kLookForRuns;
@@ -194,10 +196,9 @@ Result<int> live(const Options& o, const Common& common) {
   if (!vehicle) return Failure(vehicle.error());
   auto solids = solids_of(o, o.mission, true);
   if (!solids) return Failure(solids.error());
-  const auto configs = files::config_dir();
-  if (!configs) return Failure(configs.error());
-  if (auto ok = bus::use_loopback((*configs / "cyclonedds_loopback.xml").string()); !ok)
-    return Failure(ok.error());
+  // the keys are chosen before threads start: those of the run that flies now, where none are named
+  std::string keys = o.keys;
+  if (auto ok = use_bus_of(find_run(o).value_or(o.domain), keys); !ok) return Failure(ok.error());
   view::Scene scene;
   scene.title = "Live";
   scene.subtitle = vehicle->name + (o.domain >= 0 ? fmt::format(", domain {}", o.domain) : "");
@@ -205,6 +206,7 @@ Result<int> live(const Options& o, const Common& common) {
   scene.vehicle = *vehicle;
   scene.solids = std::move(*solids);
   Shown shown;
+  shown.keys = keys;
   shown.vehicle = *vehicle;
   shown.page = std::make_shared<view::ViewPage>(scene, "", [&shown]() -> std::string {
     if (!shown.button.connected) return "no run is connected: NOTHING was stopped";
@@ -244,6 +246,7 @@ Action add_view(CLI::App& verb, Common& common) {
   verb.add_option("--domain", o->domain,
                   "Domain of the run (default: the first run of this machine, and the next)")
       ->check(CLI::Range(0, 231));
+  add_secure(verb, o->keys);
   verb.add_option("--port", o->port, "Port on 127.0.0.1; 0 takes any")->check(CLI::Range(0, 65535));
   verb.add_option("--allow-origin", o->origins,
                   "Page of another server that may look over Foxglove's protocol (https://app.foxglove.dev)");

@@ -44,6 +44,7 @@ Action add_new(CLI::App& verb, Common& common);
 Action add_prove(CLI::App& verb, Common& common);
 Action add_estop(CLI::App& verb, Common& common);
 Action add_arm(CLI::App& verb, Common& common);
+Action add_keys(CLI::App& verb, Common& common);
 Action add_doctor(CLI::App& verb, Common& common);
 
 /// Refuses an option's number below zero (and zero itself when `zero` is false), saying so in words.

@@ -149,6 +149,10 @@ class Campaigns(system.SystemTest):
         for flight in flights:
             parameters = (self.dir / "campaign" / flight["name"] / "params.yaml").read_text()
             self.assertRegex(parameters, r"model: .*tether\.yaml", "the plant flies no tether")
+        page = (self.dir / "campaign/report.html").read_text()
+        self.assertIn("missed periods", page)
+        for flight in flights:
+            self.assertIn("{periods_missed} of {periods}".format(**flight["flight"]), page)
 
     def test_long_twenty_tethered_flights_through_the_boards(self):
         done = self.run_command("campaign", system.CONFIGS / "campaigns/tethered.yaml", "--jobs", "1", "--out", "campaign",

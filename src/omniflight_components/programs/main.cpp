@@ -11,10 +11,12 @@ int main(int argc, char** argv) {
   using namespace omniflight;
 #ifdef OMNIFLIGHT_COMPONENT
   std::vector<std::string> names{OMNIFLIGHT_COMPONENT};
+  const std::string role = OMNIFLIGHT_COMPONENT;
   CLI::App app("omniflight component '" OMNIFLIGHT_COMPONENT "'.\nExample: omniflight_" OMNIFLIGHT_COMPONENT
                " --params flight.yaml --domain 7");
 #else
   std::vector<std::string> names;
+  const std::string role = "container";
   CLI::App app(
       "Runs several omniflight components in one process.\n"
       "Example: omniflight_container recorder planner allocator controller simulator --params flight.yaml "
@@ -24,11 +26,15 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember(components::component_names()));
 #endif
   bus::RunOptions options;
+  options.role = role;
   double timeout_s = 0;
   app.add_option("--params", options.parameter_files, "Parameter files (name: ros__parameters: {...})");
   app.add_option("-p,--param", options.overrides, "Overrides key:=value or component:key:=value");
   app.add_option("--domain", options.domain, "Domain of this run")->check(CLI::Range(0, 231));
   app.add_option("--loopback", options.loopback_file, "Bus configuration that stays on this machine (XML)");
+  app.add_option(
+      "--secure", options.keys,
+      "Folder of keys (omniflight keys): join with those of this component, or not at all; needs --loopback");
   app.add_option("--timeout", timeout_s, "Longest run [s], 0 = none")->check(CLI::NonNegativeNumber);
   app.add_flag("--heartbeat", options.heartbeat,
                "Beat on /omniflight/alive, so that others notice when it stands still");

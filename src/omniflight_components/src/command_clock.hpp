@@ -2,10 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdio>
 #include <string>
 
 #include "conversions.hpp"
+#include "omniflight_bus/say.hpp"
 #include "omniflight_safety/stamp_clock.hpp"
 
 namespace omniflight::components {
@@ -46,7 +46,7 @@ class CommandClock {
     return c;
   }
   void say(const std::string& words) const {
-    std::fprintf(stderr, "[%s] %s\n", component_.c_str(), words.c_str());
+    bus::say(component_, words);
   }
 
   std::string component_;

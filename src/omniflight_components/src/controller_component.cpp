@@ -11,6 +11,7 @@
 #include "flight_guard.hpp"
 #include "foreign_publisher.hpp"
 #include "omniflight_bus/parameters.hpp"
+#include "omniflight_bus/say.hpp"
 #include "omniflight_bus/subscription.hpp"
 #include "omniflight_components/topics.hpp"
 #include "omniflight_control/law.hpp"
@@ -299,8 +300,7 @@ class ControllerComponent final : public bus::Component {
       fill_failsafe(*failsafe_message_, message_->header.stamp, guard_->action(), words, refused,
                     guard_->poses().refused());
     }
-    std::fprintf(stderr, "[controller] failsafe %s%s%s\n", words.c_str(), refused.empty() ? "" : "; ",
-                 refused.c_str());
+    bus::say("controller", "failsafe " + words + (refused.empty() ? "" : "; ") + refused);
     const std::int64_t ns = bus::nanoseconds(message_->header.stamp);
     if (auto ok = failsafe_->publish(*failsafe_message_, ns); !ok) finish(ok);
   }

@@ -1,9 +1,10 @@
 // Saying that somebody else publishes where one publisher is followed.
 #pragma once
 
-#include <cstdio>
+#include <string>
 
 #include "omniflight_bus/event.hpp"
+#include "omniflight_bus/say.hpp"
 
 namespace omniflight::components {
 
@@ -11,8 +12,8 @@ namespace omniflight::components {
 inline void say_foreign(const bus::Event& event) {
   constexpr std::uint64_t kEvery = 1000;
   if (event.kind == bus::EventKind::foreign_publisher && event.count % kEvery == 1)
-    std::fprintf(stderr, "[bus] a second publisher of %s is refused (%llu messages so far)\n",
-                 event.topic.c_str(), static_cast<unsigned long long>(event.count));
+    bus::say("bus", "a second publisher of " + event.topic + " is refused (" + std::to_string(event.count) +
+                        " messages so far)");
 }
 
 }  // namespace omniflight::components

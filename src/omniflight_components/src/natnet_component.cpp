@@ -1,10 +1,10 @@
 // Motion capture over NatNet (OptiTrack) as a source of poses.
 #include <algorithm>
-#include <cstdio>
 
 #include "conversions.hpp"
 #include "factories.hpp"
 #include "omniflight_bus/parameters.hpp"
+#include "omniflight_bus/say.hpp"
 #include "omniflight_components/natnet_config.hpp"
 #include "omniflight_gateway/udp_socket.hpp"
 #include "omniflight_safety/stamp_clock.hpp"
@@ -97,8 +97,8 @@ class NatNet final : public ThreadedComponent {
         say(now, "no frames from " + config_.server + " on " + config_.multicast + ":" +
                      std::to_string(config_.data_port));
     }
-    std::fprintf(stderr, "[natnet] %llu frames, %llu datagrams refused\n",
-                 static_cast<unsigned long long>(frames_), static_cast<unsigned long long>(refused_));
+    bus::say("natnet",
+             std::to_string(frames_) + " frames, " + std::to_string(refused_) + " datagrams refused");
     return {};
   }
 
@@ -127,8 +127,8 @@ class NatNet final : public ThreadedComponent {
       if (config_.version) server->version = *config_.version;
       server_ = *server;
       answered_ = true;
-      std::fprintf(stderr, "[natnet] server '%s', bit stream %s\n", server_.name.c_str(),
-                   gateway::to_string(server_.version).c_str());
+      bus::say("natnet",
+               "server '" + server_.name + "', bit stream " + gateway::to_string(server_.version));
     } else if (kind && *kind == NatNetMessage::models && knows_version()) {
       const auto models = gateway::parse_natnet_models(bytes, server_.version);
       if (!models) return refuse(now, models.error().text());
@@ -175,7 +175,7 @@ class NatNet final : public ThreadedComponent {
       if (clock_->resets() > 0) refuse(now, clock_->refusal_words());
       return {};
     }
-    if (clock_->resets() > resets) std::fprintf(stderr, "[natnet] %s\n", clock_->reset_words().c_str());
+    if (clock_->resets() > resets) bus::say("natnet", clock_->reset_words());
     if (delay_s >= 0 && delay_s <= kLongestDelay) return flight_s - delay_s;
     refuse(now, "an exposure " + std::to_string(delay_s) + " s before its transmission");
     return {};
@@ -197,7 +197,7 @@ class NatNet final : public ThreadedComponent {
   void say(double now, const std::string& words) {
     if (now < next_word_) return;
     next_word_ = now + kSayEvery;
-    std::fprintf(stderr, "[natnet] %s\n", words.c_str());
+    bus::say("natnet", words);
   }
 
   NatNetConfig config_;

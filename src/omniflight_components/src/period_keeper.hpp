@@ -36,6 +36,8 @@ class PeriodKeeper {
     }
     return now;
   }
+  /// Flight time [s] at which the last period was to begin.
+  double due() const { return next_; }
   std::uint64_t missed() const { return missed_; }
   std::uint64_t periods() const { return periods_ + missed_; }
   double longest_late_s() const { return longest_; }

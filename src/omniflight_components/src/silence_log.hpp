@@ -1,10 +1,13 @@
 // Who stood still in a flight, and for how long.
 #pragma once
 
-#include <cstdio>
+#include <fmt/format.h>
+
 #include <mutex>
 #include <string>
 #include <vector>
+
+#include "omniflight_bus/say.hpp"
 
 namespace omniflight::components {
 
@@ -22,8 +25,8 @@ class SilenceLog {
   /// As HeartbeatWatch tells it; now_s: flight time.
   void note(const std::string& who, bool alive, double silence_s, double now_s) {
     constexpr std::size_t kMost = 100;
-    std::fprintf(stderr, "[gateway] %s %s %.1f ms\n", who.c_str(),
-                 alive ? "is back after" : "has been silent for", 1e3 * silence_s);
+    bus::say("gateway", fmt::format("{} {} {:.1f} ms", who,
+                                    alive ? "is back after" : "has been silent for", 1e3 * silence_s));
     const std::lock_guard lock(mutex_);
     if (!alive && silences_.size() < kMost) silences_.push_back({who, now_s, silence_s, false});
     for (Silence& s : silences_)

@@ -12,11 +12,15 @@ int main(int argc, char** argv) {
       "simulator.\n"
       "Example: omniflight_mujoco_plant --params flight.yaml --domain 7");
   bus::RunOptions options;
+  options.role = "mujoco_plant";
   double timeout_s = 0;
   app.add_option("--params", options.parameter_files, "Parameter files (name: ros__parameters: {...})");
   app.add_option("-p,--param", options.overrides, "Overrides key:=value or component:key:=value");
   app.add_option("--domain", options.domain, "Domain of this run")->check(CLI::Range(0, 231));
   app.add_option("--loopback", options.loopback_file, "Bus configuration that stays on this machine (XML)");
+  app.add_option(
+      "--secure", options.keys,
+      "Folder of keys (omniflight keys): join with those of this component, or not at all; needs --loopback");
   app.add_option("--timeout", timeout_s, "Longest run [s], 0 = none")->check(CLI::NonNegativeNumber);
   app.add_flag("--quiet", options.quiet, "No line per transition");
   CLI11_PARSE(app, argc, argv);

@@ -87,7 +87,7 @@ void Collector::finish(Recording& recording) {
                          std::to_string(furthest) + " s",
                      back);
     if (back > 0)
-      std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return s.t[a] < s.t[b]; });
+      std::stable_sort(order.begin(), order.end(), [&t = s.t](auto a, auto b) { return t[a] < t[b]; });
     Signal signal;
     signal.name = name;
     signal.unit = s.unit;

@@ -14,6 +14,8 @@ class DomainClaim {
   DomainClaim& operator=(DomainClaim&& other) noexcept;
   ~DomainClaim();
   int domain() const { return domain_; }
+  /// Tells whoever asks keys_of_run that this run is secured by a folder of keys (an absolute path).
+  void tell_keys(const std::string& folder) const;
 
  private:
   friend Result<DomainClaim> claim_domain(int domain);
@@ -27,6 +29,9 @@ class DomainClaim {
 Result<DomainClaim> claim_domain(int domain);
 /// The first free domain of [first, last].
 Result<DomainClaim> claim_free_domain(int first = 1, int last = 100);
+
+/// The folder of keys that the run in this domain is secured by. Empty: none, or it is another user's run.
+std::string keys_of_run(int domain);
 
 /// Makes the bus use this configuration file, which keeps it on the loopback interface: sets CYCLONEDDS_URI,
 /// whatever it was (and says so on stderr), and has the sockets of later participants bound to that

@@ -14,6 +14,7 @@ namespace omniflight::bus {
 struct RunOptions {
   int domain = 0;
   std::string loopback_file;                    ///< see use_loopback; empty: the machine's own configuration
+  std::string keys, role;                       ///< see use_security; without keys: in clear text
   std::vector<std::string> parameter_files;     ///< see load_parameters
   std::vector<std::string> overrides;           ///< "key:=value" or "component:key:=value"
   std::optional<std::chrono::seconds> timeout;  ///< longest run; ErrorCode::incomplete afterwards

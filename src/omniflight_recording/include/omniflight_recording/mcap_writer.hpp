@@ -14,9 +14,10 @@
 namespace omniflight::recording {
 
 struct McapWriterOptions {
-  std::size_t chunk_bytes = 256 * 1024;         ///< a chunk is written when it holds this much
-  std::uint64_t chunk_period_ns = 100'000'000;  ///< or when its first message is this old [ns]
-  int zstd_level = 1;                           ///< higher is smaller and slower
+  std::size_t chunk_bytes = 256 * 1024;        ///< a chunk is written when it holds this much
+  std::uint64_t chunk_period_ns = 40'000'000;  ///< or when its first message is this old [ns]; a kill loses
+                                               ///< that and what passes until tick() is called
+  int zstd_level = 1;                          ///< higher is smaller and slower
   bool sync = false;  ///< fdatasync after each chunk: survives power loss too, may block for milliseconds
   bool overwrite = false;  ///< replace an existing file (otherwise an error)
 };

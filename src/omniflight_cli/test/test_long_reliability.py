@@ -1,0 +1,129 @@
+"""The long half of launch_scripts/reliability.sh: kills, dead rotors and hours, each with a printed figure.
+
+OMNIFLIGHT_REPETITIONS shortens them.
+"""
+
+import os
+import random
+import signal
+import time
+import unittest
+
+import system
+import test_rotor_line
+
+NO_RESULT = 2
+
+
+def repetitions(usual):
+    return int(os.environ.get("OMNIFLIGHT_REPETITIONS", usual))
+
+
+def slope(points):
+    """Least-squares slope of [(x, y)]."""
+    n = len(points)
+    mx, my = sum(x for x, _ in points) / n, sum(y for _, y in points) / n
+    return sum((x - mx) * (y - my) for x, y in points) / sum((x - mx) ** 2 for x, _ in points)
+
+
+class Kills(test_rotor_line.EndsOnTheLine):
+    """Each component of a flight through boards killed at random instants of free flight."""
+
+    def kill_repeatedly(self, component, check):
+        pick = random.Random(component)
+        figures = []
+        for k in range(repetitions(20)):
+            fly, pids = self.take_off(out=f"flight{k}")
+            time.sleep(pick.uniform(0, 0.5))
+            killed = time.monotonic()
+            os.kill(pids[component], signal.SIGKILL)
+            fly.communicate(timeout=40)
+            self.assertEqual(fly.returncode, NO_RESULT)
+            self.assertIn(component, self.json(f"flight{k}/flight.json")["reason"])
+            figures.append(self.check_ramp(killed))
+            check(figures[-1])
+            self.log.unlink()
+        print(f"\n{component} killed {len(figures)} times: all rotors wound down; last command repeated for at most "
+              f"{1e3 * max(f['repeated_s'] for f in figures):.1f} ms")
+
+    def test_long_allocator_killed_twenty_times(self):
+        self.kill_repeatedly("omniflight_allocator", lambda f: self.assertLess(f["flown_on_s"], 0.2))
+
+    def test_long_controller_killed_twenty_times(self):
+        self.kill_repeatedly("omniflight_controller", lambda f: self.assertLess(f["flown_on_s"], 0.2))
+
+    def test_long_recorder_killed_twenty_times(self):
+        self.kill_repeatedly("omniflight_recorder", lambda f: self.assertGreater(f["flown_on_s"], 1.0))
+
+
+class Rotors(system.SystemTest):
+    def test_long_a_rotor_dies_at_a_hundred_instants(self):
+        pick = random.Random(1)
+        self.run_command("plan", "trajectory_1", "--out", "plan", "--quiet")
+        ends, worst = {}, []
+        for k in range(repetitions(100)):
+            at, rotor = pick.uniform(4, 14), pick.randint(1, 8)
+            schedule = self.write("faults.yaml", "schema: omniflight.faults/1\nfaults:\n"
+                                  f"  - {{at_s: {at:.3f}, kind: rotor_loss, rotor: {rotor}, for_s: 60}}\n")
+            done = self.run_command("fly", "trajectory_1", "--plan", "plan", "--in-process", "--faults", schedule, "--out",
+                                    f"flight{k}", "--quiet", expect=None)
+            self.assertIn(done.returncode, (0, NO_RESULT), done.stderr)
+            flight = self.json(f"flight{k}/flight.json")
+            ends[flight["verdict"]] = ends.get(flight["verdict"], 0) + 1
+            if flight["verdict"] in ("flown", "flown_badly"):
+                worst.append(flight["metrics"]["true"]["worst_position_m"])
+            csv = self.dir / "flight.csv"
+            self.run_command("export", f"flight{k}/flight.mcap", "--to", "csv", "--out", csv, "--quiet", "--force")
+            text = csv.read_text().lower()
+            self.assertNotRegex(text, r"[,\n]-?(nan|inf)", "a number that is none was commanded or recorded")
+        recovered = len(worst)
+        print(f"\n{sum(ends.values())} flights with one rotor of eight dead from a random instant on: {recovered} flown to the end"
+              + (f" within {max(worst):.2f} m" if worst else "") + f", {ends}; every number finite")
+        self.assertEqual(sum(ends.values()), repetitions(100))
+
+
+class Hours(system.SystemTest):
+    """Simulated hours of one flight: OMNIFLIGHT_SECONDS (600) a repetition, so that 48 are 8 h."""
+
+    def test_long_soak(self):
+        holds, hold_s = repetitions(3), int(os.environ.get("OMNIFLIGHT_SECONDS", 600))
+        mission = self.short_mission(changes={
+            "{name: aside and up, by: [0.1, 0, 0.1], hold_s: 0.5}":
+            "\n  - ".join(f"{{name: hold {k}, by: [0, 0, {0.02 * (-1) ** k}], hold_s: {hold_s}}}" for k in range(holds))})
+        fly = self.start_command("fly", mission, "--sensors", "laboratory", "--out", "flight", "--quiet")
+        begin = time.monotonic()
+        memory, files = {}, {}
+        while fly.poll() is None:
+            self.assertLess(time.monotonic() - begin, 3000)
+            for name, pid in system.children(fly.pid).items():
+                try:
+                    with open(f"/proc/{pid}/statm") as statm:
+                        resident = int(statm.read().split()[1]) * os.sysconf("SC_PAGESIZE") * 1e-6
+                    opened = len(os.listdir(f"/proc/{pid}/fd"))
+                except OSError:
+                    continue
+                memory.setdefault(name, []).append((time.monotonic() - begin, resident))
+                files.setdefault(name, []).append(opened)
+            time.sleep(0.5)
+        said = fly.communicate()
+        self.assertEqual(fly.returncode, 0, said)
+        flight = self.json("flight/flight.json")
+        self.assertEqual(flight["losses"], {} if isinstance(flight["losses"], dict) else [], flight["losses"])
+        wall, hours = time.monotonic() - begin, flight["simulated_s"] / 3600
+        slopes = {}
+        for name, points in memory.items():
+            late = [(t / wall * hours, m) for t, m in points if 0.3 * wall < t < 0.95 * wall]
+            if len(late) > 10:
+                slopes[name] = slope(late)
+                settled = files[name][len(files[name]) // 3:-4]
+                self.assertEqual(min(settled), max(settled), f"{name} opens or closes files")
+        print(f"\nsoak of {hours:.2f} h in {wall:.0f} s, nothing lost, files constant, memory in MB/h: "
+              + ", ".join(f"{name.removeprefix('omniflight_')} {s:.2f}" for name, s in sorted(slopes.items())))
+        self.assertGreaterEqual(len(slopes), 4)
+        for name, mb_per_hour in slopes.items():
+            # the recorder keeps the index of its chunks until it closes the file
+            self.assertLess(mb_per_hour, 20.0 if name == "omniflight_recorder" else 1.0, name)
+
+
+if __name__ == "__main__":
+    unittest.main()

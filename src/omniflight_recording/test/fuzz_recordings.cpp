@@ -1,0 +1,37 @@
+// Recordings of unknown origin in every format that is read from memory; the first byte says which.
+#include <unistd.h>
+
+#include "mutated_inputs.hpp"
+#include "sample_bag.hpp"
+#include "sample_bag1.hpp"
+#include "sample_ulog.hpp"
+
+std::vector<std::string> seeds() {
+  namespace fs = std::filesystem;
+  std::vector<std::string> out;
+  const auto add = [&](const char* name, const std::string& bytes) {
+    const auto& known = omniflight::recording::formats();
+    for (std::size_t k = 0; k < known.size(); ++k)
+      if (known[k].name == std::string(name)) out.push_back(std::string(1, static_cast<char>(k)) + bytes);
+  };
+  const fs::path file =
+      fs::temp_directory_path() / ("omniflight_fuzz_" + std::to_string(::getpid()) + ".mcap");
+  for (const std::size_t chunk : {std::size_t{500}, std::size_t{1} << 20}) {
+    sample::write_flight(file, 20, chunk);
+    add("mcap", sample::slurp(file));
+  }
+  fs::remove(file);
+  add("ulog", sample::flight_log(10).bytes());
+  add("rosbag1", sample::flight_bag1("none", 10));
+  add("csv",
+      "t_s,px_m,py_m,pz_m,qw,qx,qy,qz,rotor1_radps\n0,0,0,1,1,0,0,0,100\n0.01,0,0,1,1,0,0,0,\n0.02,0,,1,1,0,"
+      "0,0,101\n");
+  return out;
+}
+
+void feed(std::string_view input) {
+  if (input.empty()) return;
+  const auto& known = omniflight::recording::formats();
+  const auto& format = known[static_cast<unsigned char>(input.front()) % known.size()];
+  (void)format.read(input.substr(1), "fuzz", {});
+}
