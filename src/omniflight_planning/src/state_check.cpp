@@ -114,6 +114,10 @@ bool StateCheck::motion_valid(const Pose& a, const Pose& b) const {
   const int attitudes = static_cast<int>(std::ceil(angle / to_radians(2.0)));
   for (int k = 1; k < attitudes; ++k)
     if (!hoverable(interpolate(a, b, static_cast<double>(k) / attitudes).q_WB)) return false;
+  // most motions that are not free are told by a few poses
+  if (length > kCoarse)
+    for (const double at : {0.5, 0.25, 0.75})
+      if (room(interpolate(a, b, at)) <= kLeastRoom) return false;
   double s = 0.0;
   while (s < 1.0) {
     const double free = room(interpolate(a, b, s));
@@ -152,6 +156,30 @@ double speed_bound(const TrajectoryKnot& k0, const TrajectoryKnot& k1, double ra
 }
 
 CurveCheck StateCheck::curve(const Trajectory& trajectory, const Deadline& deadline) const {
+  CurveCheck out = advance_along(trajectory, deadline);
+  if (!out.free) return out;
+  // The report's least clearance is looked for more accurately than the advance needs.
+  const auto& knots = trajectory.knots();
+  for (std::size_t k = 0; k < knots.size(); ++k) {
+    if (k % kKnotsBetweenLooks == 0 && deadline.passed()) {
+      out.free = false;
+      out.out_of_time = true;
+      return out;
+    }
+    if (k % 10 != 0 && k + 1 != knots.size()) continue;
+    const Clearance c = clearance({knots[k].reference.p_WB, knots[k].reference.q_WB});
+    if (c.distance < out.min_clearance) {
+      out.min_clearance = c.distance;
+      out.at = knots[k].t;
+      out.p_W = c.p_W;
+    }
+  }
+  // The field's bound is not continuous between voxels, so it may fall short of what the advance has proven.
+  out.min_clearance = std::max(out.min_clearance, margin_);
+  return out;
+}
+
+CurveCheck StateCheck::advance_along(const Trajectory& trajectory, const Deadline& deadline) const {
   CurveCheck out;
   out.min_clearance = map_.max_distance();
   const auto& knots = trajectory.knots();
@@ -188,16 +216,6 @@ CurveCheck StateCheck::curve(const Trajectory& trajectory, const Deadline& deadl
     }
     left -= speed * (knots[k + 1].t - t);
   }
-  // The report's least clearance is looked for more accurately than the advance needs.
-  for (std::size_t k = 0; k < knots.size(); ++k) {
-    if (k % kKnotsBetweenLooks == 0 && deadline.passed()) {
-      out.out_of_time = true;
-      return out;
-    }
-    if (k % 10 == 0 || k + 1 == knots.size()) note(knots[k].t);
-  }
-  // The field's bound is not continuous between voxels, so it may fall short of what the advance has proven.
-  out.min_clearance = std::max(out.min_clearance, margin_);
   out.free = true;
   return out;
 }
