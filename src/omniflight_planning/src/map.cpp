@@ -128,6 +128,9 @@ DistanceMap::Bounds DistanceMap::distance_bounds(const Vec3& p) const {
     value[corner] = field_[offset[0][x] + offset[1][y] + offset[2][z]];
     away[corner] = squared[0][x] + squared[1][y] + squared[2][z];
   }
+  int holder = 0;  // the voxel that holds p
+  for (int k = 0; k < 3; ++k) holder |= (squared[k][1] < squared[k][0]) << k;
+  if (value[holder] == 0.0f) return {};
   const auto res = static_cast<float>(resolution_);
   float lower = 0.0f, upper = std::numeric_limits<float>::infinity();
   for (int corner = 0; corner < 8; ++corner) {

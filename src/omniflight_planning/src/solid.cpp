@@ -59,9 +59,9 @@ double Solid::distance_to_cube(const Vec3& cube, double half, double enough) con
     return std::max(0.0, (in_cube(center_) - center_).norm() - size_.x() - kRounding);
   // Faces first: between nearly parallel ones the projections below converge slowly.
   double low = 0.0;
-  for (int k = 0; k < 3; ++k) low = std::max(low, gap_along(Vec3::Unit(k), cube, half));
   for (int k = kind_ == Kind::box ? 0 : 2; k < 3; ++k)
     low = std::max(low, gap_along(R_WS_.col(k), cube, half));
+  for (int k = 0; k < 3 && low < enough; ++k) low = std::max(low, gap_along(Vec3::Unit(k), cube, half));
   // Alternating projections (von Neumann; Cheney and Goldstein 1959): the upper bound is the distance of the
   // points, the lower one the gap along the line between them.
   Vec3 x = in_cube(center_);

@@ -1,6 +1,7 @@
 #include "omniflight_planning/state_check.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "solid.hpp"
@@ -35,7 +36,8 @@ StateCheck::StateCheck(const DistanceMap& map, VehicleSpheres spheres,
       headroom_(headroom),
       margin_(margin) {}
 
-double StateCheck::exact(const SphereGroup& group, const Vec3& p_WB, const Mat3& R_WB, double enough) const {
+double StateCheck::exact(const SphereGroup& group, const Vec3& p_WB, const Mat3& R_WB, double low,
+                         double enough) const {
   const Solid solid(group.part, p_WB, R_WB);
   const Vec3 c = solid.center();
   const auto at = map_.voxel_of(c);
@@ -47,7 +49,7 @@ double StateCheck::exact(const SphereGroup& group, const Vec3& p_WB, const Mat3&
   const Vec3 window = reach + Vec3::Constant(best);
   map_.for_surface(c - window, c + window, [&](const Vec3& cube) {
     const double near = ((cube - c).cwiseAbs().array() - half).max(0.0).matrix().norm() - group.bound.radius;
-    if (near < best) best = std::min(best, solid.distance_to_cube(cube, half, best));
+    if (near < best && best > low) best = std::min(best, solid.distance_to_cube(cube, half, best));
   });
   return std::max(0.0, best);
 }
@@ -67,7 +69,7 @@ Clearance StateCheck::clearance(const Pose& pose) const {
     }
     if (near.distance >= best.distance) continue;
     if (reached > 0.0 && near.distance < kExactWithin)
-      if (const double part = exact(group, pose.p_WB, R, std::min(reached, best.distance)); part > 0.0)
+      if (const double part = exact(group, pose.p_WB, R, 0.0, std::min(reached, best.distance)); part > 0.0)
         near.distance = std::max(near.distance, part);
     if (near.distance < best.distance) best = near;
   }
@@ -80,6 +82,12 @@ double StateCheck::room(const Pose& pose) const {
     return d - margin_;
   double best = map_.max_distance();
   const Mat3 R = pose.q_WB.toRotationMatrix();
+  struct Ambiguous {
+    const SphereGroup* group;
+    double by_spheres;  // m
+  };
+  std::array<Ambiguous, 32> ambiguous;  // what does not fit in counts by its spheres
+  std::size_t count = 0;
   for (const SphereGroup& group : spheres_.groups) {
     const Vec3 center = pose.p_WB + R * group.bound.p_BS;
     double coarse = map_.coarse_distance(center) - group.bound.radius;
@@ -90,15 +98,26 @@ double StateCheck::room(const Pose& pose) const {
     }
     double fine = map_.max_distance();
     for (const BodySphere& s : group.spheres) {
-      const DistanceMap::Bounds d = map_.distance_bounds(pose.p_WB + R * s.p_BS);
-      if (d.upper < margin_) return d.upper - margin_;  // a point of the part: certainly hit
+      const Vec3 p = pose.p_WB + R * s.p_BS;
+      if (const double quick = map_.coarse_distance(p) - s.radius; quick >= margin_ + kExactReach) {
+        fine = std::min(fine, quick);
+        continue;
+      }
+      const DistanceMap::Bounds d = map_.distance_bounds(p);
+      if (d.upper < margin_ || d.upper <= 0.0)
+        return d.upper - margin_;  // a point of the part: certainly hit
       fine = std::min(fine, d.lower - s.radius);
     }
-    // neither certainly free nor certainly hit: the spheres stick out of the part, so ask the part
-    if (fine < margin_ + kAmbiguous)
-      fine = std::max(fine, exact(group, pose.p_WB, R, std::min(best, margin_ + kExactReach)));
-    best = std::min(best, fine);
-    if (best <= margin_) break;
+    if (fine < margin_ + kAmbiguous && count < ambiguous.size())
+      ambiguous[count++] = {&group, fine};
+    else
+      best = std::min(best, fine);
+  }
+  // neither certainly free nor certainly hit: the spheres stick out of the parts, so ask the parts
+  for (std::size_t i = 0; i < count && best > margin_; ++i) {
+    const double enough_of_part = std::min(best, margin_ + kExactReach);
+    best = std::min(best, std::max(ambiguous[i].by_spheres,
+                                   exact(*ambiguous[i].group, pose.p_WB, R, margin_, enough_of_part)));
   }
   return best - margin_;
 }

@@ -128,6 +128,49 @@ TEST(StateCheck, ValidMotionsStayClearAtEveryPose) {
   EXPECT_GT(accepted, 10);
 }
 
+/// Free at both ends and in collision for a moment in between: what checks at intervals may miss.
+TEST(StateCheck, NoMotionThroughANetOrPastARopeIsAccepted) {
+  TestBed bed;
+  bed.name = "net";
+  bed.resolution = 0.02;
+  bed.lower = Vec3(-1.2, -0.8, 0);
+  bed.upper = Vec3(1.2, 0.8, 1.6);
+  const auto wire = [&](const Vec3& a, const Vec3& b, double radius) {
+    bed.primitives.push_back({Primitive::Kind::capsule, "wire", a, b, radius});
+  };
+  for (double at = -0.75; at < 0.8; at += 0.15) {  // wires of 12 mm every 0.15 m, across the whole room
+    wire({0, at, 0}, {0, at, 1.6}, 0.006);
+    wire({0, -0.8, at + 0.8}, {0, 0.8, at + 0.8}, 0.006);
+  }
+  wire({0.86, 0, 0}, {0.86, 0, 1.6}, 0.008);  // a rope
+  const auto map = DistanceMap::create(*make_octree(bed).value(), "").value();
+  const auto check = make_check(map, 50, 0.02);
+  Random random(5);
+  int edges = 0, accepted = 0;
+  while (edges < 200) {
+    const auto pose = [&](double side) {
+      return Pose{Vec3(side * random.uniform(0.36, 0.5), random.uniform(-0.4, 0.4), random.uniform(0.4, 1.2)),
+                  exp_rotation(Vec3(random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-2, 2)))};
+    };
+    Pose a = pose(-1), b = pose(1);
+    if (edges % 2 == 0)
+      b.q_WB = a.q_WB = from_roll_pitch_yaw(Vec3(0, kPi / 2, 0));  // thin discs, along their normal
+    if (!check.valid(a) || !check.valid(b)) continue;
+    ++edges;
+    accepted += check.motion_valid(a, b);
+  }
+  EXPECT_EQ(accepted, 0);
+  // a quarter turn in place: the rope stands between two rotors before and after
+  const auto turned = [](double yaw) { return Pose{{0.61, 0, 0.8}, from_roll_pitch_yaw(Vec3(0, 0, yaw))}; };
+  EXPECT_TRUE(check.valid(turned(0)));
+  EXPECT_TRUE(check.valid(turned(kPi / 2)));
+  EXPECT_FALSE(check.valid(turned(kPi / 4)));
+  EXPECT_FALSE(check.motion_valid(turned(0), turned(kPi / 2)));
+  // and what stays on one side is accepted
+  EXPECT_TRUE(check.motion_valid({{-0.6, -0.3, 0.6}, Quat::Identity()},
+                                 {{-0.6, 0.3, 1.0}, from_roll_pitch_yaw(Vec3(0.5, 0, 1))}));
+}
+
 TEST(StateCheck, NothingThatIsNotFiniteIsValid) {
   const auto check = make_check(pyramid(), 45, 0.05);
   EXPECT_TRUE(check.valid({Vec3(0, 0, 1.4), Quat::Identity()}));

@@ -71,8 +71,9 @@ class StateCheck {
   double margin() const { return margin_; }          ///< m
 
  private:
-  /// Distance [m] of a part to the voxels, or `enough` where it is at least that.
-  double exact(const SphereGroup& group, const Vec3& p_WB, const Mat3& R_WB, double enough) const;
+  /// Distance [m] of a part to the voxels, or `enough` where it is at least that; no more than `low` is told
+  /// as any number up to there.
+  double exact(const SphereGroup& group, const Vec3& p_WB, const Mat3& R_WB, double low, double enough) const;
 
   const DistanceMap& map_;
   VehicleSpheres spheres_;
