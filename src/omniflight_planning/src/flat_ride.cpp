@@ -51,8 +51,10 @@ Result<std::vector<TrajectoryKnot>> ride(const FlatCurve& curve, const FlatVehic
     return sample(curve, vehicle, rotors.alpha(), intervals, duration);
   };
   // slower rides lean less, turn slower and need less of the rotors, down to hovering
-  auto found = shortest_ride(
-      0.1, knots, [&](double T) { return keeps(knots(kShapeSamples, T)); }, keeps, deadline);
+  const auto least = shortest_time(
+      0.1, [&](double T) { return keeps(knots(kShapeSamples, T)); }, deadline);
+  if (!least) return Failure(least.error());
+  auto found = first_ride(*least, knots, keeps, deadline);
   if (!found) return found;
   if (auto ok = check_actuation(*found, rotors); !ok) return Failure(ok.error());
   return found;

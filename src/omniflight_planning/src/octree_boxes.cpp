@@ -41,8 +41,12 @@ double OctreeBoxes::clearance(const Pose& pose, const VehicleSpheres& vehicle) {
   double best = kBoxHorizon;
   const Mat3 R = pose.q_WB.toRotationMatrix();
   for (const auto& group : vehicle.groups) {
-    if (distance(pose.p_WB + R * group.bound.p_BS) - group.bound.radius >= best) continue;
-    for (const auto& s : group.spheres) best = std::min(best, distance(pose.p_WB + R * s.p_BS) - s.radius);
+    double spheres = kBoxHorizon;  // a lower bound: they cover the part
+    for (const auto& s : group.spheres)
+      spheres = std::min(spheres, distance(pose.p_WB + R * s.p_BS) - s.radius);
+    if (spheres >= best) continue;
+    const double part = distance(Solid(group.part, pose.p_WB, R), best);
+    best = part > 0.0 ? part : std::min(spheres, 0.0);
   }
   return best;
 }
@@ -54,6 +58,16 @@ void OctreeBoxes::gather(const Vec3& center, double radius) {
     if (box.distance(center) <= radius + kBoxHorizon + kStep) near_.push_back(box);
   around_ = center;
   gathered_ = true;
+}
+
+double OctreeBoxes::distance(const Solid& solid, double enough) const {
+  const Vec3 c = solid.center();
+  const Vec3 reach(solid.reach(Vec3::UnitX()), solid.reach(Vec3::UnitY()), solid.reach(Vec3::UnitZ()));
+  double best = std::min({enough, (c - reach - lower_).minCoeff(), (upper_ - c - reach).minCoeff()});
+  for (const Box& box : near_)
+    if (((box.center - c).cwiseAbs() - reach).maxCoeff() - box.half < best)
+      best = std::min(best, solid.distance_to_cube(box.center, box.half, best));
+  return best;
 }
 
 double OctreeBoxes::distance(const Vec3& p) const {

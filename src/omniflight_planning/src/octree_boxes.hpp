@@ -5,6 +5,7 @@
 
 #include "omniflight_planning/map.hpp"
 #include "omniflight_planning/state_check.hpp"
+#include "solid.hpp"
 
 namespace omniflight::planning {
 
@@ -17,8 +18,9 @@ class OctreeBoxes {
  public:
   explicit OctreeBoxes(const octomap::OcTree& tree, UnknownSpace unknown = UnknownSpace::occupied);
 
-  /// Exact distance [m] of the sphere model to the nearest box or to the edge of the map, at most
-  /// kBoxHorizon; negative in contact. Neighbouring poses in a row are cheap.
+  /// Distance [m] of the vehicle's parts to the nearest box or to the edge of the map, exact to 0.1 mm and
+  /// never too large, at most kBoxHorizon; negative in contact (depth of the spheres). Neighbouring poses in
+  /// a row are cheap.
   double clearance(const Pose& pose, const VehicleSpheres& vehicle);
 
  private:
@@ -32,6 +34,7 @@ class OctreeBoxes {
   /// Boxes that can matter near `center`; kept until the vehicle has moved 0.2 m.
   void gather(const Vec3& center, double radius);
   double distance(const Vec3& p) const;
+  double distance(const Solid& solid, double enough) const;
 
   std::vector<Box> all_, near_;
   Vec3 lower_ = Vec3::Zero(), upper_ = Vec3::Zero(), around_ = Vec3::Zero();

@@ -26,6 +26,11 @@ Error to_error(const PathProblem& problem, const Waypoint& waypoint, const std::
       error.code = ErrorCode::incomplete;
       error.next_step = "Give more budget_ms, less clearance_m or a via point";
       break;
+    case PathFailure::gap_too_narrow:
+      error.code = ErrorCode::incomplete;
+      error.next_step =
+          "Ask for less clearance_m, choose another alpha_deg or rotor_headroom, or open the gap";
+      break;
     case PathFailure::proven_impossible:
       error.code = ErrorCode::impossible;
       error.next_step = "Move the waypoint or open the test bed";
@@ -75,6 +80,7 @@ PathResult<Path> find_roomy_path(const StateCheck& check, const Pose& start, con
     if (!roomy.valid(start) || !roomy.valid(goal)) continue;
     PathOptions part = options;
     part.budget_s = 0.2 * options.budget_s;
+    part.brief = true;
     if (auto path = find_path(roomy, start, goal, part)) return path;
   }
   PathOptions part = options;

@@ -1,22 +1,20 @@
 #include "omniflight_planning/planner.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <cstdio>
 
+#include "gap_path.hpp"
 #include "rrt.hpp"
+#include "text.hpp"
 
 namespace omniflight::planning {
 namespace {
 
 constexpr std::size_t kCellsBetweenLooks = 4096;  // about 0.2 ms of flood fill
 
-std::string text(const char* format, auto... values) {
-  char buffer[400];
-  std::snprintf(buffer, sizeof buffer, format, values...);
-  return buffer;
-}
+constexpr std::size_t kFirstSamples = 300;  // before the gaps are looked at
+constexpr std::size_t kMoreSamples = 2000;  // before a gap counts as too narrow
+constexpr double kTooNarrow = 0.02;         // m
 
 std::string place(const Vec3& p) { return text("(%.2f, %.2f, %.2f) m", p.x(), p.y(), p.z()); }
 
@@ -40,6 +38,8 @@ const char* to_string(PathFailure failure) {
       return "start_unhoverable";
     case PathFailure::goal_unhoverable:
       return "goal_unhoverable";
+    case PathFailure::gap_too_narrow:
+      return "gap_too_narrow";
     case PathFailure::no_path_in_time:
       return "no_path_in_time";
     case PathFailure::proven_impossible:
@@ -102,18 +102,66 @@ bool proven_disconnected(const StateCheck& check, const Vec3& a, const Vec3& b, 
     const auto cell = stack.back();
     stack.pop_back();
     if (cell == to) return false;
-    for (int z = std::max(0, cell[2] - 1); z <= std::min(nz - 1, cell[2] + 1); ++z)
-      for (int y = std::max(0, cell[1] - 1); y <= std::min(ny - 1, cell[1] + 1); ++y)
-        for (int x = std::max(0, cell[0] - 1); x <= std::min(nx - 1, cell[0] + 1); ++x) {
-          if (seen[index(x, y, z)]) continue;
-          seen[index(x, y, z)] = true;
-          // an occupied voxel (distance 0) never lets the origin through, however large the voxels are
-          const double d = map.voxel_distance(x, y, z);
-          if (d > 0.0 && d >= needed) stack.push_back({x, y, z});
-        }
+    // a way through an edge or corner of cells passes all cells that share it, so faces are enough
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (const int step : {-1, 1}) {
+        auto next = cell;
+        next[axis] += step;
+        if (next[axis] < 0 || next[axis] >= map.size()[axis]) continue;
+        const std::size_t i = index(next[0], next[1], next[2]);
+        if (seen[i]) continue;
+        seen[i] = true;
+        // an occupied voxel (distance 0) never lets the origin through, however large the voxels are
+        const double d = map.voxel_distance(next[0], next[1], next[2]);
+        if (next == to || (d > 0.0 && d >= needed)) stack.push_back(next);
+      }
   }
   return true;
 }
+
+namespace {
+
+/// The gap that no pose was found to fit, for messages; empty where there is none.
+std::string bottleneck(const GapPath& gaps, const StateCheck& check, const PathOptions& options) {
+  if (!gaps.narrowest) return {};
+  const Gap& gap = *gaps.narrowest;
+  std::string solid = options.name_of ? options.name_of(gap.p_W) : std::string();
+  if (!solid.empty()) solid = " beside '" + solid + "'";
+  std::string out =
+      text("; the widest way narrows to %.2f m at ", 2.0 * gap.distance) + place(gap.p_W) + solid;
+  if (gaps.impossible) return out;
+  if (gaps.unholdable)
+    return out + text(", which fits the vehicle at attitudes that the rotors cannot hold at alpha %.1f deg",
+                      to_degrees(check.alpha()));
+  return out + (gaps.lack > 0.0
+                    ? text(", where the best attitude found lacks %.3f m of the %.3f m of clearance",
+                           gaps.lack, check.margin())
+                    : std::string(", where no motion through was found"));
+}
+
+tl::unexpected<PathProblem> disconnected(const StateCheck& check, const Pose& start, const Pose& goal,
+                                         const std::string& where) {
+  return problem(PathFailure::proven_impossible,
+                 "no path exists from " + place(start.p_WB) + " to " + place(goal.p_WB) +
+                     text(": not even the solid ball of %.3f m inside the vehicle can get there with "
+                          "%.3f m of clearance",
+                          check.spheres().inscribed_radius, check.margin()) +
+                     where);
+}
+
+/// Shorter, and checked a second time: OMPL's word is not taken for it.
+PathResult<std::vector<Pose>> finished(const StateCheck& check, const Pose& start, const Pose& goal,
+                                       std::vector<Pose> path, const PathOptions& options) {
+  auto shorter = shorten(check, std::move(path), options.seed, options.shortcuts, options.deadline);
+  shorter.front() = start;
+  shorter.back() = goal;
+  for (std::size_t i = 0; i + 1 < shorter.size(); ++i)
+    if (!check.motion_valid(shorter[i], shorter[i + 1]))
+      return problem(PathFailure::no_path_in_time, "the path that was found did not pass its second check");
+  return shorter;
+}
+
+}  // namespace
 
 PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& start, const Pose& goal,
                                         const PathOptions& options) {
@@ -122,32 +170,31 @@ PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& sta
       return tl::unexpected<PathProblem>(ok.error());
   if (check.motion_valid(start, goal)) return std::vector<Pose>{start, goal};
 
-  const auto begin = std::chrono::steady_clock::now();
-  const auto left = [&] {
-    return options.budget_s - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  };
+  PathOptions part = options;
+  part.deadline = options.deadline.within(options.budget_s);
   Rrt rrt(check, start, goal, options.seed);
-  auto path = rrt.solve(std::min(0.2, 0.5 * options.budget_s));
+  auto path = rrt.solve(part.deadline, kFirstSamples);
+  GapPath gaps;
   if (!path) {
-    if (proven_disconnected(check, start.p_WB, goal.p_WB, options.deadline))
-      return problem(PathFailure::proven_impossible,
-                     "no path exists from " + place(start.p_WB) + " to " + place(goal.p_WB) +
-                         text(": not even the solid ball of %.3f m inside the vehicle can get there with "
-                              "%.3f m of clearance",
-                              check.spheres().inscribed_radius, check.margin()));
-    path = rrt.solve(std::min(left(), options.deadline.left()));
+    gaps = path_through_gaps(check, start, goal, part);
+    if (!gaps.poses.empty()) path = gaps.poses;
+  }
+  const std::string where = path ? std::string() : bottleneck(gaps, check, options);
+  if (gaps.impossible) return disconnected(check, start, goal, where);
+  if (!path && !options.brief) path = rrt.solve(part.deadline, kMoreSamples);
+  if (!path && gaps.exhausted && gaps.lack > kTooNarrow && !part.deadline.passed())
+    return problem(PathFailure::gap_too_narrow,
+                   "no path was found from " + place(start.p_WB) + " to " + place(goal.p_WB) + where);
+  if (!path && !options.brief) {
+    if (proven_disconnected(check, start.p_WB, goal.p_WB, part.deadline))
+      return disconnected(check, start, goal, where);
+    path = rrt.solve(part.deadline);
   }
   if (!path)
     return problem(PathFailure::no_path_in_time, "no path was found from " + place(start.p_WB) + " to " +
                                                      place(goal.p_WB) +
-                                                     text(" within %.0f ms", 1e3 * options.budget_s));
-  auto shorter = shorten(check, std::move(*path), options.seed, options.shortcuts, options.deadline);
-  shorter.front() = start;
-  shorter.back() = goal;
-  for (std::size_t i = 0; i + 1 < shorter.size(); ++i)
-    if (!check.motion_valid(shorter[i], shorter[i + 1]))
-      return problem(PathFailure::no_path_in_time, "the path that was found did not pass its second check");
-  return shorter;
+                                                     text(" within %.0f ms", 1e3 * options.budget_s) + where);
+  return finished(check, start, goal, std::move(*path), options);
 }
 
 }  // namespace omniflight::planning

@@ -1,5 +1,8 @@
 #include "ride_leg.hpp"
 
+#include <algorithm>
+#include <optional>
+
 namespace omniflight::planning {
 namespace {
 
@@ -29,15 +32,28 @@ Path cut_corners(const Path& path, int times) {
   return out;
 }
 
-Result<Knots> ride_through(const Path& poses, const AtTilt& tilt, const MotionLimits& limits,
-                           const Deadline& deadline) {
-  if (tilt.flat) return ride(FlatCurve(poses, *tilt.flat), *tilt.flat, *tilt.rotors, limits, deadline);
-  return ride(PoseCurve(poses), *tilt.rotors, limits, deadline);
+/// One way of riding a leg: a curve, or several with a stop between two.
+struct Candidate {
+  std::vector<PoseCurve> curves;
+  std::vector<double> least;  // s, of each
+  double total = 0.0;         // s
+};
+
+Result<Candidate> candidate(const std::vector<Path>& parts, const AtTilt& tilt, const MotionLimits& limits,
+                            const Deadline& deadline) {
+  Candidate out;
+  for (const Path& part : parts) {
+    out.curves.emplace_back(part);
+    const auto least = least_time(out.curves.back(), *tilt.rotors, limits, deadline);
+    if (!least) return Failure(least.error());
+    out.least.push_back(*least);
+    out.total += *least;
+  }
+  return out;
 }
 
-/// See ride_leg, at the limits as they are.
-Result<Ridden> ride_at(const std::vector<Path>& paths, const AtTilt& tilt, const MotionLimits& limits,
-                       const Deadline& deadline) {
+/// Shapes of a leg for curves through it, rounder or closer to the path.
+std::vector<Path> shapes_of(const std::vector<Path>& paths) {
   const auto joined = [&](auto shape) {
     Path all{paths.front().front()};
     for (const Path& path : paths) {
@@ -46,33 +62,83 @@ Result<Ridden> ride_at(const std::vector<Path>& paths, const AtTilt& tilt, const
     }
     return all;
   };
-  const Path corners = joined([](const Path& p) { return p; });
-  std::vector<Path> shapes{corners};
-  if (corners.size() > 2) {
-    for (const int times : {1, 2})
-      shapes.push_back(joined([&](const Path& p) { return cut_corners(p, times); }));
-    for (const int parts : {3, 6})
-      shapes.push_back(joined([&](const Path& p) { return subdivided(p, parts); }));
+  std::vector<Path> shapes{joined([](const Path& p) { return p; })};
+  if (shapes.front().size() == 2) return shapes;
+  for (const int times : {1, 2})
+    shapes.push_back(joined([&](const Path& p) { return cut_corners(p, times); }));
+  for (const int parts : {3, 6})
+    shapes.push_back(joined([&](const Path& p) { return subdivided(p, parts); }));
+  return shapes;
+}
+
+std::vector<Path> motions_of(const Path& path) {
+  std::vector<Path> out;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) out.push_back({path[i], path[i + 1]});
+  return out;
+}
+
+bool is_free(const Knots& knots, const AtTilt& tilt, const Deadline& deadline) {
+  const auto trajectory = Trajectory::create(knots);
+  return trajectory && tilt.check.advance_along(*trajectory, deadline).free;
+}
+
+/// See ride_leg. The times of all candidates are cheap; the quickest whose curve is free is the best.
+Result<Ridden> ride_attitude(const std::vector<Path>& paths, const AtTilt& tilt, const MotionLimits& limits,
+                             const Deadline& deadline) {
+  const std::vector<Path> shapes = shapes_of(paths);
+  std::vector<Candidate> candidates;
+  std::optional<Error> problem;
+  const auto offer = [&](const std::vector<Path>& parts) {
+    if (deadline.passed()) return;
+    if (auto made = candidate(parts, tilt, limits, deadline))
+      candidates.push_back(std::move(*made));
+    else
+      problem = made.error();
+  };
+  for (const Path& shape : shapes) offer({shape});
+  if (shapes.size() > 1) offer(motions_of(shapes.front()));
+  std::sort(candidates.begin(), candidates.end(),
+            [](const Candidate& a, const Candidate& b) { return a.total < b.total; });
+  for (const Candidate& c : candidates) {
+    if (deadline.passed()) break;
+    Knots knots;
+    for (std::size_t i = 0; i < c.curves.size(); ++i) {
+      auto part = ride_from(c.least[i], c.curves[i], *tilt.rotors, limits, deadline);
+      if (!part) return Failure(part.error());
+      append(knots, *part);
+    }
+    if (is_free(knots, tilt, deadline)) return Ridden{std::move(knots), c.curves.size() > 1};
   }
+  if (deadline.passed()) return out_of_time(deadline, "timing a ride");
+  if (problem) return Failure(*problem);
+  return fail(ErrorCode::incomplete, kBlocked);
+}
+
+/// See ride_leg, for vehicles that lean into their motion, at the limits as they are.
+Result<Ridden> ride_leaning(const std::vector<Path>& paths, const AtTilt& tilt, const MotionLimits& limits,
+                            const Deadline& deadline) {
   Ridden best;
   std::optional<Error> problem;
   const auto offer = [&](Knots knots, bool stops) {
     if (!best.knots.empty() && knots.back().t >= best.knots.back().t) return;
-    const auto trajectory = Trajectory::create(knots);
-    if (trajectory && tilt.check.curve(*trajectory, deadline).free) best = {std::move(knots), stops};
+    if (is_free(knots, tilt, deadline)) best = {std::move(knots), stops};
   };
+  const auto through = [&](const Path& poses) {
+    return ride(FlatCurve(poses, *tilt.flat), *tilt.flat, *tilt.rotors, limits, deadline);
+  };
+  const std::vector<Path> shapes = shapes_of(paths);
   for (const Path& shape : shapes) {
     if (deadline.passed()) return out_of_time(deadline, "timing a ride");
-    auto knots = ride_through(shape, tilt, limits, deadline);
+    auto knots = through(shape);
     if (knots)
       offer(std::move(*knots), false);
     else
       problem = knots.error();
   }
-  if (corners.size() > 2) {
+  if (shapes.size() > 1) {
     Knots knots;
-    for (std::size_t i = 0; i + 1 < corners.size(); ++i) {
-      auto part = ride_through({corners[i], corners[i + 1]}, tilt, limits, deadline);
+    for (const Path& motion : motions_of(shapes.front())) {
+      auto part = through(motion);
       if (!part) return Failure(part.error());
       append(knots, *part);
     }
@@ -96,12 +162,12 @@ void append(Knots& all, const Knots& more) {
 
 Result<Ridden> ride_leg(const std::vector<Path>& paths, const AtTilt& tilt, const MotionLimits& limits,
                         const Deadline& deadline) {
-  auto ridden = ride_at(paths, tilt, limits, deadline);
+  if (!tilt.flat) return ride_attitude(paths, tilt, limits, deadline);
+  auto ridden = ride_leaning(paths, tilt, limits, deadline);
   MotionLimits slower = limits;
-  for (int halvings = 0; tilt.flat && !ridden && ridden.error().message == kBlocked && halvings < 4;
-       ++halvings) {
+  for (int halvings = 0; !ridden && ridden.error().message == kBlocked && halvings < 4; ++halvings) {
     slower.acceleration *= 0.5;
-    ridden = ride_at(paths, tilt, slower, deadline);
+    ridden = ride_leaning(paths, tilt, slower, deadline);
   }
   return ridden;
 }

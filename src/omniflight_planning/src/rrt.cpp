@@ -139,10 +139,10 @@ Rrt::Rrt(const StateCheck& check, const Pose& start, const Pose& goal, std::uint
 
 Rrt::~Rrt() = default;
 
-std::optional<std::vector<Pose>> Rrt::solve(double seconds) {
-  if (!(seconds > 0.0)) return std::nullopt;
+std::optional<std::vector<Pose>> Rrt::solve(const Deadline& end, std::size_t samples) {
+  if (end.passed()) return std::nullopt;
   try {
-    impl_->planner->solve(ob::timedPlannerTerminationCondition(seconds));
+    impl_->planner->solve(ob::PlannerTerminationCondition([&] { return samples-- == 0 || end.passed(); }));
   } catch (const ompl::Exception&) {
     return std::nullopt;
   }

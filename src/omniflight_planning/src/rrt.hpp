@@ -1,6 +1,7 @@
 // The only file pair that knows OMPL.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -16,8 +17,9 @@ class Rrt {
   /// Start and goal must be valid: OMPL aborts the process on a NaN.
   Rrt(const StateCheck& check, const Pose& start, const Pose& goal, std::uint64_t seed);
   ~Rrt();
-  /// Continues for at most this long [s]; an exact solution or nothing.
-  std::optional<std::vector<Pose>> solve(double seconds);
+  /// Continues to the deadline and for so many samples at most; an exact solution or nothing.
+  std::optional<std::vector<Pose>> solve(const Deadline& end,
+                                         std::size_t samples = std::numeric_limits<std::size_t>::max());
 
  private:
   struct Impl;

@@ -7,6 +7,7 @@ namespace omniflight::planning {
 namespace {
 
 constexpr double kRotationLength = 0.3;  // m a radian
+constexpr int kInVain = 50;              // attempts in a row after which a path counts as short
 
 double motion_length(const Pose& a, const Pose& b) {
   return (b.p_WB - a.p_WB).norm() + kRotationLength * a.q_WB.angularDistance(b.q_WB);
@@ -52,8 +53,16 @@ std::vector<Pose> straightened(const std::vector<Pose>& path, double s0, double 
   return clean;
 }
 
-bool all_valid(const StateCheck& check, const std::vector<Pose>& path) {
-  for (std::size_t i = 0; i + 1 < path.size(); ++i)
+/// Whether the motions of `path` that `before`, which is valid, does not have are valid.
+bool changes_valid(const StateCheck& check, const std::vector<Pose>& path, const std::vector<Pose>& before) {
+  const auto same = [](const Pose& a, const Pose& b) {
+    return a.p_WB == b.p_WB && a.q_WB.coeffs() == b.q_WB.coeffs();
+  };
+  std::size_t first = 0, last = path.size() - 1, old = before.size() - 1;
+  while (first + 1 < path.size() && first + 1 < before.size() && same(path[first + 1], before[first + 1]))
+    ++first;
+  while (last > first && old > 0 && same(path[last - 1], before[old - 1])) --last, --old;
+  for (std::size_t i = first; i < last; ++i)
     if (!check.motion_valid(path[i], path[i + 1])) return false;
   return true;
 }
@@ -81,16 +90,20 @@ std::vector<Pose> shorten(const StateCheck& check, std::vector<Pose> path, std::
                           const Deadline& deadline) {
   Random random(seed, "shorten");
   remove_needless_vertices(check, path, deadline);
-  for (int i = 0; i < attempts && path.size() > 2 && !deadline.passed(); ++i) {
+  int in_vain = 0;
+  for (int i = 0; i < attempts && in_vain < kInVain && path.size() > 2 && !deadline.passed(); ++i) {
     const double motions = static_cast<double>(path.size() - 1);
     double s0 = random.uniform(0.0, motions), s1 = random.uniform(0.0, motions);
     if (s0 > s1) std::swap(s0, s1);
     if (static_cast<int>(s0) == static_cast<int>(s1)) continue;
+    ++in_vain;
     const double which = random.uniform();
     const Part part = which < 0.6 ? Part::both : which < 0.8 ? Part::position : Part::attitude;
     auto candidate = straightened(path, s0, s1, part);
-    if (path_length(candidate) < path_length(path) - 1e-6 && all_valid(check, candidate))
+    if (path_length(candidate) < path_length(path) - 1e-6 && changes_valid(check, candidate, path)) {
       path = std::move(candidate);
+      in_vain = 0;
+    }
   }
   remove_needless_vertices(check, path, deadline);
   return path;

@@ -16,12 +16,9 @@ inline bool within(const MotionPeaks& p, const MotionLimits& limits) {
          p.angular_acceleration <= limits.angular_acceleration;
 }
 
-/// Knots of the shortest ride (a whole number of knot periods) that lasts `low` [s] at least: the duration is
-/// bracketed and halved by fits(duration), and the first knots(intervals, duration) from there that pass
-/// keeps(knots) are taken.
-template <class Knots, class Fits, class Keeps>
-Result<std::vector<TrajectoryKnot>> shortest_ride(double low, const Knots& knots, const Fits& fits,
-                                                  const Keeps& keeps, const Deadline& deadline) {
+/// The shortest duration [s] from `low` on at which fits(duration), bracketed and halved.
+template <class Fits>
+Result<double> shortest_time(double low, const Fits& fits, const Deadline& deadline) {
   const auto late = [&] { return out_of_time(deadline, "finding the shortest time of a ride"); };
   double high = low;
   while (high < kLongestRide && !fits(high)) {
@@ -33,9 +30,17 @@ Result<std::vector<TrajectoryKnot>> shortest_ride(double low, const Knots& knots
     if (deadline.passed()) return late();
     (fits(0.5 * (low + high)) ? high : low) = 0.5 * (low + high);
   }
-  for (int intervals = static_cast<int>(std::ceil(high / kKnotPeriod - 1e-9));
+  return high;
+}
+
+/// The first knots(intervals, duration) that pass keeps(knots), a whole number of knot periods long and
+/// `least` [s] at least.
+template <class Knots, class Keeps>
+Result<std::vector<TrajectoryKnot>> first_ride(double least, const Knots& knots, const Keeps& keeps,
+                                               const Deadline& deadline) {
+  for (int intervals = static_cast<int>(std::ceil(least / kKnotPeriod - 1e-9));
        intervals * kKnotPeriod < kLongestRide; ++intervals) {
-    if (deadline.passed()) return late();
+    if (deadline.passed()) return out_of_time(deadline, "finding the shortest time of a ride");
     auto found = knots(intervals, intervals * kKnotPeriod);
     if (keeps(found)) return found;
   }

@@ -1,14 +1,22 @@
 #include "omniflight_planning/state_check.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+
+#include "solid.hpp"
 
 namespace omniflight::planning {
 namespace {
 /// Less room than this beyond the margin counts as none: it bounds the number of steps.
 constexpr double kLeastRoom = 2e-4;  // m
 /// With this much room beyond the margin the bounding spheres of the parts are accurate enough.
-constexpr double kCoarse = 0.08;                 // m
+constexpr double kCoarse = 0.08;  // m
+/// With less room than this by its spheres, a part is measured itself: within this reach beyond the margin.
+constexpr double kAmbiguous = 0.01;   // m
+constexpr double kExactReach = 0.04;  // m
+constexpr double kExactWithin =
+    0.2;  // m, clearances below are those of the parts, larger ones of the spheres
 constexpr std::size_t kKnotsBetweenLooks = 256;  // at the clock
 }  // namespace
 
@@ -28,38 +36,88 @@ StateCheck::StateCheck(const DistanceMap& map, VehicleSpheres spheres,
       headroom_(headroom),
       margin_(margin) {}
 
+double StateCheck::exact(const SphereGroup& group, const Vec3& p_WB, const Mat3& R_WB, double low,
+                         double enough) const {
+  const Solid solid(group.part, p_WB, R_WB);
+  const Vec3 c = solid.center();
+  const auto at = map_.voxel_of(c);
+  if (!map_.contains(c) || map_.occupied(at[0], at[1], at[2])) return 0.0;
+  const Vec3 reach(solid.reach(Vec3::UnitX()), solid.reach(Vec3::UnitY()), solid.reach(Vec3::UnitZ()));
+  const double half = 0.5 * map_.resolution();
+  double best =
+      std::min({enough, (c - reach - map_.lower()).minCoeff(), (map_.upper() - c - reach).minCoeff()});
+  const Vec3 window = reach + Vec3::Constant(best);
+  map_.for_surface(c - window, c + window, [&](const Vec3& cube) {
+    const double near = ((cube - c).cwiseAbs().array() - half).max(0.0).matrix().norm() - group.bound.radius;
+    if (near < best && best > low) best = std::min(best, solid.distance_to_cube(cube, half, best));
+  });
+  return std::max(0.0, best);
+}
+
 Clearance StateCheck::clearance(const Pose& pose) const {
   Clearance best{map_.max_distance(), pose.p_WB};
   const Mat3 R = pose.q_WB.toRotationMatrix();
-  const auto look = [&](const BodySphere& s) {
-    const Vec3 p = pose.p_WB + R * s.p_BS;
-    return Clearance{map_.distance(p) - s.radius, p};
-  };
   for (const SphereGroup& group : spheres_.groups) {
-    if (look(group.bound).distance >= best.distance) continue;
-    for (const BodySphere& s : group.spheres)
-      if (const Clearance c = look(s); c.distance < best.distance) best = c;
+    if (map_.distance(pose.p_WB + R * group.bound.p_BS) - group.bound.radius >= best.distance) continue;
+    Clearance near = best;
+    double reached = map_.max_distance();  // some point of the part is no farther away
+    for (const BodySphere& s : group.spheres) {
+      const Vec3 p = pose.p_WB + R * s.p_BS;
+      const DistanceMap::Bounds d = map_.distance_bounds(p);
+      reached = std::min(reached, d.upper);
+      if (d.lower - s.radius < near.distance) near = {d.lower - s.radius, p};
+    }
+    if (near.distance >= best.distance) continue;
+    if (reached > 0.0 && near.distance < kExactWithin)
+      if (const double part = exact(group, pose.p_WB, R, 0.0, std::min(reached, best.distance)); part > 0.0)
+        near.distance = std::max(near.distance, part);
+    if (near.distance < best.distance) best = near;
   }
   return best;
 }
 
 double StateCheck::room(const Pose& pose) const {
   const double enough = margin_ + kCoarse;
-  if (const double d = map_.distance(pose.p_WB) - spheres_.bounding_radius; d >= enough) return d - margin_;
+  if (const double d = map_.coarse_distance(pose.p_WB) - spheres_.bounding_radius; d >= enough)
+    return d - margin_;
   double best = map_.max_distance();
   const Mat3 R = pose.q_WB.toRotationMatrix();
-  const auto look = [&](const BodySphere& s) { return map_.distance(pose.p_WB + R * s.p_BS) - s.radius; };
+  struct Ambiguous {
+    const SphereGroup* group;
+    double by_spheres;  // m
+  };
+  std::array<Ambiguous, 32> ambiguous;  // what does not fit in counts by its spheres
+  std::size_t count = 0;
   for (const SphereGroup& group : spheres_.groups) {
-    const double coarse = look(group.bound);
-    if (coarse >= best) continue;
-    if (coarse >= enough) {
-      best = coarse;
+    const Vec3 center = pose.p_WB + R * group.bound.p_BS;
+    double coarse = map_.coarse_distance(center) - group.bound.radius;
+    if (coarse < std::min(best, enough)) coarse = map_.distance(center) - group.bound.radius;
+    if (coarse >= std::min(best, enough)) {
+      best = std::min(best, coarse);
       continue;
     }
     double fine = map_.max_distance();
-    for (const BodySphere& s : group.spheres) fine = std::min(fine, look(s));
-    best = std::min(best, fine);
-    if (best <= margin_) break;
+    for (const BodySphere& s : group.spheres) {
+      const Vec3 p = pose.p_WB + R * s.p_BS;
+      if (const double quick = map_.coarse_distance(p) - s.radius; quick >= margin_ + kExactReach) {
+        fine = std::min(fine, quick);
+        continue;
+      }
+      const DistanceMap::Bounds d = map_.distance_bounds(p);
+      if (d.upper < margin_ || d.upper <= 0.0)
+        return d.upper - margin_;  // a point of the part: certainly hit
+      fine = std::min(fine, d.lower - s.radius);
+    }
+    if (fine < margin_ + kAmbiguous && count < ambiguous.size())
+      ambiguous[count++] = {&group, fine};
+    else
+      best = std::min(best, fine);
+  }
+  // neither certainly free nor certainly hit: the spheres stick out of the parts, so ask the parts
+  for (std::size_t i = 0; i < count && best > margin_; ++i) {
+    const double enough_of_part = std::min(best, margin_ + kExactReach);
+    best = std::min(best, std::max(ambiguous[i].by_spheres,
+                                   exact(*ambiguous[i].group, pose.p_WB, R, margin_, enough_of_part)));
   }
   return best - margin_;
 }
@@ -75,6 +133,10 @@ bool StateCheck::motion_valid(const Pose& a, const Pose& b) const {
   const int attitudes = static_cast<int>(std::ceil(angle / to_radians(2.0)));
   for (int k = 1; k < attitudes; ++k)
     if (!hoverable(interpolate(a, b, static_cast<double>(k) / attitudes).q_WB)) return false;
+  // most motions that are not free are told by a few poses
+  if (length > kCoarse)
+    for (const double at : {0.5, 0.25, 0.75})
+      if (room(interpolate(a, b, at)) <= kLeastRoom) return false;
   double s = 0.0;
   while (s < 1.0) {
     const double free = room(interpolate(a, b, s));
@@ -113,6 +175,30 @@ double speed_bound(const TrajectoryKnot& k0, const TrajectoryKnot& k1, double ra
 }
 
 CurveCheck StateCheck::curve(const Trajectory& trajectory, const Deadline& deadline) const {
+  CurveCheck out = advance_along(trajectory, deadline);
+  if (!out.free) return out;
+  // The report's least clearance is looked for more accurately than the advance needs.
+  const auto& knots = trajectory.knots();
+  for (std::size_t k = 0; k < knots.size(); ++k) {
+    if (k % kKnotsBetweenLooks == 0 && deadline.passed()) {
+      out.free = false;
+      out.out_of_time = true;
+      return out;
+    }
+    if (k % 10 != 0 && k + 1 != knots.size()) continue;
+    const Clearance c = clearance({knots[k].reference.p_WB, knots[k].reference.q_WB});
+    if (c.distance < out.min_clearance) {
+      out.min_clearance = c.distance;
+      out.at = knots[k].t;
+      out.p_W = c.p_W;
+    }
+  }
+  // The field's bound is not continuous between voxels, so it may fall short of what the advance has proven.
+  out.min_clearance = std::max(out.min_clearance, margin_);
+  return out;
+}
+
+CurveCheck StateCheck::advance_along(const Trajectory& trajectory, const Deadline& deadline) const {
   CurveCheck out;
   out.min_clearance = map_.max_distance();
   const auto& knots = trajectory.knots();
@@ -149,16 +235,6 @@ CurveCheck StateCheck::curve(const Trajectory& trajectory, const Deadline& deadl
     }
     left -= speed * (knots[k + 1].t - t);
   }
-  // The report's least clearance is looked for more accurately than the advance needs.
-  for (std::size_t k = 0; k < knots.size(); ++k) {
-    if (k % kKnotsBetweenLooks == 0 && deadline.passed()) {
-      out.out_of_time = true;
-      return out;
-    }
-    if (k % 10 == 0 || k + 1 == knots.size()) note(knots[k].t);
-  }
-  // The field's bound is not continuous between voxels, so it may fall short of what the advance has proven.
-  out.min_clearance = std::max(out.min_clearance, margin_);
   out.free = true;
   return out;
 }

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "actuation.hpp"
 #include "shortest_ride.hpp"
+#include "text.hpp"
 
 namespace omniflight::planning {
 namespace {
@@ -113,47 +113,83 @@ MotionPeaks larger(const MotionPeaks& a, MotionPeaks b, double start) {
   return b;
 }
 
-Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const allocation::RotorLoad& rotors,
-                                         const MotionLimits& limits, const Deadline& deadline) {
-  const double allowed = 1.0 - limits.rotor_headroom;
-  const auto sample = [&](int intervals, double duration) {
-    std::vector<TrajectoryKnot> knots;
-    knots.reserve(static_cast<std::size_t>(intervals) + 1);
-    for (int i = 0; i <= intervals; ++i) {
-      const Law law(static_cast<double>(i) / intervals);
-      Reference r = curve.at(curve.length() * law.u, curve.length() * law.du / duration,
-                             curve.length() * law.ddu / (duration * duration));
-      r.alpha = rotors.alpha();
-      knots.push_back({duration * i / intervals, r});
-    }
-    return knots;
-  };
-  for (int i = 0; i <= kShapeSamples; ++i) {
-    const Reference r = curve.at(curve.length() * i / kShapeSamples, 0.0, 0.0);
-    if (const double load = rotors.hover_load(r.q_WB); load > allowed) {
-      const Vec3 rpy = roll_pitch_yaw(r.q_WB);
-      char text[256];
-      std::snprintf(
-          text, sizeof text,
+namespace {
+
+std::vector<TrajectoryKnot> sample(const PoseCurve& curve, double alpha, int intervals, double duration) {
+  std::vector<TrajectoryKnot> knots;
+  knots.reserve(static_cast<std::size_t>(intervals) + 1);
+  for (int i = 0; i <= intervals; ++i) {
+    const Law law(static_cast<double>(i) / intervals);
+    Reference r = curve.at(curve.length() * law.u, curve.length() * law.du / duration,
+                           curve.length() * law.ddu / (duration * duration));
+    r.alpha = alpha;
+    knots.push_back({duration * i / intervals, r});
+  }
+  return knots;
+}
+
+Failure unhoverable(const Quat& q_WB, double load, double allowed, double alpha) {
+  const Vec3 rpy = roll_pitch_yaw(q_WB);
+  return fail(
+      ErrorCode::incomplete,
+      text(
           "the attitude roll %.1f, pitch %.1f, yaw %.1f deg on the way needs %.0f %% of the rotors' range to "
           "hover at alpha %.1f deg, %.0f %% are allowed",
-          to_degrees(rpy.x()), to_degrees(rpy.y()), to_degrees(rpy.z()), 100.0 * load,
-          to_degrees(rotors.alpha()), 100.0 * allowed);
-      return fail(ErrorCode::incomplete, text, "", "Choose another alpha or attitude, or less headroom");
-    }
-  }
+          to_degrees(rpy.x()), to_degrees(rpy.y()), to_degrees(rpy.z()), 100.0 * load, to_degrees(alpha),
+          100.0 * allowed),
+      "", "Choose another alpha or attitude, or less headroom");
+}
+
+}  // namespace
+
+Result<double> least_time(const PoseCurve& curve, const allocation::RotorLoad& rotors,
+                          const MotionLimits& limits, const Deadline& deadline) {
+  const double allowed = 1.0 - limits.rotor_headroom;
   // With the shape fixed, speeds go with 1/T and accelerations with 1/T^2, so the kinematic limits give T at
   // once; the required wrench is that of hovering plus a part that goes with 1/T^2, so its load falls with T.
-  const std::vector<TrajectoryKnot> in_a_second = sample(kShapeSamples, 1.0);
+  const std::vector<TrajectoryKnot> in_a_second = sample(curve, rotors.alpha(), kShapeSamples, 1.0);
+  std::vector<Vec6> hover, beyond;
+  MotionPeaks unit;
+  for (const TrajectoryKnot& knot : in_a_second) {
+    const Reference& r = knot.reference;
+    Reference still;
+    still.q_WB = r.q_WB;
+    hover.push_back(rotors.required_wrench(still));
+    beyond.push_back(rotors.required_wrench(r) - hover.back());
+    if (const double load = rotors.load(hover.back()); load > allowed)
+      return unhoverable(r.q_WB, load, allowed, rotors.alpha());
+    unit.speed = std::max(unit.speed, r.v_WB_W.norm());
+    unit.acceleration = std::max(unit.acceleration, r.a_WB_W.norm());
+    unit.rate = std::max(unit.rate, r.w_WB_B.norm());
+    unit.angular_acceleration = std::max(unit.angular_acceleration, r.dw_WB_B.norm());
+  }
   if (auto ok = check_actuation(in_a_second, rotors); !ok) return Failure(ok.error());
-  const MotionPeaks unit = peaks(in_a_second, rotors);
   const double low = std::max({unit.speed / limits.speed, unit.rate / limits.rate,
                                std::sqrt(unit.acceleration / limits.acceleration),
                                std::sqrt(unit.angular_acceleration / limits.angular_acceleration), 0.1});
-  return shortest_ride(
-      low, sample, [&](double T) { return peaks(sample(kShapeSamples, T), rotors).rotor_load <= allowed; },
+  const auto fits = [&](double T) {
+    for (std::size_t i = 0; i < hover.size(); ++i)
+      if (rotors.load(hover[i] + beyond[i] / (T * T)) > allowed) return false;
+    return true;
+  };
+  return shortest_time(low, fits, deadline);
+}
+
+Result<std::vector<TrajectoryKnot>> ride_from(double least, const PoseCurve& curve,
+                                              const allocation::RotorLoad& rotors, const MotionLimits& limits,
+                                              const Deadline& deadline) {
+  return first_ride(
+      least,
+      [&](int intervals, double duration) { return sample(curve, rotors.alpha(), intervals, duration); },
       [&](const std::vector<TrajectoryKnot>& knots) { return within(peaks(knots, rotors), limits); },
       deadline);
+}
+
+Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const allocation::RotorLoad& rotors,
+                                         const MotionLimits& limits, const Deadline& deadline) {
+  const auto least = least_time(curve, rotors, limits, deadline);
+  if (!least) return Failure(least.error());
+  return ride_from(*least, curve, rotors, limits, deadline);
 }
 
 }  // namespace omniflight::planning

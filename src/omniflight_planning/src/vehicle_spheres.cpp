@@ -8,9 +8,13 @@ namespace {
 
 using Kind = vehicle::CollisionShape::Kind;
 
+vehicle::CollisionShape cylinder(const Vec3& center, const Vec3& axis, double radius, double length) {
+  return {Kind::cylinder, center, Quat::FromTwoVectors(Vec3::UnitZ(), axis), Vec3(radius, length, 0.0)};
+}
+
 /// 19 circles of 0.2845 R cover a circle of radius R: one in the middle, 6 at 0.49 R, 12 at 0.86 R.
 SphereGroup cover_disc(const Vec3& center, const Vec3& normal, double radius) {
-  SphereGroup group{{center, radius}, {}};
+  SphereGroup group{{center, radius}, {}, cylinder(center, normal, radius, 0.0)};
   const Vec3 x = normal.unitOrthogonal(), y = normal.cross(x);
   const double r = 0.2845 * radius;
   group.spheres.push_back({center, r});
@@ -27,7 +31,7 @@ SphereGroup cover_disc(const Vec3& center, const Vec3& normal, double radius) {
 
 /// Upright cylinder about `axis` through `center`: slices that are about as long as they are wide.
 SphereGroup cover_rod(const Vec3& center, const Vec3& axis, double radius, double length) {
-  SphereGroup group{{center, std::hypot(radius, 0.5 * length)}, {}};
+  SphereGroup group{{center, std::hypot(radius, 0.5 * length)}, {}, cylinder(center, axis, radius, length)};
   const int n = std::clamp(static_cast<int>(std::ceil(length / std::max(1e-6, 1.5 * radius))), 1, 200);
   const double slice = length / n, r = std::hypot(radius, 0.5 * slice);
   for (int k = 0; k < n; ++k)
@@ -36,7 +40,7 @@ SphereGroup cover_rod(const Vec3& center, const Vec3& axis, double radius, doubl
 }
 
 SphereGroup cover_box(const Vec3& center, const Quat& q_BS, const Vec3& edges) {
-  SphereGroup group{{center, 0.5 * edges.norm()}, {}};
+  SphereGroup group{{center, 0.5 * edges.norm()}, {}, {Kind::box, center, q_BS, edges}};
   const double target = std::max(0.5 * edges.minCoeff(), edges.maxCoeff() / 20.0);
   Eigen::Vector3i n;
   for (int k = 0; k < 3; ++k) n[k] = std::clamp(static_cast<int>(std::ceil(edges[k] / target - 1e-9)), 1, 20);
@@ -82,7 +86,7 @@ VehicleSpheres cover_with_spheres(const vehicle::Vehicle& vehicle, double alpha)
   for (const auto& shape : vehicle.collision) {
     switch (shape.kind) {
       case Kind::sphere:
-        out.groups.push_back({{shape.p_BS, shape.size.x()}, {{shape.p_BS, shape.size.x()}}});
+        out.groups.push_back({{shape.p_BS, shape.size.x()}, {{shape.p_BS, shape.size.x()}}, shape});
         break;
       case Kind::cylinder:
         out.groups.push_back(
@@ -94,11 +98,11 @@ VehicleSpheres cover_with_spheres(const vehicle::Vehicle& vehicle, double alpha)
     }
     out.inscribed_radius = std::max(out.inscribed_radius, inscribed(shape));
   }
-  for (auto& group : out.groups) {
-    for (const auto& s : group.spheres) {
-      out.bounding_radius = std::max(out.bounding_radius, s.p_BS.norm() + s.radius);
-      group.bound.radius = std::max(group.bound.radius, (s.p_BS - group.bound.p_BS).norm() + s.radius);
-    }
+  for (const auto& group : out.groups) {
+    double farthest = 0.0;
+    for (const auto& s : group.spheres) farthest = std::max(farthest, s.p_BS.norm() + s.radius);
+    const double as_one = group.bound.p_BS.norm() + group.bound.radius;
+    out.bounding_radius = std::max(out.bounding_radius, std::min(farthest, as_one));
   }
   return out;
 }

@@ -19,6 +19,28 @@ inline const DistanceMap& pyramid() {
   static const DistanceMap map = DistanceMap::load(kConfigs / "test_beds/pyramid.bt").value();
   return map;
 }
+/// A room of 4 x 3 x 2.4 m, cut in two by a wall of 0.1 m with a window about kWindow (m; width along y).
+/// Faces lie a millimetre inside of the voxels' faces, so that the voxels leave exactly the window free.
+inline const Vec3 kWindow(0.05, 0.0, 1.2);
+inline TestBed window_bed(double width, double height, double resolution) {
+  TestBed bed;
+  bed.name = "window";
+  bed.resolution = resolution;
+  bed.lower = Vec3(-2, -1.5, 0);
+  bed.upper = Vec3(2, 1.5, 2.4);
+  const double in = 0.001, w = 0.5 * width, h = 0.5 * height;
+  const auto wall = [&](const char* name, double y0, double y1, double z0, double z1) {
+    const Vec3 low(in, y0 + in, z0 + in), high(0.1 - in, y1 - in, z1 - in);
+    bed.primitives.push_back({Primitive::Kind::box, name, 0.5 * (low + high), high - low, 0});
+  };
+  wall("wall left", w, 1.5, 0, 2.4);
+  wall("wall right", -1.5, -w, 0, 2.4);
+  if (height < 2.4) {
+    wall("sill", -w, w, 0, kWindow.z() - h);
+    wall("lintel", -w, w, kWindow.z() + h, 2.4);
+  }
+  return bed;
+}
 inline allocation::RotorLoad rotor_load(const vehicle::Vehicle& v, double alpha) {
   return allocation::RotorLoad::create(v, alpha).value();
 }

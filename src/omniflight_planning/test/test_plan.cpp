@@ -272,6 +272,26 @@ TEST_F(Plans, RandomFlightsKeepTheirClearanceFromEveryVoxel) {
   EXPECT_GE(planned_flights, 6);
 }
 
+TEST_F(Plans, ASlotThatLeavesMillimetresIsFlownWithItsClearance) {
+  const auto tree = make_octree(window_bed(0.5, 2.4, 0.025)).value();  // the vehicle is 0.453 m wide
+  const auto map = DistanceMap::create(*tree, "").value();
+  Mission mission;
+  mission.name = "slot";
+  mission.alpha = to_radians(30);
+  mission.clearance = 0.02;
+  mission.budget_s = 60.0;
+  mission.waypoints = {{.name = "start", .pose = {Vec3(-1.2, 0.4, 1.3), Quat::Identity()}, .where = {}},
+                       {.name = "end", .pose = {Vec3(1.2, -0.4, 1.1), Quat::Identity()}, .where = {}}};
+  const auto plan = omniflight::planning::plan(mission, omnimorph(), map);
+  ASSERT_TRUE(plan) << plan.error().text();
+  const auto check = make_check(map, 30, 0.02);
+  for (double t = 0.0; t <= plan->certificate.duration; t += 0.05) {
+    const Reference r = plan->trajectory.sample(t);
+    ASSERT_GE(check.clearance({r.p_WB, r.q_WB}).distance, 0.02 - 1e-9) << t;
+  }
+  EXPECT_GE(plan->certificate.min_clearance, 0.02);
+}
+
 struct Refusal {
   const char *what, *from, *to, *reason;
   ErrorCode code;
@@ -291,7 +311,16 @@ TEST_F(Plans, BadMissionsNameFileFieldAndNextStep) {
       {"no test bed", "test_bed: pyramid", "test_bed: nowhere", "nowhere", ErrorCode::bad_input},
       {"no vehicle", "vehicle: omnimorph", "vehicle: nothing", "nothing", ErrorCode::bad_input},
       {"schema", "mission/1", "mission/7", "mission/1", ErrorCode::bad_input},
+      {"budget 0", "budget_ms: 10000", "budget_ms: 0", "budget_ms", ErrorCode::bad_input},
+      {"waypoint outside the map", "[0.3, 0, 0]", "[30, 0, 0]", "outside_map", ErrorCode::bad_input},
+      {"waypoint in an obstacle", "[0.3, 0, 0]", "[0, 0, 0.6]", "goal_occupied", ErrorCode::bad_input},
+      {"map missing", "test_bed: pyramid", "test_bed: missing.bt", "missing.bt", ErrorCode::bad_input},
+      {"map cut", "test_bed: pyramid", "test_bed: cut.bt", "cut.bt", ErrorCode::bad_input},
+      {"map empty", "test_bed: pyramid", "test_bed: empty.bt", "empty.bt", ErrorCode::bad_input},
   };
+  const std::string map = files::read_file(kConfigs / "test_beds/pyramid.bt", 1 << 24).value();
+  std::ofstream(fs::path(testing::TempDir()) / "cut.bt") << map.substr(0, map.size() / 2);
+  std::ofstream(fs::path(testing::TempDir()) / "empty.bt");
   for (const auto& c : cases) {
     std::string bytes = good;
     const auto at = bytes.find(c.from);

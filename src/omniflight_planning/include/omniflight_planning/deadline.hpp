@@ -1,6 +1,7 @@
 // The moment at which planning gives up, looked at in every loop whose length the mission decides.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <limits>
 #include <string>
@@ -16,6 +17,9 @@ class Deadline {
   /// `stop` (may be null) ends the work before, once it is true.
   explicit Deadline(double seconds, bool (*stop)() = nullptr)
       : begin_(Clock::now()), limit_(seconds), stop_(stop) {}
+
+  /// The same, but no later than `seconds` from now.
+  Deadline within(double seconds) const { return Deadline(std::min(seconds, left()), stop_); }
 
   double limit() const { return limit_; }  ///< s, from its construction
   double left() const {                    ///< s; negative once it has passed

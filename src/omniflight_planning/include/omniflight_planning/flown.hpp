@@ -16,14 +16,13 @@ struct FlownPose {
 
 struct FlownClearance {
   double least =
-      0.0;  ///< m, exact distance of the sphere model to the map; negative: it was hit; cut off at 0.5
-  double at = 0.0;           ///< s
+      0.0;          ///< m, distance of the vehicle's parts to the map; negative: it was hit; cut off at 0.5
+  double at = 0.0;  ///< s
   Vec3 p_WB = Vec3::Zero();  ///< m, where the vehicle was then
 };
 
 /// The least clearance over the poses, by exact distances to the octree's boxes; unknown space and everything
-/// outside the map count as obstacles, as in planning. The sphere model sticks out of a rotor disc by at most
-/// 0.29 of its radius (vehicle_spheres.hpp), so a hit may be a near miss and never the other way.
+/// outside the map count as obstacles, as in planning. Rotor discs count as without thickness.
 Result<FlownClearance> flown_clearance(const std::vector<FlownPose>& path, const vehicle::Vehicle& vehicle,
                                        const std::filesystem::path& map);
 

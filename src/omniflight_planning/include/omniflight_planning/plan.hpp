@@ -94,7 +94,7 @@ Result<Plan> read_plan(const std::filesystem::path& dir);
 Status check_match(const Certificate& certificate, const Mission& mission, const vehicle::Vehicle& vehicle);
 
 struct VerifyReport {
-  double min_clearance = 0.0;     ///< m, exact distance of the sphere model to the octree's occupied boxes
+  double min_clearance = 0.0;     ///< m, exact distance of the vehicle's parts to the octree's occupied boxes
   double min_clearance_at = 0.0;  ///< s
   std::size_t poses = 0;          ///< looked at
   MotionPeaks peak;

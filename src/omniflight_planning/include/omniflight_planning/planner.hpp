@@ -19,6 +19,7 @@ enum class PathFailure {
   goal_occupied,
   start_unhoverable,
   goal_unhoverable,
+  gap_too_narrow,
   no_path_in_time,
   proven_impossible,
 };
@@ -34,8 +35,9 @@ struct PathOptions {
   double budget_s = 1.0;   ///< s of wall time; RRTConnect stops at most one motion check later
   Deadline deadline = {};  ///< of the whole plan: nothing is shortened nor proven after it
   int shortcuts = 300;     ///< attempts; a number and not a time, so that results repeat
+  bool brief = false;      ///< gives up early, where another search with less margin will follow
   /// Name of the solid nearest to a point, for messages; may be empty.
-  std::function<std::string(const Vec3& p_W)> name_of;
+  std::function<std::string(const Vec3& p_W)> name_of = {};
 };
 
 template <class T>
@@ -46,7 +48,10 @@ tl::expected<void, PathProblem> check_end(const StateCheck& check, const Pose& p
                                           const PathOptions& options);
 
 /// Poses from start to goal, both included; every motion between neighbours has passed motion_valid. The same
-/// seed gives the same path whenever the budget suffices.
+/// seed gives the same path whenever the budget suffices. Tried one after the other: the straight motion,
+/// RRTConnect for a few samples, the gaps of the widest way (gap.hpp), RRTConnect to the end of the budget.
+/// Where every way leads through a gap that lacks more than 2 cm for the best pose found in it, the answer
+/// comes early: gap_too_narrow. Every answer without a path names the gap, if there is one.
 PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& start, const Pose& goal,
                                         const PathOptions& options);
 

@@ -46,6 +46,14 @@ inline constexpr double kKnotPeriod = 0.01;  // s
 Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const allocation::RotorLoad& rotors,
                                          const MotionLimits& limits, const Deadline& deadline = {});
 
+/// The parts of ride(): the time [s] that the limits ask for, judged at 400 places of the curve, and the
+/// first ride that lasts so long at least and keeps the limits at its own knots.
+Result<double> least_time(const PoseCurve& curve, const allocation::RotorLoad& rotors,
+                          const MotionLimits& limits, const Deadline& deadline = {});
+Result<std::vector<TrajectoryKnot>> ride_from(double least, const PoseCurve& curve,
+                                              const allocation::RotorLoad& rotors, const MotionLimits& limits,
+                                              const Deadline& deadline = {});
+
 /// The largest values on a trajectory, looked at on every knot.
 struct MotionPeaks {
   double speed = 0.0, acceleration = 0.0;         ///< m/s, m/s^2

@@ -1,4 +1,5 @@
-// The vehicle as spheres that together cover it: rotor discs at one tilt, collision shapes, arms.
+// The vehicle as convex parts (rotor discs at one tilt, collision shapes, arms) and as spheres that cover
+// them.
 #pragma once
 
 #include <vector>
@@ -13,15 +14,17 @@ struct BodySphere {
   double radius = 0.0;       ///< m
 };
 
-/// One part of the vehicle: its spheres, and one that holds them all.
+/// One part of the vehicle: the part itself, spheres that cover it, and one that holds it. The centres of all
+/// spheres lie in the part.
 struct SphereGroup {
   BodySphere bound;
   std::vector<BodySphere> spheres;
+  vehicle::CollisionShape part = {};  ///< a rotor disc is a cylinder of length 0
 };
 
 struct VehicleSpheres {
   std::vector<SphereGroup> groups;
-  double bounding_radius = 0.0;   ///< m, about the body origin, holds every sphere
+  double bounding_radius = 0.0;   ///< m, about the body origin, holds every part
   double inscribed_radius = 0.0;  ///< m, a ball about the body origin that is solid vehicle at every attitude
 };
 

@@ -1,0 +1,224 @@
+// Figures of the 6D planner, one line of JSON each: checks of poses and motions, windows, plans round a frame
+// and missions without a plan. FCL (libfcl-dev) and stock OMPL answer the same in the same run, turn by turn;
+// they are left out where FCL is not installed. Run from the workspace's top folder. `bench_planner WORD`
+// runs what has WORD in its name.
+#include <octomap/OcTree.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <ctime>
+#include <functional>
+
+#include "../test/bench.hpp"
+#include "omniflight_core/random.hpp"
+#include "omniflight_planning/octree_file.hpp"
+#include "omniflight_planning/plan.hpp"
+#include "omniflight_planning/planner.hpp"
+
+#ifdef OMNIFLIGHT_HAVE_FCL
+#include "fcl_vehicle.hpp"
+#endif
+
+namespace omniflight::planning {
+namespace {
+
+double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+/// What launch_scripts/benchmark_table.py reads; a figure against its goal has the goal as peer.
+void line(const std::string& what, double ours, const std::string& peer, double theirs, const char* unit,
+          double must, double stretch) {
+  std::printf(
+      "{\"id\": \"P-2\", \"what\": \"%s\", \"ours\": \"omniflight\", \"ours_value\": %.6g, \"peer\": \"%s\", "
+      "\"peer_value\": %.6g, \"unit\": \"%s\", \"ratio\": %.4g, \"must\": %g, \"stretch\": %g}\n",
+      what.c_str(), ours, peer.c_str(), theirs, unit, theirs / ours, must, stretch);
+  std::fflush(stdout);
+}
+
+Quat any_attitude(Random& random) {
+  return Quat(random.normal(), random.normal(), random.normal(), random.normal()).normalized();
+}
+
+struct Bed {
+  std::shared_ptr<const octomap::OcTree> tree = read_octree("configs/test_beds/pyramid.bt").value().tree;
+  DistanceMap map = DistanceMap::create(*tree, "").value();
+  StateCheck check = make_check(map, 45, 1e-3);
+};
+
+/// Poses uniform in the map, or those of them whose centre is 0.12 to 0.36 m from an obstacle.
+std::vector<Pose> poses(const Bed& bed, bool near, std::size_t count) {
+  Random random(7);
+  std::vector<Pose> out;
+  while (out.size() < count) {
+    Vec3 p;
+    for (int k = 0; k < 3; ++k) p[k] = random.uniform(bed.map.lower()[k], bed.map.upper()[k]);
+    const double d = bed.map.distance(p);
+    if (!near || (d > 0.12 && d < 0.36)) out.push_back({p, any_attitude(random)});
+  }
+  return out;
+}
+
+/// Rounds by turns; the median round's CPU time a question [ns] of each side.
+std::pair<double, double> by_turns(const std::function<void()>& ours, const std::function<void()>& theirs,
+                                   std::size_t n) {
+  std::vector<double> a, b;
+  for (int round = 0; round < 9; ++round) {
+    double begin = cpu_seconds();
+    ours();
+    a.push_back(cpu_seconds() - begin);
+    begin = cpu_seconds();
+    theirs();
+    b.push_back(cpu_seconds() - begin);
+  }
+  return {1e9 * median(a) / static_cast<double>(n), 1e9 * median(b) / static_cast<double>(n)};
+}
+
+#ifdef OMNIFLIGHT_HAVE_FCL
+void state_checks() {
+  const Bed bed;
+  const FclVehicle fcl(bed.check.spheres(), bed.tree);
+  for (const bool near : {true, false}) {
+    const auto set = poses(bed, near, 4000);
+    std::size_t missed = 0, free_here = 0, free_there = 0;
+    for (const Pose& pose : set) {
+      const bool here = bed.check.room(pose) > 0.0, there = !fcl.hits(pose);
+      free_here += here;
+      free_there += there;
+      missed += here && !there;
+    }
+    const auto [ours, theirs] = by_turns(
+        [&] {
+          for (const Pose& p : set) free_here += bed.check.room(p) > 0.0;
+        },
+        [&] {
+          for (const Pose& p : set) free_there += !fcl.hits(p);
+        },
+        set.size());
+    char what[120];
+    std::snprintf(what, sizeof what, "pose free, %s (%zu hit for FCL and free here)",
+                  near ? "near" : "uniform", missed);
+    line(what, ours, "FCL mesh", theirs, "ns", near ? 80 : 100, near ? 100 : 140);
+  }
+}
+
+void edge_checks() {
+  const Bed bed;
+  const FclVehicle fcl(bed.check.spheres(), bed.tree);
+  const auto set = poses(bed, true, 1000);
+  Random random(3);
+  std::vector<std::pair<Pose, Pose>> edges;
+  for (const Pose& a : set)
+    if (bed.check.valid(a))
+      edges.push_back({a,
+                       {a.p_WB + 0.4 * Vec3(random.normal(), random.normal(), random.normal()).normalized(),
+                        (a.q_WB * exp_rotation(0.4 * Vec3(random.normal(), random.normal(), random.normal())))
+                            .normalized()}});
+  std::size_t free = 0;
+  const auto [ours, theirs] = by_turns(
+      [&] {
+        for (const auto& [a, b] : edges) free += bed.check.motion_valid(a, b);
+      },
+      [&] {
+        for (const auto& [a, b] : edges) free += fcl.motion_free(a, b);
+      },
+      edges.size());
+  line("motion of 0.4 m, certified", ours, "FCL mesh, every 1 %", theirs, "ns", 15, 40);
+}
+#endif
+
+/// Through a wall's window of `width` m from a twisted start to a twisted goal.
+void windows() {
+  for (const bool slot : {true, false})
+    for (const double width : {0.60, 0.50}) {
+      const auto tree = make_octree(window_bed(width, slot ? 2.4 : width, 0.02)).value();
+      const auto map = DistanceMap::create(*tree, "").value();
+      const auto check = make_check(map, 30, 0.02);
+      const Pose start{Vec3(-1.2, 0.5, 1.4), from_roll_pitch_yaw(Vec3(0, 0.1, 0.7))};
+      const Pose goal{Vec3(1.2, -0.6, 1.0), from_roll_pitch_yaw(Vec3(0.1, 0, -0.5))};
+      std::vector<double> times;
+      for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+        const double begin = cpu_seconds();
+        const auto path = find_path(check, start, goal, {.seed = seed, .budget_s = 6.0, .name_of = {}});
+        const double took = cpu_seconds() - begin;
+        if (path && took <= 6.0) times.push_back(1e3 * took);
+      }
+      char what[120];
+      std::snprintf(what, sizeof what, "%s of %.2f m: %zu of 30 in 6 CPU-s, median", slot ? "slot" : "window",
+                    width, times.size());
+      line(what, median(times), "goal", width < 0.55 ? 600 : 0, "ms", width < 0.55 ? 1 : 0,
+           width < 0.55 ? 4 : 0);
+    }
+}
+
+/// Walls, and windows and slots that are too narrow: how many answers prove it or name the gap within 200 ms.
+void infeasible() {
+  int asked = 0, answered = 0;
+  std::vector<double> times;
+  for (const bool slot : {true, false})
+    for (const double width : {0.0, 0.1, 0.2, 0.3}) {
+      const auto tree = make_octree(window_bed(width, slot ? 2.4 : width, 0.05)).value();
+      const auto map = DistanceMap::create(*tree, "").value();
+      const auto check = make_check(map, 30, 0.05);
+      Random random(4);
+      for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        const auto pose = [&](double side) {
+          return Pose{
+              Vec3(side * random.uniform(0.6, 1.4), random.uniform(-0.9, 0.9), random.uniform(0.7, 1.7)),
+              from_roll_pitch_yaw(Vec3(0, 0, random.uniform(-3, 3)))};
+        };
+        const double begin = cpu_seconds();
+        const auto path = find_path(check, pose(-1), pose(1), {.seed = seed, .budget_s = 2.0, .name_of = {}});
+        times.push_back(1e3 * (cpu_seconds() - begin));
+        ++asked;
+        answered += !path && times.back() <= 200.0 &&
+                    (path.error().failure == PathFailure::proven_impossible ||
+                     path.error().message.find("narrows to") != std::string::npos);
+      }
+    }
+  char what[120];
+  std::snprintf(what, sizeof what, "no way: proven or gap named within 200 ms: %d of %d, median", answered,
+                asked);
+  line(what, median(times), "goal", 200, "ms", 1, 4);
+}
+
+void around_frame() {
+  const auto mission = load_mission("around_frame").value();
+  const auto vehicle = vehicle::load_vehicle("omnimorph").value();
+  const auto map = DistanceMap::load(mission.test_bed).value();
+  std::vector<double> times;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    PlanOptions options;
+    options.seed = seed;
+    const double begin = cpu_seconds();
+    if (plan(mission, vehicle, map, options)) times.push_back(1e3 * (cpu_seconds() - begin));
+  }
+  char what[120];
+  std::snprintf(what, sizeof what, "certified plan round the frame, map loaded: %zu of 30, median",
+                times.size());
+  line(what, median(times), "goal", 20, "ms", 1, 4);
+}
+
+}  // namespace
+}  // namespace omniflight::planning
+
+int main(int argc, char** argv) {
+  using namespace omniflight::planning;
+  const char* word = argc > 1 && argv[1][0] != '-' ? argv[1] : "";
+  const auto run = [&](const char* name, void (*figure)()) {
+    if (std::strstr(name, word)) figure();
+  };
+#ifdef OMNIFLIGHT_HAVE_FCL
+  run("state", state_checks);
+  run("edge", edge_checks);
+#endif
+  run("windows", windows);
+  run("infeasible", infeasible);
+  run("around", around_frame);
+  return 0;
+}
