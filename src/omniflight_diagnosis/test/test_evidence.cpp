@@ -163,7 +163,8 @@ TEST(Tolerances, OneRotorAmongManyIsNoTolerance) {
   const double as_assumed = log_odds(o);
   std::printf("log odds that a rotor is askew: %.1f; with tolerances as assumed %.1f\n", adapted, as_assumed);
   EXPECT_GT(adapted, 3);
-  EXPECT_GT(adapted, as_assumed + 3);
+  EXPECT_GT(as_assumed, 3);
+  EXPECT_GT(adapted, as_assumed - 3);  // what is learned of fifteen axes does not take the other one away
 }
 
 TEST(FirstStage, IsTheRegressionOnThePrediction) {

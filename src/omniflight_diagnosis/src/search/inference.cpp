@@ -22,8 +22,9 @@ constexpr std::size_t kPatterns = 1;  ///< of these
 constexpr double kRival = 12;         ///< nat: rivals that are this far behind are asked in their own noise
 constexpr double kNegligible = 1e-3;  ///< force over the weight that accelerations need not be expected with
 constexpr double kWorth = 1e-3;       ///< nat
-constexpr int kPasses = 2;            ///< noise and set in turn; nothing moves by a nat afterwards
-constexpr std::size_t kTried = 4;     ///< sets that are asked in their own noise at once
+constexpr int kPasses =
+    3;  ///< noise and set in turn: the second knows the calibration, the third its tolerances
+constexpr std::size_t kTried = 4;  ///< sets that are asked in their own noise at once
 
 /// ln evidence plus ln prior of a set in the noise that it leaves itself, beside the tolerances that are
 /// likeliest with it, and that set fitted there.
