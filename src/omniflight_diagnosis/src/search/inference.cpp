@@ -58,7 +58,7 @@ class Profiler {
       log_prior += few.back().log_odds;
       m.hypothesis = static_cast<int>(few.size()) - 1;
     }
-    for (int pass = 0; pass < kPasses; ++pass) {
+    for (int pass = 0; pass < kPasses && (pass == 0 || !o_.stopped()); ++pass) {
       SetFit now;
       now.members = members;
       Eigen::VectorXd known = wrench_of_set(problem_, few, now, States::predicted);
@@ -269,7 +269,7 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
     choice.tests.push_back(horizons.test(k));
     Inference out = infer_at(horizons.problem(k), choice.dispersion(), effects, o, std::move(seed));
     const SetFit& best = out.posterior.best;
-    if (!choice.tests.back().agrees() && !best.members.empty())
+    if (!choice.tests.back().agrees() && !best.members.empty() && !o.stopped())
       choice.tests.push_back(
           horizons.test(k, wrench_of_set(*out.problem, out.hypotheses, best, States::measured) +
                                out.problem->calibration().measured * best.calibration));
