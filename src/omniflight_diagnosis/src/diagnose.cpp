@@ -167,18 +167,15 @@ std::vector<std::vector<ActuationFit>> actuation_of(std::span<const Repaired> fi
 }
 
 /// How well what the posterior names predicts what it was not fitted to.
-void add_validation(const Inference& inference, std::span<const Flight* const> usable,
+void add_validation(const Inference& inference, const std::vector<const Flight*>& usable,
                     const std::vector<Flight>& flights, const std::vector<Flight>& unseen,
                     const vehicle::Vehicle& vehicle, const Options& o, Diagnosis& d) {
   const std::vector<std::size_t> named = named_members(inference);
   d.fit.held_out = on_unseen_flights(inference, named, unseen, vehicle, o);
   if (unseen.empty() && flights.size() == 1)
     d.fit.held_out = on_thirds(inference, named, flights[0], vehicle, o);
-  if (!o.rollouts || o.stopped()) return;
-  if (unseen.empty())
-    d.fit.rollout = rollouts(usable, vehicle, d.model, o);
-  else
-    d.fit.rollout = rollouts(pointers(unseen), vehicle, d.model, o);
+  if (o.rollouts && !o.stopped())
+    d.fit.rollout = rollouts(unseen.empty() ? usable : pointers(unseen), vehicle, d.model, o);
 }
 
 /// Effects that could not be asked for, and why, as decisions.

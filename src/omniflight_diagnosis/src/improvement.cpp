@@ -14,11 +14,10 @@ using physics::ActiveEffect;
 /// RMS a channel and share explained, without and with effects: body wrench, specific force [m/s^2].
 std::vector<ChannelFit> compare(const Flight& flight, const vehicle::Vehicle& vehicle, const Options& o,
                                 const std::vector<ActiveEffect>& effects, const std::string& name) {
-  std::vector<ChannelFit> out;
   const Flight* one[] = {&flight};
   const Problem problem(one, vehicle, o);
   const int n = problem.samples();
-  if (n == 0) return out;
+  if (n == 0) return {};
   std::vector<ActiveEffect> wrench;
   for (const ActiveEffect& e : effects)
     if (e.effect->can_replay()) wrench.push_back(e);
@@ -31,26 +30,10 @@ std::vector<ChannelFit> compare(const Flight& flight, const vehicle::Vehicle& ve
   }
   Eigen::VectorXd measured(6 * n);
   for (int i = 0; i < n; ++i) {
-    const physics::Situation& s = problem.situation(i);
-    const Vec3 force = s.mass * (s.a_WB_B - s.g_B), &w = s.body.w_WB_B;
-    const Vec3 torque = s.inertia * s.dw_WB_B + w.cross(s.inertia * w);
-    for (int c = 0; c < 3; ++c) measured[c * n + i] = force[c], measured[(c + 3) * n + i] = torque[c];
+    const Vec6 now = measured_wrench(problem.situation(i));
+    for (int c = 0; c < 6; ++c) measured[c * n + i] = now[c];
   }
-  const auto explained = [&](const Eigen::VectorXd& left, int c) {
-    const auto m = measured.segment(c * n, n).array();
-    const auto l = left.segment(c * n, n).array();
-    const double all = (m - m.mean()).square().sum();
-    return all > 0 ? 1 - (l - l.mean()).square().sum() / all : std::nan("");
-  };
-  for (int c = 0; c < 6; ++c)
-    out.push_back({name, kChannels[static_cast<std::size_t>(c)], channel_unit(c),
-                   rms(before.segment(c * n, n)), rms(after.segment(c * n, n)), explained(before, c),
-                   explained(after, c)});
-  static constexpr const char* kAcceleration[] = {"ax", "ay", "az"};
-  for (int c = 0; c < 3; ++c)
-    out.push_back({name, kAcceleration[c], "m/s2", rms(before.segment(c * n, n)) / vehicle.mass,
-                   rms(after.segment(c * n, n)) / vehicle.mass, explained(before, c), explained(after, c)});
-  return out;
+  return channel_fits(name, measured, before, after, 6, vehicle.mass);
 }
 
 }  // namespace
@@ -74,6 +57,47 @@ Flight part_of(const Flight& f, double from_s, double to_s, bool inside) {
   return out;
 }
 
+std::optional<Third> third_of(const Flight& flight, int k, double least_block_s, double least_rest_s) {
+  const double from = flight.t.front(), span = flight.t.back() - from;
+  const double a = from + span * k / kThirds, b = from + span * (k + 1) / kThirds;
+  Third out{"", part_of(flight, a, b, true), part_of(flight, a, b, false)};
+  if (out.rest.usable() < least_rest_s * flight.rate_hz ||
+      out.block.usable() < least_block_s * flight.rate_hz)
+    return {};
+  out.name = format("%s [%.1f s to %.1f s, not fitted]",
+                    std::filesystem::path(flight.file).filename().c_str(), a, b);
+  return out;
+}
+
+Vec6 measured_wrench(const physics::Situation& s) {
+  const Vec3& w = s.body.w_WB_B;
+  Vec6 out;
+  out << s.mass * (s.a_WB_B - s.g_B), s.inertia * s.dw_WB_B + w.cross(s.inertia * w);
+  return out;
+}
+
+std::vector<ChannelFit> channel_fits(const std::string& name, const Eigen::VectorXd& measured,
+                                     const Eigen::VectorXd& before, const Eigen::VectorXd& after,
+                                     int channels, double mass) {
+  const Eigen::Index n = measured.size() / 6;
+  const auto explained = [&](const Eigen::VectorXd& left, int c) {
+    const auto m = measured.segment(c * n, n).array();
+    const auto l = left.segment(c * n, n).array();
+    const double all = (m - m.mean()).square().sum();
+    return all > 0 ? 1 - (l - l.mean()).square().sum() / all : std::nan("");
+  };
+  std::vector<ChannelFit> out;
+  for (int c = 0; c < channels; ++c)
+    out.push_back({name, kChannels[static_cast<std::size_t>(c)], channel_unit(c),
+                   rms(before.segment(c * n, n)), rms(after.segment(c * n, n)), explained(before, c),
+                   explained(after, c)});
+  static constexpr const char* kAcceleration[] = {"ax", "ay", "az"};
+  for (int c = 0; c < 3; ++c)
+    out.push_back({name, kAcceleration[c], "m/s2", rms(before.segment(c * n, n)) / mass,
+                   rms(after.segment(c * n, n)) / mass, explained(before, c), explained(after, c)});
+  return out;
+}
+
 std::vector<ChannelFit> on_fitted(const Problem& problem, const Eigen::VectorXd& rest) {
   std::vector<ChannelFit> out;
   const int n = problem.samples();
@@ -93,19 +117,14 @@ std::vector<ChannelFit> on_unseen(const std::vector<Flight>& unseen, const vehic
 
 std::vector<ChannelFit> on_unseen_thirds(const Flight& flight, const vehicle::Vehicle& vehicle,
                                          const std::vector<ActiveEffect>& effects, const Options& o) {
-  constexpr int kFolds = 3;
   std::vector<ChannelFit> out;
-  const double from = flight.t.front(), span = flight.t.back() - from;
-  for (int k = 0; k < kFolds; ++k) {
-    const double a = from + span * k / kFolds, b = from + span * (k + 1) / kFolds;
-    const Flight rest = part_of(flight, a, b, false), block = part_of(flight, a, b, true);
-    if (rest.usable() < 2 * rest.rate_hz || block.usable() < rest.rate_hz) continue;
-    const Flight* one[] = {&rest};
+  for (int k = 0; k < kThirds; ++k) {
+    const auto third = third_of(flight, k, 1, 2);
+    if (!third) continue;
+    const Flight* one[] = {&third->rest};
     const Problem without_block(one, vehicle, o);
     const Fit refitted = settle(without_block, fit_effects(without_block, effects, o), o);
-    const std::string name = std::filesystem::path(flight.file).filename();
-    for (ChannelFit& c : compare(block, vehicle, o, refitted.effects,
-                                 format("%s [%.1f s to %.1f s, not fitted]", name.c_str(), a, b)))
+    for (ChannelFit& c : compare(third->block, vehicle, o, refitted.effects, third->name))
       out.push_back(std::move(c));
   }
   return out;

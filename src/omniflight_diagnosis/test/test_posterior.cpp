@@ -51,11 +51,7 @@ TEST(RegressionProblem, LoadsWeighByTheAccelerationThatTheVehicleHasWithThem) {
   std::vector<EffectTerm> terms;
   for (const physics::ActiveEffect& e : world) terms.push_back({e.effect, e.theta, {}});
   const auto left = [&](States states) {
-    Eigen::VectorXd rest = problem.residual(), value;
-    for (const EffectTerm& term : terms) {
-      problem.wrench_of(term, value, nullptr, nullptr, states);
-      rest -= value;
-    }
+    const Eigen::VectorXd rest = problem.residual() - problem.wrench_of(terms, states);
     const int n = problem.samples();
     return std::sqrt(rest.segment(2 * n, n).squaredNorm() / n);
   };

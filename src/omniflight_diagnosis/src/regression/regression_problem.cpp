@@ -95,20 +95,15 @@ void RegressionProblem::expect(const Eigen::VectorXd& wrench) {
 }
 
 void RegressionProblem::expect(std::span<const EffectTerm> terms) {
-  Eigen::VectorXd value;
   for (int k = 0; k < kExpectations; ++k) {
-    Eigen::VectorXd sum = Eigen::VectorXd::Zero(rows());
-    for (const EffectTerm& term : terms) {
-      wrench_of(term, value, nullptr, nullptr);
-      sum += value;
-    }
-    if (unexpected(sum) < kExpected) return;
+    const Eigen::VectorXd sum = wrench_of(terms);
+    if (expects(sum)) return;
     expect(sum);
   }
 }
 
-double RegressionProblem::unexpected(const Eigen::VectorXd& wrench) const {
-  return (wrench - expected_).head(3 * n_).norm() / std::sqrt(std::max(1, n_)) / size_.weight;
+bool RegressionProblem::expects(const Eigen::VectorXd& wrench) const {
+  return (wrench - expected_).head(3 * n_).norm() <= kExpected * size_.weight * std::sqrt(n_);
 }
 
 void RegressionProblem::calibrate(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
@@ -407,6 +402,15 @@ void RegressionProblem::wrench_of(const EffectTerm& term, Eigen::VectorXd& value
   value.tail(3 * n_).setZero();
   if (by_theta) by_theta->bottomRows(3 * n_).setZero();
   if (by_start && by_start->cols() > 0) by_start->bottomRows(3 * n_).setZero();
+}
+
+Eigen::VectorXd RegressionProblem::wrench_of(std::span<const EffectTerm> terms, States states) const {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(rows()), value;
+  for (const EffectTerm& term : terms) {
+    wrench_of(term, value, nullptr, nullptr, states);
+    sum += value;
+  }
+  return sum;
 }
 
 }  // namespace omniflight::diagnosis

@@ -78,8 +78,8 @@ class RegressionProblem {
   void expect(const Eigen::VectorXd& wrench);
   /// The same with what these terms do at the accelerations that the vehicle has with them.
   void expect(std::span<const EffectTerm> terms);
-  /// RMS of the force of a wrench less the expected one, over the weight.
-  double unexpected(const Eigen::VectorXd& wrench) const;
+  /// Whether accelerations are expected with this wrench as they are, to a thousandth of the weight (RMS).
+  bool expects(const Eigen::VectorXd& wrench) const;
   /// State, rotors and accelerations as predicted from the samples before.
   const physics::Situation& situation(int i) const { return situation_[static_cast<std::size_t>(i)]; }
   const physics::Situation& measured(int i) const { return measured_[static_cast<std::size_t>(i)]; }
@@ -93,6 +93,8 @@ class RegressionProblem {
   /// Wrench of a term over all samples and, unless null, its derivatives by theta and by start.
   void wrench_of(const EffectTerm& term, Eigen::VectorXd& value, Eigen::MatrixXd* by_theta,
                  Eigen::MatrixXd* by_start, States states = States::predicted) const;
+  /// Sum of the wrenches of terms over all samples.
+  Eigen::VectorXd wrench_of(std::span<const EffectTerm> terms, States states = States::predicted) const;
 
  private:
   void calibrate(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,

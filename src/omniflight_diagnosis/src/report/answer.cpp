@@ -63,27 +63,6 @@ std::vector<std::string> replacements(const std::map<std::set<std::string>, doub
   return out;
 }
 
-/// Members of the likeliest set that are named: as many as there are at least in all but kAlarm of the
-/// posterior (an alarm is the first of them), the likeliest first. What stands for one of them elsewhere
-/// counts for it.
-std::set<int> credible_members(const Inference& in) {
-  const Posterior& p = in.posterior;
-  std::vector<std::pair<double, int>> members;
-  for (const SetMember& m : p.best.members)
-    members.emplace_back(p.inclusion(in.hypotheses[static_cast<std::size_t>(m.hypothesis)].id, in.hypotheses),
-                         m.hypothesis);
-  std::sort(members.rbegin(), members.rend());
-  std::set<int> out;
-  for (std::size_t k = 0; k < members.size(); ++k) {
-    double at_least = 0;
-    for (const SetPosterior& s : p.sets)
-      if (s.hypotheses.size() > k) at_least += s.probability;
-    if (!(at_least >= 1 - kAlarm)) break;
-    out.insert(members[k].second);
-  }
-  return out;
-}
-
 Finding finding_of(const Inference& in, const SetMember& member, const double* deviation,
                    const std::map<std::set<std::string>, double>& sets, const std::set<std::string>& best) {
   const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
@@ -266,12 +245,22 @@ void add_series(const Inference& in, std::span<const Flight* const> flights, con
 }  // namespace
 
 std::vector<std::size_t> named_members(const Inference& in) {
+  const Posterior& p = in.posterior;
   std::vector<std::size_t> out;
-  if (!in.posterior.alarm()) return out;
-  const std::set<int> named = credible_members(in);
-  const auto& members = in.posterior.best.members;
-  for (std::size_t k = 0; k < members.size(); ++k)
-    if (named.contains(members[k].hypothesis)) out.push_back(k);
+  if (!p.alarm()) return out;
+  std::vector<std::pair<double, std::size_t>> members;
+  for (std::size_t k = 0; k < p.best.members.size(); ++k) {
+    const int h = p.best.members[k].hypothesis;
+    members.emplace_back(p.inclusion(in.hypotheses[static_cast<std::size_t>(h)].id, in.hypotheses), k);
+  }
+  std::sort(members.rbegin(), members.rend());
+  for (const auto& [inclusion, k] : members) {
+    double at_least = 0;
+    for (const SetPosterior& s : p.sets)
+      if (s.hypotheses.size() > out.size()) at_least += s.probability;
+    if (!(at_least >= 1 - kAlarm)) break;
+    out.push_back(k);
+  }
   return out;
 }
 
@@ -287,7 +276,8 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
   const std::set<std::string> best = names_of(in, members);
   const double* deviation = fit.theta_deviation.data();
   const bool something = in.posterior.alarm();
-  const std::set<int> named = something ? credible_members(in) : std::set<int>{};
+  std::set<int> named;
+  for (const std::size_t k : named_members(in)) named.insert(fit.members[k].hypothesis);
   for (const SetMember& member : fit.members) {
     const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
     if (h.pattern) {

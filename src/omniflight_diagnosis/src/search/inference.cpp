@@ -20,7 +20,6 @@ constexpr double kNear = 10;          ///< nat: what a point of a grid may be be
 constexpr std::size_t kLaws = 6;      ///< that are asked in their own noise at once
 constexpr std::size_t kPatterns = 1;  ///< of these
 constexpr double kRival = 12;         ///< nat: rivals that are this far behind are asked in their own noise
-constexpr double kNegligible = 1e-3;  ///< force over the weight that accelerations need not be expected with
 constexpr double kWorth = 1e-3;       ///< nat
 constexpr int kPasses =
     3;  ///< noise and set in turn: the second knows the calibration, the third its tolerances
@@ -246,7 +245,7 @@ Inference infer_at(std::unique_ptr<RegressionProblem> at, double dispersion,
     if (!(best.joint > current.joint + kWorth)) break;
     current = std::move(best);
     const Eigen::VectorXd expected = wrench_of_set(problem, out.hypotheses, current.fit, States::predicted);
-    if (problem.unexpected(expected) > kNegligible) {
+    if (!problem.expects(expected)) {
       out.problem->expect(expected);
       prepare_again(problem, *current.noise, o.threads, out.hypotheses);
       for (SetMember& m : current.fit.members) m.first_stage.reset();

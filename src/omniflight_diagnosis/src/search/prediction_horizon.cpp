@@ -7,7 +7,6 @@
 
 #include "../evidence/first_stage.hpp"
 #include "../evidence/inner_products.hpp"
-#include "../evidence/noise_estimate.hpp"
 #include "../regression/predetermined.hpp"
 
 namespace omniflight::diagnosis {
@@ -96,6 +95,7 @@ Horizons::Horizons(std::span<const Flight* const> flights, const vehicle::Vehicl
     if (h > horizons_s_.back() + 0.5 / o.grid_hz) horizons_s_.push_back(h);
   for (const double h : horizons_s_)
     problems_.push_back(std::make_unique<RegressionProblem>(flights, vehicle, o, h));
+  slow_ = slow_columns(*problems_.front());
 }
 
 std::unique_ptr<RegressionProblem> Horizons::problem(std::size_t k) const {
@@ -112,7 +112,7 @@ HorizonTest Horizons::test(std::size_t k, const Eigen::VectorXd& known) const {
   out.beside_found = !known.isZero(0);
   if (k + 1 == count()) return out;  // the longest has nothing to disagree with
   const RegressionProblem& first = *problems_.front();
-  const auto noise = estimate_noise(first, slow_columns(first), known, 1.0);
+  const auto noise = estimate_noise(first, slow_, known, 1.0);
   const Eigen::VectorXd z = noise->apply(first.residual() - known);
   const auto own = estimators(*problems_[k], *noise);
   for (std::size_t longer = k + 1; longer < count(); ++longer) {

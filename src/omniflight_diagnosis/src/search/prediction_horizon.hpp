@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "../evidence/noise_estimate.hpp"
 #include "../regression/regression_problem.hpp"
 
 namespace omniflight::diagnosis {
@@ -40,6 +41,7 @@ class Horizons {
   Horizons(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle, const Options& options);
 
   std::size_t count() const { return problems_.size(); }
+  /// A copy, to be changed.
   std::unique_ptr<RegressionProblem> problem(std::size_t k) const;
   /// Of horizon k against all longer ones, on the residual less a known wrench (all rows, N and Nm): the
   /// scale of every channel's rotor wrench, and drag along and about every axis. An effect that was left out
@@ -51,6 +53,7 @@ class Horizons {
  private:
   std::vector<std::unique_ptr<RegressionProblem>> problems_;  ///< the shortest horizon first
   std::vector<double> horizons_s_;
+  SlowColumns slow_;  ///< of the first, in whose noise all are tested
 };
 
 }  // namespace omniflight::diagnosis

@@ -1,28 +1,10 @@
 #include "held_out.hpp"
 
-#include <array>
-#include <filesystem>
-
+#include "../evidence/inner_products.hpp"
 #include "../improvement.hpp"
-#include "../statistics.hpp"
-#include "../text.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
-
-constexpr std::array<const char*, 6> kWrench{"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
-constexpr std::array<const char*, 3> kSpecificForce{"ax", "ay", "az"};
-
-/// Sum of what laws whose loads begin at rest do.
-Eigen::VectorXd wrench_of_laws(const RegressionProblem& problem, const std::vector<EffectTerm>& laws,
-                               States states) {
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(problem.rows()), value;
-  for (const EffectTerm& law : laws) {
-    problem.wrench_of(law, value, nullptr, nullptr, states);
-    sum += value;
-  }
-  return sum;
-}
 
 /// What one standard deviation of each initial state of these laws' loads does, rows x states.
 Eigen::MatrixXd start_columns(const RegressionProblem& problem, const std::vector<EffectTerm>& laws) {
@@ -45,33 +27,20 @@ Eigen::MatrixXd start_columns(const RegressionProblem& problem, const std::vecto
 Eigen::VectorXd what_is_left(RegressionProblem& problem, const SlowColumns& slow,
                              const std::vector<EffectTerm>& laws) {
   problem.expect(laws);
-  const Eigen::VectorXd expected = wrench_of_laws(problem, laws, States::predicted);
+  const Eigen::VectorXd expected = problem.wrench_of(laws);
   const auto noise = estimate_noise(problem, slow, expected, 1);
   const Calibration& calibration = problem.calibration();
   const Eigen::MatrixXd start = start_columns(problem, laws);
   Eigen::MatrixXd own(problem.rows(), calibration.columns.cols() + start.cols());
   own << calibration.columns, start;
   const Eigen::MatrixXd X = noise->apply(own);
-  Eigen::MatrixXd precision = X.transpose() * X;
+  Eigen::MatrixXd precision = inner_products(X);
   precision.diagonal().array() += 1;
   const Eigen::VectorXd likeliest =
       precision.llt().solve(X.transpose() * noise->apply(problem.residual() - expected));
-  return problem.residual() - wrench_of_laws(problem, laws, States::measured) -
+  return problem.residual() - problem.wrench_of(laws, States::measured) -
          calibration.measured * likeliest.head(calibration.columns.cols()) -
          start * likeliest.tail(start.cols());
-}
-
-/// Mass and inertia times measured acceleration: what all forces and torques on the body come to.
-Eigen::VectorXd measured_wrench(const RegressionProblem& problem) {
-  const int n = problem.samples();
-  Eigen::VectorXd out(problem.rows());
-  for (int i = 0; i < n; ++i) {
-    const physics::Situation& s = problem.measured(i);
-    const Vec3 force = s.mass * (s.a_WB_B - s.g_B), &w = s.body.w_WB_B;
-    const Vec3 torque = s.inertia * s.dw_WB_B + w.cross(s.inertia * w);
-    for (int c = 0; c < 3; ++c) out[c * n + i] = force[c], out[(c + 3) * n + i] = torque[c];
-  }
-  return out;
 }
 
 /// Channels that are not judged (torques where thrust is only modelled) are left out.
@@ -82,29 +51,14 @@ std::vector<ChannelFit> before_and_after(const Flight& flight, const std::vector
   RegressionProblem problem(one, vehicle, o, inference.horizon.horizon_s());
   if (problem.samples() == 0) return {};
   const SlowColumns slow = slow_columns(problem);
-  const Eigen::VectorXd before = what_is_left(problem, slow, {}), after = what_is_left(problem, slow, laws),
-                        measured = measured_wrench(problem);
+  const Eigen::VectorXd before = what_is_left(problem, slow, {}), after = what_is_left(problem, slow, laws);
   const int n = problem.samples();
-  const auto explained = [&](const Eigen::VectorXd& left, int c) {
-    const auto m = measured.segment(c * n, n).array();
-    const auto l = left.segment(c * n, n).array();
-    const double all = (m - m.mean()).square().sum();
-    return all > 0 ? 1 - (l - l.mean()).square().sum() / all : std::nan("");
-  };
-  std::vector<ChannelFit> out;
-  for (int c = 0; c < (problem.forces_only() ? 3 : 6); ++c)
-    out.push_back({name, kWrench[static_cast<std::size_t>(c)], c < 3 ? "N" : "Nm",
-                   rms(before.segment(c * n, n)), rms(after.segment(c * n, n)), explained(before, c),
-                   explained(after, c)});
-  for (int c = 0; c < 3; ++c) {
-    ChannelFit force = out[static_cast<std::size_t>(c)];
-    force.channel = kSpecificForce[static_cast<std::size_t>(c)];
-    force.unit = "m/s2";
-    force.rms_before /= vehicle.mass;
-    force.rms_after /= vehicle.mass;
-    out.push_back(std::move(force));
+  Eigen::VectorXd measured(problem.rows());
+  for (int i = 0; i < n; ++i) {
+    const Vec6 wrench = measured_wrench(problem.measured(i));
+    for (int c = 0; c < 6; ++c) measured[c * n + i] = wrench[c];
   }
-  return out;
+  return channel_fits(name, measured, before, after, problem.forces_only() ? 3 : 6, vehicle.mass);
 }
 
 /// Their loads begin at rest.
@@ -131,10 +85,9 @@ std::vector<EffectTerm> refitted(const Inference& in, std::vector<SetMember> mem
                                  const vehicle::Vehicle& vehicle, const Options& o) {
   const Flight* one[] = {&flight};
   RegressionProblem problem(one, vehicle, o, in.horizon.horizon_s());
-  problem.expect(laws_of(in.hypotheses, members));
-  const auto noise =
-      estimate_noise(problem, slow_columns(problem),
-                     wrench_of_laws(problem, laws_of(in.hypotheses, members), States::predicted), 1);
+  const std::vector<EffectTerm> laws = laws_of(in.hypotheses, members);
+  problem.expect(laws);
+  const auto noise = estimate_noise(problem, slow_columns(problem), problem.wrench_of(laws), 1);
   std::vector<Hypothesis> few;
   for (SetMember& m : members) {
     few.push_back(without_grid(in.hypotheses[static_cast<std::size_t>(m.hypothesis)], problem, *noise));
@@ -163,20 +116,14 @@ std::vector<ChannelFit> on_unseen_flights(const Inference& inference, std::span<
 
 std::vector<ChannelFit> on_thirds(const Inference& inference, std::span<const std::size_t> members,
                                   const Flight& flight, const vehicle::Vehicle& vehicle, const Options& o) {
-  constexpr int kFolds = 3;
   constexpr double kLeast_s = 3;  ///< of a part: less has no noise spectrum to speak of
   const std::vector<SetMember> laws = chosen(inference, members);
-  const std::string file = std::filesystem::path(flight.file).filename();
-  const double from = flight.t.front(), span = flight.t.back() - from;
   std::vector<ChannelFit> out;
-  for (int k = 0; k < kFolds && !laws.empty(); ++k) {
-    if (o.stopped()) break;
-    const double a = from + span * k / kFolds, b = from + span * (k + 1) / kFolds;
-    const Flight rest = part_of(flight, a, b, false), block = part_of(flight, a, b, true);
-    if (rest.usable() < kLeast_s * rest.rate_hz || block.usable() < kLeast_s * block.rate_hz) continue;
-    for (ChannelFit& c :
-         before_and_after(block, refitted(inference, laws, rest, vehicle, o), inference, vehicle, o,
-                          format("%s [%.1f s to %.1f s, not fitted]", file.c_str(), a, b)))
+  for (int k = 0; k < kThirds && !laws.empty() && !o.stopped(); ++k) {
+    const auto third = third_of(flight, k, kLeast_s, kLeast_s);
+    if (!third) continue;
+    for (ChannelFit& c : before_and_after(third->block, refitted(inference, laws, third->rest, vehicle, o),
+                                          inference, vehicle, o, third->name))
       out.push_back(std::move(c));
   }
   return out;
