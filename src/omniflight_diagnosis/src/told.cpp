@@ -4,6 +4,8 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <map>
+#include <string>
 
 #include "omniflight_files/files.hpp"
 #include "omniflight_files/yaml.hpp"
@@ -47,6 +49,13 @@ constexpr Known kKnown[] = {
     {"tolerance.world_force", 0, 1, "1"},
     {"tolerance.torque_trim", 0, 1, "1"},
     {"tolerance.rotor_clock_s", 0, 0.1, "s"},
+    {"tolerance.inertia", 0, 1, "1"},
+    {"tolerance.center_of_mass", 0, 1, "1"},
+    {"tolerance.rotor_scale", 0, 1, "1"},
+    {"tolerance.rotor_axis_rad", 0, 1, "rad"},
+    {"tolerance.rotor_place", 0, 1, "1"},
+    {"tolerance.drag_torque", 0, 1, "1"},
+    {"tolerance.imu_position", 0, 1, "1"},
     {"environment.floor_z_m", -1e4, 1e4, "m"},
     {"environment.air_density_kgpm3", 0.01, 10, "kg/m3"},
 };
@@ -106,6 +115,9 @@ Status walk(const Document& document, const std::vector<std::string>& path, Told
   return {};
 }
 
+/// An exact number is told as 0; whitened columns of nothing have no direction.
+constexpr double kLeastTolerance = 1e-6;
+
 double largest(const std::vector<double>& v) {
   double m = 0;
   for (double x : v) m = std::max(m, std::abs(x));
@@ -134,6 +146,15 @@ std::string told_beside(const std::string& recording) {
   return {};
 }
 
+double& Tolerance::value(const std::string& kind) {
+  const std::map<std::string, double*> values{
+      {"thrust_scale", &thrust_scale}, {"world_force", &world_force},       {"torque_trim", &torque_trim},
+      {"inertia", &inertia},           {"center_of_mass", &center_of_mass}, {"rotor_scale", &rotor_scale},
+      {"rotor_axis", &rotor_axis},     {"rotor_place", &rotor_place},       {"drag_torque", &drag_torque},
+      {"imu_position", &imu_position}};
+  return *values.at(kind);
+}
+
 void apply(const Told& told, Options& o) {
   const auto get = [&](const char* place) -> const std::vector<double>* {
     const auto found = told.numbers.find(place);
@@ -159,18 +180,20 @@ void apply(const Told& told, Options& o) {
     o.tolerance.accelerometer_misalignment = largest(*v);
   if (const auto* v = get("sensors.imu.position_m")) o.imu_position = three(*v);
   if (const auto* v = get("sensors.gyro.bias_radps")) o.tolerance.gyro_bias = std::max(1e-4, largest(*v));
-  if (const auto* v = get("tolerance.thrust_scale")) {
-    o.tolerance.thrust_scale = (*v)[0];
-    o.tolerance.told.insert("thrust_scale");
-  }
-  if (const auto* v = get("tolerance.world_force")) {
-    o.tolerance.world_force = (*v)[0];
-    o.tolerance.told.insert("world_force");
-  }
-  if (const auto* v = get("tolerance.torque_trim")) {
-    o.tolerance.torque_trim = (*v)[0];
-    o.tolerance.told.insert("torque_trim");
-  }
+  for (const auto& [key, kind] : {std::pair{"thrust_scale", "thrust_scale"},
+                                  {"world_force", "world_force"},
+                                  {"torque_trim", "torque_trim"},
+                                  {"inertia", "inertia"},
+                                  {"center_of_mass", "center_of_mass"},
+                                  {"rotor_scale", "rotor_scale"},
+                                  {"rotor_axis_rad", "rotor_axis"},
+                                  {"rotor_place", "rotor_place"},
+                                  {"drag_torque", "drag_torque"},
+                                  {"imu_position", "imu_position"}})
+    if (const auto* v = get(("tolerance." + std::string(key)).c_str())) {
+      o.tolerance.value(kind) = std::max(kLeastTolerance, (*v)[0]);
+      o.tolerance.told.insert(kind);
+    }
   if (const auto* v = get("tolerance.rotor_clock_s")) o.tolerance.rotor_clock = (*v)[0];
   ToldController& c = o.controller;
   for (const auto& [place, gain] : {std::pair{"controller.kp", &c.kp},

@@ -260,5 +260,27 @@ TEST(Search, TwoEffectsAreNamedTogether) {
   EXPECT_EQ(names, (std::vector<std::string>{"hung_cable", "rotor_drag"}));
 }
 
+TEST(Tolerances, WhatALaboratoryTellsOfSomeSaysHowWellItKnowsTheOthers) {
+  Calibration c;
+  c.kinds = {"thrust_scale", "inertia", "inertia", "inertia"};
+  c.settled = Eigen::Vector4d(1, 0, 0, 0);
+  const auto prior = [&](double factor) {
+    return log_prior_of_tolerances(c, Eigen::Vector4d(1, factor, factor, factor));
+  };
+  EXPECT_EQ(prior(2), 0) << "flat where nothing is told";
+  c.told = {std::log(0.05)};  // thrust twenty times as well as is assumed
+  // normal with mean ln 0.05 ln(4)^2/(ln(4)^2 + ln(3)^2), and a variance of ln(3)^2 more than the
+  // laboratory's
+  const double within = std::pow(std::log(3.0), 2), between = std::pow(std::log(4.0), 2);
+  const double mean = std::log(0.05) * between / (between + within);
+  const double variance = within + within * between / (within + between);
+  const auto loss = [&](double factor) { return std::pow(std::log(factor) - mean, 2) / (2 * variance); };
+  EXPECT_NEAR(prior(2) - prior(1), loss(1) - loss(2), 1e-12) << "once a kind, not once a column";
+  EXPECT_LT(prior(2), prior(1));
+  EXPECT_LT(prior(1), prior(0.25));
+  c.told = {std::log(0.05), std::log(0.05), std::log(0.05)};
+  EXPECT_LT(prior(2), -loss(2)) << "three numbers say it surer";
+}
+
 }  // namespace
 }  // namespace omniflight::diagnosis

@@ -161,6 +161,24 @@ TEST(Intake, TakesWhatIsToldAndRefusesWhatIsNoNumber) {
   EXPECT_NE(one.error().text().find("position_m"), std::string::npos) << one.error().text();
 }
 
+TEST(Intake, TellsHowWellEachKindOfNumberOfTheVehicleIsKnown) {
+  const std::string path = testing::TempDir() + "measured.csv.told.yaml";
+  std::ofstream(path)
+      << "tolerance: {inertia: 0.25, drag_torque: 0.5, center_of_mass: 0, rotor_axis_rad: 0.002}\n";
+  const auto told = load_told(path);
+  ASSERT_TRUE(told) << told.error().text();
+  EXPECT_TRUE(told->ignored.empty());
+  Options o;
+  apply(*told, o);
+  EXPECT_DOUBLE_EQ(o.tolerance.inertia, 0.25);
+  EXPECT_DOUBLE_EQ(o.tolerance.drag_torque, 0.5);
+  EXPECT_DOUBLE_EQ(o.tolerance.rotor_axis, 0.002);
+  EXPECT_GT(o.tolerance.center_of_mass, 0) << "an exact number still has a direction";
+  EXPECT_LT(o.tolerance.center_of_mass, 1e-5);
+  EXPECT_EQ(o.tolerance.told,
+            (std::set<std::string>{"center_of_mass", "drag_torque", "inertia", "rotor_axis"}));
+}
+
 TEST(Intake, TakesEveryThingThatAToldFileMayState) {
   const std::string path = testing::TempDir() + "complete.csv.told.yaml";
   const auto three = [](const char* gain) { return "  " + std::string(gain) + ": [9.5, 10.5, 12.0]\n"; };

@@ -132,10 +132,10 @@ ParameterPrior prior_of(const Effect& effect, std::size_t parameter, const Vehic
       if (info.id == "wind") break;
       return prior;
     }
-  if (info.id == "inertia_error") {  // a tenth of the axis it belongs to
+  if (info.id == "inertia_error") {  // a quarter of the axis it belongs to
     const int axis = p.name == "xx" ? 0 : p.name == "yy" ? 1 : p.name == "zz" ? 2 : -1;
     const Vec3 diagonal = size.inertia.diagonal();
-    prior.scale = 0.1 * (axis < 0 ? 0.3 * diagonal.minCoeff() : diagonal[axis]);
+    prior.scale = 0.25 * (axis < 0 ? 0.3 * diagonal.minCoeff() : diagonal[axis]);
     return prior;
   }
   if (info.id == "wind" && p.name != "area") {

@@ -49,6 +49,10 @@ struct Tolerance {
   double motor_lateral = 0.03, motor_yaw = 0.06;
   /// When thrust is only modelled from duty cycles: its scale, its exponent and its dependence on voltage.
   double modelled_scale = 0.3, modelled_exponent = 0.2, modelled_voltage = 0.6, modelled_trim = 0.3;
+
+  /// Of a kind of numbers that may be told; throws std::out_of_range for any other.
+  double& value(const std::string& kind);
+  double value(const std::string& kind) const { return const_cast<Tolerance&>(*this).value(kind); }
 };
 
 /// Gains that a controller is said to have; its command is then replayed on the recorded state.

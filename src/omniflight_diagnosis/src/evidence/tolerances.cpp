@@ -1,7 +1,11 @@
 #include "tolerances.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <numeric>
 #include <set>
+#include <string>
 
 namespace omniflight::diagnosis {
 
@@ -11,6 +15,15 @@ namespace {
 /// metrologist.
 constexpr std::array<double, 6> kFactors{2, 1, 0.5, 0.25, 0.125, 0.0625};
 constexpr int kSweeps = 3;  ///< over the kinds
+/// ln: one standard deviation between laboratories, and between kinds of numbers within one.
+const double kBetween = std::log(4.0), kWithin = std::log(3.0);
+
+std::set<std::string> untold_kinds(const Calibration& calibration) {
+  std::set<std::string> kinds;
+  for (std::size_t k = 0; k < calibration.kinds.size(); ++k)
+    if (calibration.settled[static_cast<Eigen::Index>(k)] < 1) kinds.insert(calibration.kinds[k]);
+  return kinds;
+}
 
 }  // namespace
 
@@ -28,11 +41,10 @@ Eigen::VectorXd likeliest_tolerances(const Calibration& calibration, const SetFi
     scale.head(now.size()) = calibration.deviations(factors).cwiseQuotient(now);
     const Eigen::LLT<Eigen::MatrixXd> llt(scale.asDiagonal() * products * scale.asDiagonal() + identity);
     const Eigen::VectorXd b = scale.cwiseProduct(moment);
-    return 0.5 * b.dot(llt.solve(b)) - llt.matrixLLT().diagonal().array().log().sum();
+    return 0.5 * b.dot(llt.solve(b)) - llt.matrixLLT().diagonal().array().log().sum() +
+           log_prior_of_tolerances(calibration, factors);
   };
-  std::set<std::string> kinds;
-  for (std::size_t k = 0; k < calibration.kinds.size(); ++k)
-    if (calibration.settled[static_cast<Eigen::Index>(k)] < 1) kinds.insert(calibration.kinds[k]);
+  const std::set<std::string> kinds = untold_kinds(calibration);
   Eigen::VectorXd best = current;
   double most = evidence(best);
   // what a wide tolerance takes up may also be an effect of the set: asked from both ends
@@ -53,6 +65,24 @@ Eigen::VectorXd likeliest_tolerances(const Calibration& calibration, const SetFi
     if (value > most) most = value, best = here;
   }
   return best;
+}
+
+double log_prior_of_tolerances(const Calibration& calibration, const Eigen::VectorXd& factors) {
+  if (calibration.told.empty()) return 0;
+  // normal in both stages: the laboratory given what it told, then a kind of numbers given the laboratory
+  const double n = static_cast<double>(calibration.told.size()), within = kWithin * kWithin;
+  const double sum = std::accumulate(calibration.told.begin(), calibration.told.end(), 0.0);
+  const double mean = sum / (n + within / (kBetween * kBetween));
+  const double variance = within + 1 / (n / within + 1 / (kBetween * kBetween));
+  const auto loss = [&](double factor) { return 0.5 * std::pow(std::log(factor) - mean, 2) / variance; };
+  double least = 1e300;
+  for (const double factor : kFactors) least = std::min(least, loss(factor));
+  double out = 0;
+  for (const std::string& kind : untold_kinds(calibration)) {
+    const auto at = std::find(calibration.kinds.begin(), calibration.kinds.end(), kind);
+    out -= loss(factors[at - calibration.kinds.begin()]) - least;
+  }
+  return out;
 }
 
 Eigen::VectorXd tightest_tolerances(const Calibration& calibration) {

@@ -13,6 +13,11 @@ namespace omniflight::diagnosis {
 Eigen::VectorXd likeliest_tolerances(const Calibration& calibration, const SetFit& fit,
                                      const Eigen::VectorXd& current);
 
+/// ln of the prior of these factors, over its greatest value. Laboratories differ in care, and kinds of
+/// numbers within one of them: what it tells of some says how well it knows the others. Flat where nothing is
+/// told.
+double log_prior_of_tolerances(const Calibration& calibration, const Eigen::VectorXd& factors);
+
 /// The least of these factors for every kind.
 Eigen::VectorXd tightest_tolerances(const Calibration& calibration);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "omniflight_diagnosis/residual.hpp"
 #include "predetermined.hpp"
@@ -111,6 +112,7 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
   const Tolerance& tol = options.tolerance;
   std::vector<Eigen::VectorXd> columns, measured;
   std::vector<double> settled;
+  std::map<std::string, double> told;
   const auto add = [&](const std::string& kind, const std::string& which, double deviation,
                        const auto& wrench_at, double settled_share = 0) {
     const auto column_at = [&](States states) {
@@ -126,6 +128,9 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
     calibration_.names.push_back(which.empty() ? kind : kind + "_" + which);
     calibration_.kinds.push_back(kind);
     settled.push_back(tol.told.contains(kind) ? 1.0 : settled_share);
+    // how well an accelerometer is known says nothing of the vehicle
+    if (tol.told.contains(kind) && kind != "acceleration_bias")
+      told[kind] = std::log(tol.value(kind) / Tolerance{}.value(kind));
     columns.push_back(std::move(x));
     measured.push_back(std::move(m));
   };
@@ -279,6 +284,7 @@ void RegressionProblem::calibrate(std::span<const Flight* const> flights, const 
   calibration_.measured.resize(rows(), static_cast<Eigen::Index>(columns.size()));
   calibration_.settled =
       Eigen::Map<const Eigen::VectorXd>(settled.data(), static_cast<Eigen::Index>(settled.size()));
+  for (const auto& [kind, log_ratio] : told) calibration_.told.push_back(log_ratio);
   for (std::size_t k = 0; k < columns.size(); ++k) {
     calibration_.columns.col(static_cast<Eigen::Index>(k)) = columns[k];
     calibration_.measured.col(static_cast<Eigen::Index>(k)) = measured[k];

@@ -42,6 +42,8 @@ struct Calibration {
   /// Share of each column's variance that is no matter of how well the vehicle was measured; one where the
   /// laboratory told its tolerance.
   Eigen::VectorXd settled;
+  /// ln of the tolerances that the laboratory told over those that are assumed where nothing is told.
+  std::vector<double> told;
 
   /// Standard deviations over those of the columns where each tolerance is `scale` times what it is here.
   Eigen::VectorXd deviations(const Eigen::VectorXd& scale) const {

@@ -37,13 +37,8 @@ struct Profile {
 class Profiler {
  public:
   Profiler(const RegressionProblem& problem, const std::vector<Hypothesis>& hypotheses,
-           const SlowColumns& slow, const FittedAmplitudes& fitted, const Options& o, double temperature)
-      : problem_(problem),
-        hypotheses_(hypotheses),
-        slow_(slow),
-        fitted_(fitted),
-        o_(o),
-        temperature_(temperature) {}
+           const SlowColumns& slow, const FittedAmplitudes& fitted, const Options& o)
+      : problem_(problem), hypotheses_(hypotheses), slow_(slow), fitted_(fitted), o_(o) {}
 
   Profile of(std::vector<SetMember> members, const Eigen::VectorXd& tolerances) const {
     Profile out;
@@ -62,7 +57,7 @@ class Profiler {
       now.members = members;
       Eigen::VectorXd known = wrench_of_set(problem_, few, now, States::predicted);
       if (pass > 0) known += problem_.calibration().columns * out.fit.calibration;
-      out.noise = estimate_noise(problem_, slow_, known, temperature_);
+      out.noise = estimate_noise(problem_, slow_, known, o_.temperature);
       whiten(*out.noise, 1, few);
       out.fit = Evidence(problem_, fitted_, *out.noise, few, o_.law_error, out.tolerances).fit(members);
       Eigen::VectorXd likeliest = likeliest_tolerances(problem_.calibration(), out.fit, out.tolerances);
@@ -73,7 +68,8 @@ class Profiler {
       }
       members = out.fit.members;
     }
-    out.joint = out.fit.log_evidence + log_prior - out.noise->log_scale();
+    out.joint = out.fit.log_evidence + log_prior - out.noise->log_scale() +
+                log_prior_of_tolerances(problem_.calibration(), out.tolerances);
     for (std::size_t k = 0; k < index.size(); ++k) out.fit.members[k].hypothesis = index[k];
     return out;
   }
@@ -84,7 +80,6 @@ class Profiler {
   const SlowColumns& slow_;
   const FittedAmplitudes& fitted_;
   const Options& o_;
-  double temperature_;
 };
 
 /// The best of these sets, each in its own noise.
@@ -178,9 +173,8 @@ Eigen::VectorXd wrench_of_set(const RegressionProblem& problem, const std::vecto
 namespace {
 
 /// `seed`: laws that were found at another horizon.
-Inference infer_at(std::unique_ptr<RegressionProblem> at, double dispersion,
-                   const std::vector<const physics::Effect*>& effects, const Options& o,
-                   std::vector<SetMember> seed) {
+Inference infer_at(std::unique_ptr<RegressionProblem> at, const std::vector<const physics::Effect*>& effects,
+                   const Options& o, std::vector<SetMember> seed) {
   Inference out;
   out.problem = std::move(at);
   if (!seed.empty()) {
@@ -209,12 +203,11 @@ Inference infer_at(std::unique_ptr<RegressionProblem> at, double dispersion,
     grid = std::make_unique<GridSearch>(*out.evidence, limits);
     out.posterior = search(*out.evidence, *grid, limits, first_asked);
   };
-  const double temperature = o.temperature * dispersion;
-  auto first = estimate_noise(problem, slow, Eigen::VectorXd::Zero(problem.rows()), temperature);
+  auto first = estimate_noise(problem, slow, Eigen::VectorXd::Zero(problem.rows()), o.temperature);
   out.problem->scale_calibration(first_stages(first->apply(problem.calibration().columns),
                                               first->apply(problem.calibration().measured)));
   fitted.emplace(problem);
-  const Profiler profiler(problem, out.hypotheses, slow, *fitted, o, temperature);
+  const Profiler profiler(problem, out.hypotheses, slow, *fitted, o);
   Profile current = profiler.of({}, Eigen::VectorXd::Ones(problem.calibration().settled.size()));
   const double nothing = current.joint;
   use(std::move(first), current.tolerances, {});
@@ -266,9 +259,9 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
   std::vector<SetMember> seed;
   for (std::size_t k = 0;; ++k) {
     choice.tests.push_back(horizons.test(k));
-    Inference out = infer_at(horizons.problem(k), choice.dispersion(), effects, o, std::move(seed));
+    Inference out = infer_at(horizons.problem(k), effects, o, std::move(seed));
     const SetFit& best = out.posterior.best;
-    if (!choice.tests.back().agrees() && !best.members.empty() && !o.stopped())
+    if (!choice.tests.back().agrees() && !o.stopped())
       choice.tests.push_back(
           horizons.test(k, wrench_of_set(*out.problem, out.hypotheses, best, States::measured) +
                                out.problem->calibration().measured * best.calibration));

@@ -80,12 +80,6 @@ std::array<Estimator, kAsked.size()> estimators(const RegressionProblem& p, cons
 
 }  // namespace
 
-double HorizonChoice::dispersion() const {
-  for (auto test = tests.rbegin(); test != tests.rend(); ++test)
-    if (test->horizon_s < horizon_s()) return std::max(1.0, test->statistic / kHorizonsDisagree);
-  return 1;
-}
-
 Horizons::Horizons(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
                    const Options& o) {
   double least = 0;

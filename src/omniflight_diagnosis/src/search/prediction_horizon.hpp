@@ -26,11 +26,6 @@ struct HorizonTest {
 struct HorizonChoice {
   std::vector<HorizonTest> tests;  ///< in the order in which they were asked; last of the chosen horizon
   double horizon_s() const { return tests.back().horizon_s; }
-  /// Overdispersion of the likelihood, at least 1: by how much squared standard errors must grow until the
-  /// chosen horizon agrees with the one that was refused last. Where a model is right, neighbouring horizons
-  /// differ by chance only; where it is not, the likelihood is surer than it may be (quasi-likelihood,
-  /// Wedderburn 1974).
-  double dispersion() const;
 };
 
 /// The horizons that may be chosen for these flights, and the test between them (the idea of Hausman 1978;
