@@ -115,9 +115,6 @@ Status walk(const Document& document, const std::vector<std::string>& path, Told
   return {};
 }
 
-/// An exact number is told as 0; whitened columns of nothing have no direction.
-constexpr double kLeastTolerance = 1e-6;
-
 double largest(const std::vector<double>& v) {
   double m = 0;
   for (double x : v) m = std::max(m, std::abs(x));

@@ -42,6 +42,12 @@ Rotor read_rotor(YamlReader yaml) {
   return r;
 }
 
+/// Keys of `tolerance`, and the kinds of numbers they belong to.
+constexpr std::pair<const char*, const char*> kTolerances[] = {
+    {"thrust_scale", "thrust_scale"},     {"torque_trim", "torque_trim"}, {"inertia", "inertia"},
+    {"center_of_mass", "center_of_mass"}, {"rotor_scale", "rotor_scale"}, {"rotor_axis_rad", "rotor_axis"},
+    {"rotor_place", "rotor_place"},       {"drag_torque", "drag_torque"}, {"imu_position", "imu_position"}};
+
 /// "name" or "name@variant" or a path -> path and variant.
 Result<std::pair<fs::path, std::string>> locate(const std::string& spec) {
   const auto at = spec.rfind('@');
@@ -148,6 +154,9 @@ Result<Vehicle> load_vehicle(const std::string& spec, const std::vector<std::str
         v.provenance[key] = sources->string(key, "");
       }
     }
+  if (auto tolerance = yaml->optional_child("tolerance"))
+    for (const auto& [key, kind] : kTolerances)
+      if (tolerance->has(key)) v.tolerance[kind] = tolerance->number(key, files::between(0, 1, "1 or rad"));
   // Variants change mass (kg) and nothing else; inertia scales with it unless it is given.
   if (auto variants = yaml->optional_child("variants")) {
     bool found = variant.empty();

@@ -57,6 +57,19 @@ TEST_F(Vehicles, VariantsAndOverrides) {
   EXPECT_NE(wrong.error().text().find("Did you mean 'omnimorph'"), std::string::npos) << wrong.error().text();
 }
 
+TEST_F(Vehicles, TellHowWellTheirNumbersAreKnown) {
+  const auto crazyflie = load_vehicle("crazyflie_brushless");
+  ASSERT_TRUE(crazyflie) << crazyflie.error().text();
+  EXPECT_DOUBLE_EQ(crazyflie->tolerance.at("inertia"), 0.25);
+  EXPECT_EQ(crazyflie->tolerance.count("center_of_mass"), 0u);
+  const auto told = load_vehicle("crazyflie_brushless", {"tolerance.inertia=0.1"});
+  ASSERT_TRUE(told) << told.error().text();
+  EXPECT_DOUBLE_EQ(told->tolerance.at("inertia"), 0.1);
+  const auto wrong = load_vehicle("crazyflie_brushless", {"tolerance.inertia=25"});
+  ASSERT_FALSE(wrong);
+  EXPECT_NE(wrong.error().text().find("tolerance.inertia"), std::string::npos) << wrong.error().text();
+}
+
 TEST_F(Vehicles, EveryShippedVehicleLoads) {
   for (const auto& name : vehicle_names()) {
     const auto v = load_vehicle(name);

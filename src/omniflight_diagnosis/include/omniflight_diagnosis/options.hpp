@@ -15,6 +15,9 @@
 
 namespace omniflight::diagnosis {
 
+/// An exact number is told as 0; whitened columns of nothing have no direction.
+inline constexpr double kLeastTolerance = 1e-6;
+
 /// How well the numbers of the vehicle and the sensors are known: deviations below these are no finding.
 /// One standard deviation each; they enter the fit as unnamed offsets with this prior.
 struct Tolerance {

@@ -109,7 +109,9 @@ bool RegressionProblem::expects(const Eigen::VectorXd& wrench) const {
 
 void RegressionProblem::calibrate(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
                                   const Options& options) {
-  const Tolerance& tol = options.tolerance;
+  Tolerance tol = options.tolerance;
+  for (const auto& [kind, value] : vehicle.tolerance)
+    if (tol.told.insert(kind).second) tol.value(kind) = std::max(kLeastTolerance, value);
   std::vector<Eigen::VectorXd> columns, measured;
   std::vector<double> settled;
   std::map<std::string, double> told;

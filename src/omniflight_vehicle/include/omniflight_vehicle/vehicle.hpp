@@ -73,6 +73,9 @@ struct Vehicle {
   Tilt tilt;
   std::vector<CollisionShape> collision;  ///< without the rotor discs
   std::map<std::string, std::string> provenance;
+  /// How well numbers of the file are known, one standard deviation: "inertia" and "drag_torque" relative
+  /// [1], "rotor_axis" [rad], ...; the kinds of the diagnosis' calibration. Only what the file tells.
+  std::map<std::string, double> tolerance;
   std::string file;    ///< the YAML it was loaded from
   std::string sha256;  ///< of the YAML and the URDF together
 
