@@ -5,7 +5,8 @@ Reads every src/*/package.xml, CMakeLists.txt and #include, and fails on
   - an edge between packages that is not downward (nor one of the few named sideways ones),
   - an edge that CMake or an #include uses and package.xml does not declare (colcon would build in a wrong order),
   - a package that has no level yet, or an edge to a package that does not exist,
-  - dds/*.h outside the packages of the bus, or in a public header of the bus.
+  - dds/*.h outside the packages of the bus, or in a public header of the bus,
+  - an include between the rooms of a package (folders of its src/) that points upward.
 Before that it checks itself: on a made-up workspace each of these faults must be found, and nothing else.
 
 Example: tests/test_architecture.py [WORKSPACE]
@@ -32,6 +33,11 @@ FORBIDDEN = {("proof", "physics"): "the proof shares no dynamics code",
              ("proof", "simulation"): "the proof shares no dynamics code",
              ("proof", "diagnosis"): "the proof is not to know what it examines"}
 DDS_PACKAGES = {"bus", "components", "msgs"}
+# Rooms of a package, as packages themselves; what stands in src/ itself may use all. Rooms of one level that are named
+# together in TOGETHER know each other.
+ROOMS = {"diagnosis": {"numerics": 0, "conditioning": 1, "monitoring": 1, "regression": 2, "sensor_checks": 3, "evidence": 4,
+                       "discrepancy": 4, "search": 4, "validation": 5, "experiment_design": 5, "report": 5}}
+TOGETHER = {"diagnosis": {"evidence", "discrepancy", "search"}}
 
 PREFIX = "omniflight_"
 DEPEND_TAGS = {"depend", "build_depend", "build_export_depend", "exec_depend", "test_depend", "buildtool_depend",
@@ -101,6 +107,26 @@ def included(package, own):
     return out
 
 
+def room_faults(package, folder):
+    """Sentences on includes between rooms of one package that point upward, and on rooms without a level."""
+    faults, rooms, source = [], ROOMS[package], (folder / "src").resolve()
+    for file in sorted(p for p in source.rglob("*") if p.suffix in SOURCES and p.parent != source):
+        own = file.relative_to(source).parts[0]
+        where = f"src/{PREFIX}{package}/src/{file.relative_to(source)}"
+        if own not in rooms:
+            faults.append(f"{where}: room {own} has no level; add it to ROOMS in tests/test_architecture.py")
+            continue
+        for include in re.findall(r'^\s*#\s*include\s*"([^"]+)"', file.read_text(encoding="utf-8"), re.M):
+            target = (file.parent / include).resolve()
+            if not target.is_relative_to(source) or not target.exists():
+                continue
+            other = target.relative_to(source).parts[0] if target.parent != source else "(root)"
+            good = other == own or rooms.get(other, 9) < rooms[own] or {own, other} <= TOGETHER.get(package, set())
+            if not good:
+                faults.append(f"{where}: includes {include}, which is not below room {own}")
+    return faults
+
+
 def reachable(start, edges):
     """Everything that `start` depends on, directly or through others."""
     seen, todo = set(), [start]
@@ -154,6 +180,8 @@ def check(workspace):
         through = sorted(c for c in edges.get(a, ()) if b in reachable(c, edges))
         if through and b not in edges[a]:
             faults.append(f"{PREFIX}{a} -> {PREFIX}{b} (through {', '.join(PREFIX + c for c in through)}): {why}")
+    for name in sorted(ROOMS.keys() & packages.keys()):
+        faults += room_faults(name, packages[name])
     for name, folder in packages.items():
         for file in source_files(folder):
             files += 1
@@ -214,6 +242,14 @@ def self_test():
          ["src/omniflight_control/test/t.hpp: includes dds/, which only bus, components, msgs may"]),
         ("dds in a public header", [("msgs", [], [], {"include/m.hpp": "#include <dds/dds.h>\n"})],
          ["src/omniflight_msgs/include/m.hpp: a public header includes dds/"]),
+        ("rooms", [("diagnosis", [], [], {
+            "src/all.cpp": '#include "report/a.hpp"\n', "src/root.hpp": "", "src/report/a.hpp": '#include "../search/b.hpp"\n',
+            "src/search/b.hpp": '#include "../evidence/c.hpp"\n', "src/evidence/c.hpp": '#include "../search/b.hpp"\n',
+            "src/regression/d.cpp": '#include "../search/b.hpp"\n', "src/search/e.cpp": '#include "../root.hpp"\n',
+            "src/attic/f.cpp": ""})],
+         ["src/omniflight_diagnosis/src/regression/d.cpp: includes ../search/b.hpp, which is not below room regression",
+          "src/omniflight_diagnosis/src/search/e.cpp: includes ../root.hpp, which is not below room search",
+          "src/omniflight_diagnosis/src/attic/f.cpp: room attic has no level; add it to ROOMS in tests/test_architecture.py"]),
     ]
     for title, extra, expected in cases:
         with tempfile.TemporaryDirectory() as folder:

@@ -7,11 +7,9 @@ struct Ablation {
   const char *id, *text;
 };
 constexpr Ablation kAblations[] = {
-    {"no-whitening", "noise counts as white"},
-    {"no-gate", "no least share and size of an effect"},
     {"no-tolerance", "the vehicle file is exact"},
-    {"no-instruments", "effects see the flown states, not the reference flown again"},
-    {"random-folds", "held-out samples are drawn one by one, not in blocks"},
+    {"no-law-error", "laws of the library are exact"},
+    {"no-temperature", "likelihoods count as they are"},
     {"late-pose", "the pose is 20 ms later than it says"},
     {"wrong-inertia", "the vehicle file has 10 % too much inertia"},
     {"commands-only", "rotor speeds are not recorded"},
@@ -49,14 +47,13 @@ void ablate_input(const std::string& id, std::vector<recording::Recording>& reco
 }
 
 void ablate_options(const std::string& id, diagnosis::Options& options) {
-  if (id == "no-whitening") options.ar_order = 0;
-  if (id == "no-gate") options.min_share = options.min_magnitude = 0;
-  if (id == "no-instruments") options.refly.clear();
-  if (id == "random-folds") options.random_folds = true;
+  if (id == "no-law-error") options.law_error = 0;
+  if (id == "no-temperature") options.temperature = 1;
   if (id != "no-tolerance") return;
   auto& t = options.tolerance;
   for (double* sigma : {&t.thrust_scale, &t.accelerometer_lateral, &t.accelerometer_vertical, &t.world_force,
-                        &t.torque_trim, &t.rotor_clock})
+                        &t.torque_trim, &t.rotor_clock, &t.air_density, &t.inertia, &t.center_of_mass,
+                        &t.rotor_scale, &t.rotor_axis, &t.rotor_place, &t.drag_torque, &t.imu_position})
     *sigma *= 1e-3;
 }
 

@@ -94,28 +94,16 @@ void findings(report::Page& page, const Diagnosis& d) {
     }
     page.table(t);
   }
-  report::Bars gains{.title = "What each candidate alone gains (log-likelihood, whitened)"};
+  report::Bars gains{.title = "What each candidate gains alone (ln Bayes factor against nothing)"};
   auto sorted = d.candidates;
   std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.gain > b.gain; });
   for (const auto& c : sorted) {
     if (gains.bars.size() >= 16 || !std::isfinite(c.gain)) continue;
     gains.bars.push_back({.name = c.effect, .value = std::max(0.0, c.gain)});
     gains.marker = c.needed;
-    gains.marker_label = "needed to be named";
+    gains.marker_label = "prior odds against it";
   }
   if (!gains.bars.empty()) page.bars(gains);
-  if (!d.aliases.effects.empty()) {
-    report::Matrix m{.title = "How well one effect can imitate another on this flight",
-                     .rows = d.aliases.effects,
-                     .columns = d.aliases.effects,
-                     .value_label = "cosine of whitened contributions"};
-    for (Eigen::Index i = 0; i < d.aliases.cosine.rows(); ++i) {
-      m.values.emplace_back();
-      for (Eigen::Index k = 0; k < d.aliases.cosine.cols(); ++k)
-        m.values.back().push_back(d.aliases.cosine(i, k));
-    }
-    page.matrix(m);
-  }
 }
 
 void unknown_physics(report::Page& page, const Diagnosis& d) {
@@ -181,11 +169,6 @@ void fits(report::Page& page, const Diagnosis& d) {
       t.rows.push_back({r.horizon_s, r.channel, r.unit, r.rmse_before, r.rmse_after});
     page.table(t);
   }
-  if (const auto& s = d.fit.shooting)
-    page.paragraph(
-        fmt::format("Values refined by multiple shooting: {} windows of 0.5 s fitted; at the end of {} "
-                    "others the model is off by {:.3g} of what it was.",
-                    s->fitted, s->tested, s->error_after / s->error_before));
 }
 
 /// Times at which a channel differs.

@@ -60,8 +60,6 @@ Status ask(const Questions& q, diagnosis::Options& options) {
   if (!q.why.empty())
     if (auto ok = check_known({q.why}); !ok) return ok;
   if (q.prior.empty()) return {};
-  if (options.engine != diagnosis::Engine::posterior)
-    return bad_input("a prior needs the engine that has one", "--prior", "Add --engine posterior");
   auto inclusion = inclusion_of(q.prior);
   if (!inclusion) return Failure(inclusion.error());
   options.inclusion = std::move(*inclusion);
@@ -76,12 +74,6 @@ std::vector<std::string> why(const std::string& effect, const diagnosis::Diagnos
                         ? fmt::format("{}: {}", x.asked, x.outcome)
                         : fmt::format("{}: {:.3g} against {:.3g} ({}): {}", x.asked, x.statistic, x.threshold,
                                       x.source, x.outcome));
-  if (d.decisions.empty())
-    for (const auto& c : d.candidates)
-      if (c.effect == effect)
-        out.push_back(
-            fmt::format("alone against nothing: gains {:.3g} nat of log-likelihood where {:.3g} are needed",
-                        c.gain, c.needed));
   for (const auto& f : d.findings) {
     const auto& others = f.cannot_be_told_apart_from;
     if (f.effect == effect)

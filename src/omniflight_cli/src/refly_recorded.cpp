@@ -141,7 +141,8 @@ Tracked recorded(const recording::Recording& r, const vehicle::Vehicle& v, const
 
 class Loop {
  public:
-  Loop(const vehicle::Vehicle& vehicle, const diagnosis::Told& told, const physics::Environment& environment)
+  Loop(const vehicle::Vehicle& vehicle, const diagnosis::PriorKnowledge& told,
+       const physics::Environment& environment)
       : vehicle_(vehicle), environment_(environment), told_(told) {}
 
   Result<Tracked> fly(const Asked& asked, const physics::Model& model,
@@ -256,13 +257,13 @@ class Loop {
 
   const vehicle::Vehicle& vehicle_;
   physics::Environment environment_;
-  const diagnosis::Told& told_;
+  const diagnosis::PriorKnowledge& told_;
 };
 
 }  // namespace
 
 Status refly_recorded(const recording::Recording& r, const vehicle::Vehicle& vehicle,
-                      const diagnosis::Told& told, const diagnosis::Options& options,
+                      const diagnosis::PriorKnowledge& told, const diagnosis::Options& options,
                       diagnosis::Diagnosis& d) {
   for (const char* key : {"kp", "kv", "ki", "kR", "kw", "kI"})
     if (!told.numbers.count(std::string("controller.") + key))

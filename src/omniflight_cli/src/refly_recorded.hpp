@@ -5,7 +5,7 @@
 
 #include "omniflight_core/result.hpp"
 #include "omniflight_diagnosis/diagnosis.hpp"
-#include "omniflight_diagnosis/told.hpp"
+#include "omniflight_diagnosis/prior_knowledge.hpp"
 #include "omniflight_recording/recording.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
 
@@ -17,7 +17,7 @@ namespace omniflight::cli {
 /// found to be flown (d.controller). Errors: bad_input naming the signal or key that is missing; incomplete
 /// when the model cannot be flown at all.
 Status refly_recorded(const recording::Recording& recording, const vehicle::Vehicle& vehicle,
-                      const diagnosis::Told& told, const diagnosis::Options& options,
+                      const diagnosis::PriorKnowledge& told, const diagnosis::Options& options,
                       diagnosis::Diagnosis& d);
 
 }  // namespace omniflight::cli

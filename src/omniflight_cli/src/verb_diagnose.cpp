@@ -18,13 +18,12 @@
 #include "load_all.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_diagnosis/neighbour_file.hpp"
-#include "omniflight_diagnosis/told.hpp"
+#include "omniflight_diagnosis/prior_knowledge.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/plan.hpp"
 #include "omniflight_recording/formats.hpp"
 #include "pilot_words.hpp"
 #include "questions.hpp"
-#include "reflight.hpp"
 #include "refly_recorded.hpp"
 #include "verbs.hpp"
 
@@ -38,7 +37,6 @@ struct Options {
   double budget_s = 0;
   int jobs = 0;
   bool check = false, refly_recorded = false;
-  std::string engine = "selection";
 };
 
 /// Flies the mission again without and with the model, with the recording's seed, and compares all three.
@@ -89,22 +87,13 @@ Result<Refit> refly(const Options& o, const std::string& out, const recording::R
 }
 
 /// What told.yaml says, and the tracks of the neighbours it names.
-Status take_told(const Options& o, const std::vector<recording::Recording>& fit,
-                 const vehicle::Vehicle& vehicle, diagnosis::Options& options, Common& common) {
-  const recording::Recording& first = fit.front();
-  const std::string file = o.told.empty() ? diagnosis::told_beside(o.recordings.front()) : o.told;
+Status take_told(const Options& o, const recording::Recording& first, diagnosis::Options& options,
+                 Common& common) {
+  const std::string file = o.told.empty() ? diagnosis::prior_knowledge_beside(o.recordings.front()) : o.told;
   if (file.empty()) return {};
-  const auto told = diagnosis::load_told(file);
+  const auto told = diagnosis::load_prior_knowledge(file);
   if (!told) return Failure(told.error());
   diagnosis::apply(*told, options);
-  for (std::size_t k = 0; k < fit.size(); ++k) {
-    const std::string own = k == 0 || !o.told.empty() ? file : diagnosis::told_beside(o.recordings[k]);
-    const auto of_this = own.empty() ? told : diagnosis::load_told(own);
-    if (!of_this) return Failure(of_this.error());
-    auto again = make_reflight(fit[k], vehicle, *of_this, options.environment);
-    if (!again) break;
-    options.refly.push_back(std::move(again));
-  }
   for (const std::string& place : told->ignored)
     say(common, "  told, but not used: " + place + " (" + file + ")");
   for (const std::string& path : told->neighbours) {
@@ -138,10 +127,10 @@ Status take_neighbours(const Options& o, std::vector<recording::Recording>& fit,
   for (auto* list : {&fit, &held_out})
     for (std::size_t k = list == &fit ? 1 : 0; k < list->size(); ++k) {
       const std::string& path = (list == &fit ? o.recordings : o.held_out)[k];
-      const std::string file = diagnosis::told_beside(path);
+      const std::string file = diagnosis::prior_knowledge_beside(path);
       if (file.empty() || (file != path + ".told.yaml" && folder(path) == folder(o.recordings.front())))
         continue;
-      const auto told = diagnosis::load_told(file);
+      const auto told = diagnosis::load_prior_knowledge(file);
       if (!told) return Failure(told.error());
       for (const std::string& neighbour : told->neighbours) {
         auto track = diagnosis::load_neighbour(neighbour, o.map, (*list)[k].start_s);
@@ -286,8 +275,10 @@ Result<int> conclude(const Options& o, Common& common, const vehicle::Vehicle& v
     refit = std::move(*again);
   }
   if (o.refly_recorded && answered) {
-    const std::string file = o.told.empty() ? diagnosis::told_beside(o.recordings.front()) : o.told;
-    const auto told = file.empty() ? Result<diagnosis::Told>(diagnosis::Told{}) : diagnosis::load_told(file);
+    const std::string file =
+        o.told.empty() ? diagnosis::prior_knowledge_beside(o.recordings.front()) : o.told;
+    const auto told = file.empty() ? Result<diagnosis::PriorKnowledge>(diagnosis::PriorKnowledge{})
+                                   : diagnosis::load_prior_knowledge(file);
     if (!told) return Failure(told.error());
     if (auto ok = refly_recorded(flown, vehicle, *told, options, d); !ok)
       say(common, "  not flown again: " + ok.error().text());
@@ -335,8 +326,6 @@ Action add_diagnose(CLI::App& verb, Common& common) {
                   "Leave a safeguard out, or give something wrong, to see what an answer is worth:\n" +
                       ablations_help())
       ->check(CLI::IsMember(ablations()));
-  verb.add_option("--engine", o->engine, "Inference that names effects")
-      ->check(CLI::IsMember({"selection", "posterior"}));
   verb.add_option("--only", o->questions.only,
                   "Effects of the wrench that are asked for, separated by commas")
       ->delimiter(',');
@@ -347,7 +336,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
   verb.add_option(
       "--prior", o->questions.prior,
       "diagnosis.json of earlier flights of this vehicle: its probabilities instead of the library's "
-      "rates (with --engine posterior)");
+      "rates");
   verb.add_option(
       "--baseline", o->baseline,
       "Three or more good flights of the same vehicle, where only the motors can be judged: say which "
@@ -366,10 +355,9 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     ablate_input(o->ablation, *fit, *vehicle);
     diagnosis::Options options;
     options.baseline = std::move(*baseline);
-    if (auto ok = take_told(*o, *fit, *vehicle, options, common); !ok) return Failure(ok.error());
+    if (auto ok = take_told(*o, fit->front(), options, common); !ok) return Failure(ok.error());
     if (auto ok = take_neighbours(*o, *fit, *held_out, options); !ok) return Failure(ok.error());
     ablate_options(o->ablation, options);
-    if (o->engine == "posterior") options.engine = diagnosis::Engine::posterior;
     if (auto ok = ask(o->questions, options); !ok) return Failure(ok.error());
     constexpr unsigned kDefaultMost = 4;  // each keeps a copy of the flight, and less and less is won
     options.threads =

@@ -126,7 +126,7 @@ endfunction()
 get_filename_component(OMNIFLIGHT_TESTING_HEADERS "${CMAKE_CURRENT_LIST_DIR}/../testing" ABSOLUTE)
 
 # omniflight_tests([LINK t...] [LABELS l...] [TIMEOUT s] [SHARED source...]): every test/test_*.cpp is one GoogleTest
-# program; what several of them need is compiled once, from SHARED.
+# program; what several of them need is compiled once, from SHARED. `test_long_*` gets the label long, and an hour.
 function(omniflight_tests)
   cmake_parse_arguments(OFT "" "TIMEOUT" "LINK;LABELS;SHARED" ${ARGN})
   if(NOT BUILD_TESTING)
@@ -165,7 +165,11 @@ function(omniflight_tests)
       omniflight_precompile(${_name} <gtest/gtest.h> ${OMNIFLIGHT_PRECOMPILED})
       set(_first_test ${_name})
     endif()
-    gtest_discover_tests(${_name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT ${OFT_TIMEOUT} LABELS "${OFT_LABELS}")
+    if(_name MATCHES "^test_long_")
+      gtest_discover_tests(${_name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT 3600 LABELS long)
+    else()
+      gtest_discover_tests(${_name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT ${OFT_TIMEOUT} LABELS "${OFT_LABELS}")
+    endif()
   endforeach()
   omniflight_fuzzers()
 endfunction()

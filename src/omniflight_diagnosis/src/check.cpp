@@ -1,13 +1,14 @@
 // What recordings could tell, before anything is fitted.
-#include "findings.hpp"
-#include "intake.hpp"
-#include "missing.hpp"
-#include "offered.hpp"
-#include "repair.hpp"
-#include "sanity.hpp"
+#include "conditioning/analysis_scope.hpp"
+#include "conditioning/input_validation.hpp"
+#include "conditioning/repair.hpp"
+#include "experiment_design/detectability.hpp"
+#include "numerics/text.hpp"
+#include "report/intake.hpp"
+#include "search/offered_effects.hpp"
+#include "sensor_checks/findings.hpp"
+#include "sensor_checks/merge_recordings.hpp"
 #include "sensors_alone.hpp"
-#include "text.hpp"
-#include "together.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -25,14 +26,15 @@ Diagnosis check_motors(const Recording& r, const vehicle::Vehicle& vehicle, cons
 }
 
 Result<Diagnosis> check_one(const Recording& recorded, const vehicle::Vehicle& vehicle, const Options& o) {
-  const Reach reach = reach_of(recorded);
+  const AnalysisScope scope = scope_of(recorded);
   const Repaired known = in_order(recorded, o);
   const Recording& r = known.recording;
-  auto against = objections(r, vehicle, o);
+  auto against = validate_input(r, vehicle, o);
   if (!against) return tl::unexpected(against.error());
   if (!against->empty()) return unusable(r, *against);
-  if (reach == Reach::sensors) return diagnose_sensors(std::span(&r, 1), vehicle, o, hindrance(r));
-  if (reach == Reach::motors) return check_motors(r, vehicle, o);
+  if (scope == AnalysisScope::sensors)
+    return diagnose_sensors(std::span(&r, 1), vehicle, o, missing_reason(r));
+  if (scope == AnalysisScope::motors) return check_motors(r, vehicle, o);
   Diagnosis d;
   auto flight = prepare_repaired(known, vehicle, o);
   if (!flight) return tl::unexpected(flight.error());
@@ -40,10 +42,9 @@ Result<Diagnosis> check_one(const Recording& recorded, const vehicle::Vehicle& v
   d.verdict = Verdict::checked;
   d.inputs.push_back({f.file, f.sha256, f.duration_s, f.signals, f.excluded});
   const std::vector<const Flight*> used{&f};
-  const Problem problem(used, vehicle, o);
   d.intake = describe(r, f);
   const auto candidates = offered_effects(used, vehicle, o);
-  describe_candidates(problem, candidates, d.intake);
+  describe_candidates(used, vehicle, candidates, o, d.intake);
   add_faults(f.faults, f.excluded, d);
   d.summary = format("%.1f s of %.1f s can be used (%zu windows cut out). ", f.usable() / f.rate_hz,
                      f.duration_s, f.excluded.size());
@@ -80,7 +81,7 @@ Result<Diagnosis> check(std::span<const Recording> recordings, const vehicle::Ve
       one = unusable(r, {one.error().message});
     }
     good += one->verdict != Verdict::unusable || !one->intake.signals.empty();
-    add_recording(*one, r.file, d);
+    merge_recording(*one, r.file, d);
     d.inputs.insert(d.inputs.end(), one->inputs.begin(), one->inputs.end());
     d.summary += (d.summary.empty() ? "" : " ") + r.file + ": " + one->summary;
     if (one->verdict == Verdict::unusable) d.verdict = Verdict::unusable;

@@ -2,16 +2,16 @@
 
 #include <algorithm>
 
-#include "agreement.hpp"
-#include "faults.hpp"
-#include "findings.hpp"
-#include "intake.hpp"
-#include "missing.hpp"
-#include "needed_force.hpp"
-#include "sensor_health.hpp"
-#include "text.hpp"
-#include "together.hpp"
-#include "would_tell.hpp"
+#include "conditioning/analysis_scope.hpp"
+#include "conditioning/sensor_faults.hpp"
+#include "experiment_design/without_rotor_speeds.hpp"
+#include "numerics/text.hpp"
+#include "report/intake.hpp"
+#include "sensor_checks/findings.hpp"
+#include "sensor_checks/inverse_dynamics.hpp"
+#include "sensor_checks/merge_recordings.hpp"
+#include "sensor_checks/redundancy_check.hpp"
+#include "sensor_checks/sensor_health.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -39,13 +39,13 @@ std::string state_of(const Intake& in) {
 
 }  // namespace
 
-std::string hindrance(const recording::Recording& r) {
-  switch (reach_of(r)) {
-    case Reach::sensors:
+std::string missing_reason(const recording::Recording& r) {
+  switch (scope_of(r)) {
+    case AnalysisScope::sensors:
       return "no rotor speed, rotor command or duty cycle was recorded";
-    case Reach::motors:
+    case AnalysisScope::motors:
       return "attitude or force was not recorded";
-    case Reach::wrench:
+    case AnalysisScope::wrench:
       break;
   }
   return "";
@@ -64,7 +64,7 @@ Diagnosis judge_sensors_of(const recording::Recording& r, const vehicle::Vehicle
       if (part.effect == "imu_lever_arm") part.as_well.emplace_back("mocap_offset");
     add_kinematics(*errors, d);
   }
-  if (const auto needed = needed_force(r, vehicle, o))
+  if (const auto needed = inverse_dynamics(r, vehicle, o))
     for (SensorFact& f : facts_of(*needed)) d.intake.sensors.push_back(std::move(f));
   return d;
 }
@@ -78,17 +78,17 @@ Diagnosis diagnose_sensors(std::span<const recording::Recording> flown, const ve
     Diagnosis one = judge_sensors_of(r, vehicle, o);
     Diagnosis agreement;
     agreement.findings = one.findings;
-    add_agreement(r, vehicle, o, agreement);
+    check_redundancy(r, vehicle, o, agreement);
     for (std::size_t k = one.findings.size(); k < agreement.findings.size(); ++k)
       one.findings.push_back(agreement.findings[k]);
     one.mismatch.insert(one.mismatch.end(), agreement.mismatch.begin(), agreement.mismatch.end());
-    add_recording(one, r.file, d);
+    merge_recording(one, r.file, d);
     d.inputs.push_back(one.inputs[0]);
     if (flown.size() > 1) states += " " + r.file + ":";
     if (const std::string state = state_of(one.intake); !state.empty()) states += " " + state;
-    if (const auto needed = needed_force(r, vehicle, o)) states += " " + in_words(*needed, vehicle);
-    if (reach_of(r) == Reach::sensors) add_what_rotors_would_tell(r, vehicle, o, one.intake);
-    states += what_rotors_would_tell(one.intake);
+    if (const auto needed = inverse_dynamics(r, vehicle, o)) states += " " + in_words(*needed, vehicle);
+    if (scope_of(r) == AnalysisScope::sensors) add_detectability_with_rotor_speeds(r, vehicle, o, one.intake);
+    states += detectability_in_words(one.intake);
     if (&r == &flown.front())
       d.intake = std::move(one.intake);
     else

@@ -16,6 +16,6 @@ Diagnosis diagnose_sensors(std::span<const recording::Recording> flown, const ve
                            const Options& options, const std::string& why);
 
 /// What hinders a wrench analysis of signals like these, in words.
-std::string hindrance(const recording::Recording& recording);
+std::string missing_reason(const recording::Recording& recording);
 
 }  // namespace omniflight::diagnosis

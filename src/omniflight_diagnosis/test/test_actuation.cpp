@@ -3,7 +3,7 @@
 
 #include <cstdlib>
 
-#include "../src/actuation.hpp"
+#include "../src/sensor_checks/actuation.hpp"
 #include "omniflight_core/random.hpp"
 #include "synthetic.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "../src/control_replay.hpp"
+#include "../src/sensor_checks/control_replay.hpp"
 #include "omniflight_core/frames.hpp"
 #include "omniflight_core/random.hpp"
 

@@ -34,7 +34,6 @@ struct Setting {
 
   Setting(const std::vector<std::string>& ids, const std::vector<physics::ActiveEffect>& world,
           double duration_s = 8) {
-    options.engine = Engine::posterior;
     flight = flown(vehicle, options, world, duration_s);
     const Flight* one[] = {&flight};
     problem = std::make_unique<RegressionProblem>(one, vehicle, options, 0.15);
@@ -127,7 +126,6 @@ TEST(Tolerances, AreThoseUnderWhichTheFlightIsLikeliest) {
 TEST(Tolerances, ThatAreToldStay) {
   const vehicle::Vehicle v = test::omnimorph();
   Options o;
-  o.engine = Engine::posterior;
   o.tolerance.told = {"torque_trim"};
   const Flight flight = flown(v, o, {}, 8);
   const Flight* one[] = {&flight};
@@ -148,7 +146,6 @@ TEST(Tolerances, OneRotorAmongManyIsNoTolerance) {
   std::vector<double> theta(static_cast<std::size_t>(askew->parameter_count()), 0.0);
   theta[1] = 0.06;
   Options o;
-  o.engine = Engine::posterior;
   const Flight flight = flown(v, o, {{askew, theta}}, 40);
   const Flight* one[] = {&flight};
   const auto log_odds = [&](const Options& options) {
@@ -184,7 +181,6 @@ TEST(FirstStage, IsTheRegressionOnThePrediction) {
 TEST(Evidence, ACoefficientDoesNotShrinkWithTheHorizonOfPrediction) {
   const vehicle::Vehicle v = test::omnimorph();
   Options o;
-  o.engine = Engine::posterior;
   const physics::Effect* drag = find_effect("rotor_drag");
   const double flown_drag = 2e-4;
   const Flight flight = flown(v, o, {{drag, {flown_drag}}}, 60);
@@ -216,7 +212,6 @@ std::vector<std::string> named(const std::vector<physics::ActiveEffect>& world, 
                                double* nothing = nullptr) {
   const vehicle::Vehicle v = test::omnimorph();
   Options o;
-  o.engine = Engine::posterior;
   const auto flight = prepare_flight(test::fly(v, world, f), v, o);
   EXPECT_TRUE(flight);
   const Flight* one[] = {&*flight};
@@ -240,7 +235,6 @@ TEST(Search, NominalFlightsRaiseNoAlarm) {
   for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
     test::Flown f;
     f.sway = 0.2;
-    f.damped = true;
     f.seed = seed;
     double nothing = 0;
     const auto likeliest = named({}, f, &nothing);

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "../src/statistics.hpp"
+#include "../src/numerics/statistics.hpp"
 #include "omniflight_core/frames.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 

@@ -1,6 +1,6 @@
 // How far the floor is below a standing vehicle, by the ground effect itself.
-#include "../src/floor_height.hpp"
-#include "../src/ground.hpp"
+#include "../src/conditioning/ground.hpp"
+#include "../src/search/floor_height.hpp"
 #include "synthetic.hpp"
 
 namespace omniflight::diagnosis {
@@ -19,7 +19,7 @@ Flight stood_high(const vehicle::Vehicle& v, double strength, std::uint64_t seed
   EXPECT_TRUE(flight) << flight.error().text();
   EXPECT_FALSE(flight->stood_at) << "it never stood";
   flight->stood_at = 1.1 * mean_radius(v);
-  put_floor(kLeastHubHeight * mean_radius(v), *flight);
+  set_floor_height(kLeastHubHeight * mean_radius(v), *flight);
   return *flight;
 }
 
@@ -37,7 +37,7 @@ TEST(FloorHeight, IsWhereTheGroundEffectSays) {
     ASSERT_TRUE(height) << seed;
     EXPECT_GE(*height, 0.69 * 0.25) << seed;
     EXPECT_LE(*height, 1.31 * 0.25) << seed;
-    put_floor(*height, flights[0]);
+    set_floor_height(*height, flights[0]);
     EXPECT_NEAR(flights[0].situation.front().environment.floor_z, *flights[0].stood_at - *height, 1e-12);
     EXPECT_NE(flights[0].notes.back().find("mm below where the vehicle stood"), std::string::npos);
   }
@@ -51,7 +51,7 @@ TEST(FloorHeight, StaysWhereNothingSpeaksForAnother) {
   told.stood_at.reset();
   EXPECT_FALSE(hub_height({told}, v, {}));
   const double floor = told.floor_z;
-  put_floor(0.3, told);
+  set_floor_height(0.3, told);
   EXPECT_EQ(told.floor_z, floor);
 }
 

@@ -1,5 +1,5 @@
 // Flips, crashes and what is neither.
-#include "../src/ground.hpp"
+#include "../src/conditioning/ground.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // A tilt that lags behind what its servo reports.
-#include "../src/hidden_tilt.hpp"
+#include "../src/search/hidden_tilt.hpp"
 
 #include <gtest/gtest.h>
 
-#include "../src/single_rotor.hpp"
+#include "../src/search/single_rotor.hpp"
 #include "synthetic.hpp"
 
 namespace omniflight::diagnosis {
@@ -39,7 +39,7 @@ TEST(HiddenTilt, ARampIsAnOffsetByRateTimesLagAndRestIsNothing) {
 
 TEST(HiddenTilt, IsOfferedBesideAnOffsetAndReportedAsALagOfTheServo) {
   const vehicle::Vehicle v = test::omnimorph();
-  const auto offered = with_single_rotors({physics::find_effect("tilt_offset")}, v);
+  const auto offered = by_rotor({physics::find_effect("tilt_offset")}, v);
   ASSERT_EQ(offered.size(), 2u);
   EXPECT_EQ(offered[1], &hidden_tilt_lag());
   const physics::ActiveEffect whole = in_full({&hidden_tilt_lag(), {0.07}});

@@ -7,7 +7,7 @@
 
 #include "omniflight_diagnosis/diagnosis.hpp"
 #include "omniflight_diagnosis/flight.hpp"
-#include "omniflight_diagnosis/told.hpp"
+#include "omniflight_diagnosis/prior_knowledge.hpp"
 #include "synthetic.hpp"
 
 namespace omniflight::diagnosis {
@@ -115,7 +115,7 @@ TEST(Intake, StopsInTimeAndSaysWhatIsLeftOut) {
   ASSERT_FALSE(d->left_out.empty());
   EXPECT_EQ(d->verdict, Verdict::unfinished);
   EXPECT_EQ(d->summary.find("Not finished"), 0u) << d->summary;
-  EXPECT_NE(d->summary.find("Still open: further candidates"), std::string::npos) << d->summary;
+  EXPECT_NE(d->summary.find("Still open: the search for left-out physics"), std::string::npos) << d->summary;
   for (const char* word : {"Found", "Nothing is missing"})
     EXPECT_EQ(d->summary.find(word), std::string::npos) << d->summary;
   for (const Finding& f : d->findings) EXPECT_TRUE(std::isnan(f.probability)) << f.effect;
@@ -137,8 +137,8 @@ TEST(Intake, TakesWhatIsToldAndRefusesWhatIsNoNumber) {
   std::ofstream(path) << "environment: {floor_z_m: 0.055, air_density_kgpm3: 1.18}\n"
                          "sensors: {accelerometer: {bias_mps2: 0.08}, camera: {shutter_ms: 3}}\n"
                          "controller: {kp: [10, 10, 12], kv: 6}\nneighbours: [other.csv]\n";
-  EXPECT_EQ(told_beside(testing::TempDir() + "flight.csv"), path);
-  const auto told = load_told(path);
+  EXPECT_EQ(prior_knowledge_beside(testing::TempDir() + "flight.csv"), path);
+  const auto told = load_prior_knowledge(path);
   ASSERT_TRUE(told) << told.error().text();
   ASSERT_EQ(told->neighbours.size(), 1u);
   EXPECT_EQ(told->neighbours[0], testing::TempDir() + "other.csv");
@@ -152,11 +152,11 @@ TEST(Intake, TakesWhatIsToldAndRefusesWhatIsNoNumber) {
   EXPECT_DOUBLE_EQ(o.controller.kp.z(), 12);
   EXPECT_DOUBLE_EQ(o.controller.kv.x(), 6);
   std::ofstream(path) << "environment: {floor_z_m: high}\n";
-  const auto bad = load_told(path);
+  const auto bad = load_prior_knowledge(path);
   ASSERT_FALSE(bad);
   EXPECT_NE(bad.error().text().find("environment.floor_z_m"), std::string::npos) << bad.error().text();
   std::ofstream(path) << "sensors: {imu: {position_m: 0.02}}\n";
-  const auto one = load_told(path);
+  const auto one = load_prior_knowledge(path);
   ASSERT_FALSE(one) << "a place has three numbers";
   EXPECT_NE(one.error().text().find("position_m"), std::string::npos) << one.error().text();
 }
@@ -197,7 +197,7 @@ TEST(Intake, TakesEveryThingThatAToldFileMayState) {
       << "  allocation_mass_kg: 2.8\n"
          "environment: {floor_z_m: -0.2, air_density_kgpm3: 1.21}\n"
          "neighbours: [one.csv, /tracks/two.csv]\n";
-  const auto told = load_told(path);
+  const auto told = load_prior_knowledge(path);
   ASSERT_TRUE(told) << told.error().text();
   const std::vector<std::pair<const char*, double>> scalars{{"rates_hz.imu", 250},
                                                             {"rates_hz.mocap", 125.5},

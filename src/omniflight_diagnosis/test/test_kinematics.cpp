@@ -1,7 +1,7 @@
 // An accelerometer and motion capture that tell of one motion, and of two.
 #include <gtest/gtest.h>
 
-#include "../src/lever.hpp"
+#include "../src/sensor_checks/lever_arm.hpp"
 #include "synthetic.hpp"
 
 namespace omniflight::diagnosis {

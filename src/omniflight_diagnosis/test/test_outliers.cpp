@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "../src/outliers.hpp"
+#include "../src/conditioning/outliers.hpp"
 
 namespace omniflight::diagnosis {
 namespace {

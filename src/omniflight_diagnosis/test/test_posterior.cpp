@@ -1,5 +1,7 @@
-// Answers of the posterior engine to flights whose truth is known.
+// Answers to flights whose truth is known.
 #include <algorithm>
+
+#include <nlohmann/json.hpp>
 
 #include "../src/regression/predetermined.hpp"
 #include "../src/regression/regression_problem.hpp"
@@ -22,7 +24,6 @@ Diagnosis answer(const std::vector<physics::ActiveEffect>& world, const test::Fl
   const vehicle::Vehicle v = test::omnimorph();
   const recording::Recording r = test::fly(v, world, f);
   Options o;
-  o.engine = Engine::posterior;
   o.threads = 2;
   o.inclusion = inclusion;
   o.only = {"payload_mass", "hung_cable", "thrust_scale",  "constant_pull",
@@ -38,12 +39,10 @@ TEST(RegressionProblem, LoadsWeighByTheAccelerationThatTheVehicleHasWithThem) {
   test::Flown f;
   f.duration_s = 60;
   f.force_noise_N = 0.03;
-  f.damped = true;
   const std::vector<physics::ActiveEffect> world{{find_effect("payload_mass"), {0.28}},
                                                  {find_effect("hung_cable"), {0.30, 0.62, 5.0}}};
   const vehicle::Vehicle v = test::omnimorph();
   Options o;
-  o.engine = Engine::posterior;
   const auto flight = prepare_flight(test::fly(v, world, f), v, o);
   ASSERT_TRUE(flight) << flight.error().text();
   const Flight* one[] = {&*flight};
@@ -68,7 +67,6 @@ TEST(RegressionProblem, LoadsWeighByTheAccelerationThatTheVehicleHasWithThem) {
 TEST(Posterior, ASingleFlightIsPredictedByThirds) {
   test::Flown f;
   f.duration_s = 60;
-  f.damped = true;
   const Diagnosis d = answer({{find_effect("hung_cable"), {0.30, 0.62, 5.0}}}, f);
   ASSERT_TRUE(find(d, "hung_cable")) << d.summary;
   int parts = 0;
@@ -86,7 +84,6 @@ TEST(Posterior, ASingleFlightIsPredictedByThirds) {
 // prior where there are none. Here thrust is known to be often weak.
 TEST(Posterior, WhatCannotBeToldApartHasAFlightThatWould) {
   test::Flown f;
-  f.damped = true;
   const Diagnosis d = answer({{find_effect("payload_mass"), {0.15}}}, f, {{"thrust_scale", 0.7}});
   ASSERT_EQ(d.verdict, Verdict::ambiguous) << d.summary;
   const auto& pairs = d.next_flight.separates;
@@ -98,6 +95,27 @@ TEST(Posterior, WhatCannotBeToldApartHasAFlightThatWould) {
   ASSERT_FALSE(d.next_flight.proposed.empty());
   const ProposedFlight& first = d.next_flight.proposed.front();
   EXPECT_GT(first.separations_sigma[static_cast<std::size_t>(pair - pairs.begin())], 3) << first.name;
+}
+
+// The answer must not know how many threads there were.
+TEST(Posterior, EveryThreadFindsTheSame) {
+  const vehicle::Vehicle v = test::omnimorph();
+  test::Flown f;
+  f.duration_s = 20, f.climb_m = 1.1, f.sway = 0.2;
+  const recording::Recording r = test::fly(
+      v, {{find_effect("hung_cable"), {0.15, 0.5, 1.2}}, {find_effect("thrust_scale"), {-0.03}}}, f);
+  std::vector<nlohmann::json> answers;
+  for (const int threads : {1, 3}) {
+    Options o;
+    o.threads = threads;
+    o.rollouts = false;
+    o.only = {"hung_cable", "thrust_scale", "payload_mass", "com_offset", "constant_pull", "inertia_error"};
+    const auto d = diagnose(std::span(&r, 1), {}, v, o);
+    ASSERT_TRUE(d) << d.error().text();
+    answers.push_back(nlohmann::json::parse(to_json(*d)));
+    EXPECT_FALSE(d->findings.empty()) << d->summary;
+  }
+  EXPECT_EQ(answers[0], answers[1]);  // to the bit
 }
 
 }  // namespace

@@ -9,7 +9,6 @@ namespace {
 std::vector<HorizonTest> asked(double answer_s) {
   const vehicle::Vehicle v = test::omnimorph();
   Options o;
-  o.engine = Engine::posterior;
   test::Flown f;
   f.duration_s = 60;
   f.sway = 0.2;

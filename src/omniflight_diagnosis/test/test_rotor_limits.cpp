@@ -1,6 +1,7 @@
 // Rotors at their limits are no broken sensors, and broken sensors no limits.
-#include "../src/faults.hpp"
-#include "../src/rotor_limits.hpp"
+#include "../src/conditioning/rotor_limits.hpp"
+#include "../src/conditioning/sensor_faults.hpp"
+#include "../src/sensor_checks/rotor_limit_check.hpp"
 #include "omniflight_core/random.hpp"
 #include "synthetic.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "../src/locate.hpp"
+#include "../src/sensor_checks/allocation_check.hpp"
 #include "omniflight_core/random.hpp"
 #include "omniflight_diagnosis/diagnosis.hpp"
 #include "synthetic.hpp"

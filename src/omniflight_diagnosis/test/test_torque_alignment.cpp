@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "../src/torque_alignment.hpp"
+#include "../src/conditioning/torque_alignment.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 #include "omniflight_physics/situation.hpp"
 #include "synthetic.hpp"

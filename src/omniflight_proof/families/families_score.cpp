@@ -1,5 +1,5 @@
 // omniflight_proof_families_score: judges answers to a families run. Reads only diagnosis.json of each case
-// and the truth, so that two engines can be compared on the same cases.
+// and the truth, so that two analyses can be compared on the same cases.
 //   omniflight_proof_families_score --answers DIR --seal DIR --out DIR [--commitment FILE]
 #include <CLI/CLI.hpp>
 #include <iostream>

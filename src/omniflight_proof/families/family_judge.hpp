@@ -1,5 +1,5 @@
 // One case of a families run against its answer. Reads nothing of an answer but the fields of the contract,
-// so that any two engines can be compared on the same cases.
+// so that any two analyses can be compared on the same cases.
 #pragma once
 
 #include <map>

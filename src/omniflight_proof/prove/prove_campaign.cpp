@@ -23,8 +23,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 /// Of `omniflight diagnose --ablation`.
-constexpr const char* kAblations[] = {"no-whitening", "no-gate",   "no-tolerance",  "no-instruments",
-                                      "random-folds", "late-pose", "wrong-inertia", "commands-only"};
+constexpr const char* kAblations[] = {"no-tolerance", "no-law-error",  "no-temperature",
+                                      "late-pose",    "wrong-inertia", "commands-only"};
 
 /// Without a safeguard many names enter, and a search among many takes long: no answer is one, too.
 constexpr double kAblationLimit_s = 240;

@@ -134,16 +134,15 @@ class Diagnosis:
         return f"<Diagnosis {self.verdict}: {', '.join(f['effect'] for f in self.findings) or 'no effect'}>"
 
 
-def diagnose(recordings, vehicle, held_out=(), *, told="", only=(), exclude=(), engine="selection", budget_s=0.0,
-             threads=0):
+def diagnose(recordings, vehicle, held_out=(), *, told="", only=(), exclude=(), budget_s=0.0, threads=0):
     """Locates, names and fits what the model of `vehicle` lacks in these recordings.
 
-    held_out: recordings that are only predicted; told: path of a told.yaml; only, exclude: ids of effects; engine:
-    'selection' or 'posterior'; budget_s: time [s] after which the answer is 'unfinished' (0: none); threads: of the
-    search (0: as many as there are processors, up to 4). Other Python threads go on meanwhile; Ctrl-C ends it.
+    held_out: recordings that are only predicted; told: path of a told.yaml; only, exclude: ids of effects;
+    budget_s: time [s] after which the answer is 'unfinished' (0: none); threads: of the search (0: as many as there
+    are processors, up to 4). Other Python threads go on meanwhile; Ctrl-C ends it.
     """
     return Diagnosis(_native._diagnose(list(recordings), vehicle, list(held_out), _os.fspath(told), list(only),
-                                       list(exclude), engine, budget_s, threads))
+                                       list(exclude), budget_s, threads))
 
 
 def check(recordings, vehicle, *, told=""):

@@ -4,7 +4,7 @@
 #include "errors.hpp"
 #include "module.hpp"
 #include "omniflight_diagnosis/diagnosis.hpp"
-#include "omniflight_diagnosis/told.hpp"
+#include "omniflight_diagnosis/prior_knowledge.hpp"
 
 namespace py = pybind11;
 
@@ -19,15 +19,16 @@ struct Question {
   diagnosis::Options options;
 };
 
-/// The engine wants recordings side by side: these are copies, a small part of what it keeps of them anyway.
+/// The diagnosis wants recordings side by side: these are copies, a small part of what it keeps of them
+/// anyway.
 Question question_of(const std::vector<std::shared_ptr<Recording>>& fit,
                      const std::vector<std::shared_ptr<Recording>>& held_out, const std::string& told,
                      const std::vector<std::string>& only, const std::vector<std::string>& exclude,
-                     const std::string& engine, int threads) {
+                     int threads) {
   Question q;
   for (const auto& r : fit) q.fit.push_back(*r);
   for (const auto& r : held_out) q.held_out.push_back(*r);
-  if (!told.empty()) diagnosis::apply(take(diagnosis::load_told(told)), q.options);
+  if (!told.empty()) diagnosis::apply(take(diagnosis::load_prior_knowledge(told)), q.options);
   for (const auto* list : {&only, &exclude})
     for (const std::string& id : *list)
       if (!physics::find_effect(id))
@@ -35,11 +36,6 @@ Question question_of(const std::vector<std::shared_ptr<Recording>>& fit,
                "omniflight.effects() lists them"});
   q.options.only = only;
   q.options.exclude = exclude;
-  if (engine == "posterior")
-    q.options.engine = diagnosis::Engine::posterior;
-  else if (engine != "selection")
-    raise({ErrorCode::bad_input, "there is no engine '" + engine + "'", "diagnose: engine",
-           "Take selection or posterior"});
   q.options.threads = threads > 0 ? std::min(threads, 64)
                                   : static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 4u));
   return q;
@@ -75,20 +71,20 @@ void add_diagnosis(py::module_& m) {
       "_diagnose",
       [](const std::vector<std::shared_ptr<Recording>>& fit, const vehicle::Vehicle& vehicle,
          const std::vector<std::shared_ptr<Recording>>& held_out, const std::string& told,
-         const std::vector<std::string>& only, const std::vector<std::string>& exclude,
-         const std::string& engine, double budget_s, int threads) {
-        Question q = question_of(fit, held_out, told, only, exclude, engine, threads);
+         const std::vector<std::string>& only, const std::vector<std::string>& exclude, double budget_s,
+         int threads) {
+        Question q = question_of(fit, held_out, told, only, exclude, threads);
         return answer(q, budget_s, [&](const Question& asked) {
           return diagnosis::diagnose(asked.fit, asked.held_out, vehicle, asked.options);
         });
       },
       py::arg("recordings"), py::arg("vehicle"), py::arg("held_out"), py::arg("told"), py::arg("only"),
-      py::arg("exclude"), py::arg("engine"), py::arg("budget_s"), py::arg("threads"));
+      py::arg("exclude"), py::arg("budget_s"), py::arg("threads"));
   m.def(
       "_check",
       [](const std::vector<std::shared_ptr<Recording>>& recordings, const vehicle::Vehicle& vehicle,
          const std::string& told) {
-        Question q = question_of(recordings, {}, told, {}, {}, "selection", 1);
+        Question q = question_of(recordings, {}, told, {}, {}, 1);
         return answer(
             q, 0, [&](const Question& asked) { return diagnosis::check(asked.fit, vehicle, asked.options); });
       },

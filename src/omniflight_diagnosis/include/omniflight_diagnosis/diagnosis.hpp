@@ -92,17 +92,11 @@ struct ClosedLoop {
 struct Power {
   double real_W = 0, simulated_before_W = 0, simulated_after_W = 0;
 };
-/// Short open-loop flights from free initial states, by which values were refined.
-struct Shooting {
-  int fitted = 0, tested = 0;                ///< windows of half a second
-  double error_before = 0, error_after = 0;  ///< at the end of those not fitted, RMS in units of the ordinary
-};
 struct FitReport {
   std::vector<ChannelFit> in_sample, held_out;
   std::vector<RolloutFit> rollout;
   std::vector<ClosedLoop> closed_loop;  ///< filled by whoever re-flies the model
   Power power;                          ///< likewise
-  std::optional<Shooting> shooting;     ///< where it made the values better
 };
 
 /// For plots and tables of the report; not part of diagnosis.json.
@@ -114,13 +108,8 @@ struct Series {
 };
 struct CandidateGain {
   std::string effect;
-  double gain = 0;               ///< log-likelihood alone, against nothing
-  double needed = 0;             ///< entry threshold
-  double share_of_residual = 0;  ///< of the best channel's whitened energy
-};
-struct AliasMatrix {
-  std::vector<std::string> effects;
-  Eigen::MatrixXd cosine;  ///< of whitened contributions; entry (i, j): how well j can imitate i
+  double gain = 0;    ///< ln Bayes factor alone, against nothing
+  double needed = 0;  ///< ln prior odds against it
 };
 
 struct ProposedWaypoint {
@@ -226,7 +215,6 @@ struct Diagnosis {
   std::map<std::string, double> tracking_rms;  ///< "px" [m] ...: shows how blind the tracking error is
   std::vector<Series> series;
   std::vector<CandidateGain> candidates;
-  AliasMatrix aliases;
 };
 
 /// Locates, names, models. `fit` recordings are fitted together; `held_out` ones are only predicted. With no

@@ -1,6 +1,7 @@
 // One recording made ready for analysis: filtered, on one time grid, with what was cut out and why.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -50,20 +51,14 @@ struct Flight {
   /// grid.
   double kernel_s = 0;
   std::vector<double> t;
-  std::vector<physics::Situation> situation;  ///< filtered state, rotors and accelerations at every grid time
-  std::vector<physics::Situation> smooth;     ///< the same with rotor speeds below effect_cutoff_hz
-  /// The states and rotors of `smooth` as the reference alone makes them, see with_instruments(); may be
-  /// empty. Effects are then evaluated on them.
-  std::vector<physics::Situation> instrument;
-  Eigen::MatrixXd specific_force;  ///< n x 3, m/s^2, body
-  Eigen::MatrixXd rotor_speed;     ///< n x rotors, rad/s
+  std::vector<physics::Situation> situation;  ///< state, rotors and accelerations at every grid time
+  Eigen::MatrixXd specific_force;             ///< n x 3, m/s^2, body
+  Eigen::MatrixXd rotor_speed;                ///< n x rotors, rad/s
   /// n x any number, body frame of the reference: what it asks of the rotors (specific force, angular
   /// acceleration) and its velocities, as far as it is recorded. No disturbance moves it.
   Eigen::MatrixXd reference;
   Eigen::MatrixXd tracking_error;  ///< n x 3, m, position minus reference; empty without reference
   std::vector<Segment> segments;
-  std::vector<Segment> between_reversals;  ///< where leave_out_reversals() would leave something out
-  std::vector<Window> reversals;           ///< what that would be
   bool has_accelerometer = false, has_gyro = false, has_alpha = false, has_position = false;
   bool speed_from_command = false;  ///< there are no measured rotor speeds
   bool thrust_modelled = false;     ///< thrust comes from duty cycles, its scale from this flight

@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <map>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -23,7 +22,7 @@ inline constexpr double kLeastTolerance = 1e-6;
 struct Tolerance {
   /// Kinds of numbers of which the laboratory told how well they are known (names of
   /// RegressionProblem::calibration().kinds). Of others a flight may show that they were measured better or
-  /// worse than is assumed below. Posterior only.
+  /// worse than is assumed below.
   std::set<std::string> told;
   double thrust_scale = 0.01;            ///< 1, thrust coefficient and mass together
   double accelerometer_lateral = 0.15;   ///< m/s^2, bias and mounting tilt
@@ -33,11 +32,11 @@ struct Tolerance {
   double accelerometer_scale = 0, accelerometer_misalignment = 0;
   double gyro_bias = 0.008;     ///< rad/s, one standard deviation
   double world_force = 0.005;   ///< 1, constant force in the world over weight (level, alignment)
-  double rotor_clock = 0.0015;  ///< s, rotor speeds against accelerometer and gyro; on instruments
+  double rotor_clock = 0.0015;  ///< s, rotor speeds against accelerometer and gyro
   /// 1, of the day against the one at which thrust was measured: pressure and temperature by 2 % each;
-  /// nothing where the density is told. Posterior only.
+  /// nothing where the density is told.
   double air_density = 0.025;
-  /// Of the vehicle file (posterior only): numbers of a vehicle that was measured with ordinary means.
+  /// Of the vehicle file: numbers of a vehicle that was measured with ordinary means.
   double inertia = 0.08;         ///< 1, each principal moment of inertia
   double center_of_mass = 0.02;  ///< 1, over the largest arm
   double rotor_scale = 0.02;     ///< 1, each rotor by itself
@@ -64,58 +63,31 @@ struct ToldController {
   Vec3 kR = Vec3::Zero(), kw = Vec3::Zero(), kI = Vec3::Zero();  ///< 1/s^2, 1/s, 1/s^3: attitude, body
 };
 
-/// Flies the recorded reference again in closed loop with nothing left out of the model but this body wrench
-/// [N, Nm], samples x 6 from from_s [s] on the recording's clock at rate_hz, and what its motors do besides;
-/// without noise.
-using Reflight =
-    std::function<Result<recording::Recording>(const Eigen::MatrixXd& wrench, double from_s, double rate_hz,
-                                               const std::vector<physics::ActiveEffect>& motors)>;
-
-/// Which inference names the effects.
-enum class Engine { selection, posterior };
-
 struct Options {
-  Engine engine = Engine::selection;
-  double law_error = 0.1;    ///< 1, RMS of the relative error of a law of the library; posterior only
-  double temperature = 2.5;  ///< divides log-likelihoods, for what the model has wrong; posterior only
+  double law_error = 0.1;    ///< 1, RMS of the relative error of a law of the library
+  double temperature = 2.5;  ///< divides log-likelihoods, for what the model has wrong
   physics::Environment environment;
   Vec3 imu_position = Vec3::Zero();  ///< m, body: where the accelerometer is
   Tolerance tolerance;
-  double cutoff_hz = 15.0;        ///< zero-phase low pass on both sides
-  double effect_cutoff_hz = 5.0;  ///< low pass of the rotor speeds inside the effects, see Problem::predict
-  double grid_hz = 40.0;     ///< regression grid; kept below three times the cutoff so that whitening sees no
-                             ///< empty band
-  int ar_order = 24;         ///< whitening, at most; 0.6 s on the grid: with 0.2 s slow torques of a long
-                             ///< flight still varied twice as much as told
-  double error_rate = 0.01;  ///< chance that any effect of the library enters where there is none
-  std::optional<double>
-      grid_origin_s;             ///< a time that lies on the grid; otherwise it begins with the signals
-  double max_gap_s = 0.08;       ///< longer gaps in a needed signal are cut out
-  double margin_s = 0.25;        ///< cut on both sides of every gap and of the ends
-  double min_share = 0.04;       ///< of the residual energy of its best channel that an effect must remove
-  double min_magnitude = 0.001;  ///< RMS of an effect over weight (or weight times lever)
-  int max_effects = 6;
+  double grid_hz = 40.0;             ///< regression grid: signals are averaged over its periods
+  double max_gap_s = 0.08;           ///< longer gaps in a needed signal are cut out
+  double margin_s = 0.25;            ///< cut on both sides of every gap and of the ends
   int threads = 1;                   ///< the search runs on; the answer is the same
   std::vector<std::string> only;     ///< candidate ids; empty: the whole library
   std::vector<std::string> exclude;  ///< ids that are not offered
   /// Prior probabilities that effects are left out, by id, where more is known of this vehicle than how often
-  /// they occur (physics::occurrence); posterior only.
+  /// they occur (physics::occurrence).
   std::map<std::string, double> inclusion;
   /// Flights of the same vehicle in good order, where only the balance of the motors can be judged: it is
   /// held against theirs.
   std::vector<recording::Recording> baseline;
   bool rollouts = true;
-  bool random_folds = false;  ///< an ablation: samples left out are drawn one by one, as if noise were white
 
   /// Other multirotors during the flight, on the recording's clock.
   std::vector<physics::NeighbourTrack> neighbours;
   bool has_controller = false;
   ToldController controller;
   bool floor_told = false;  ///< environment.floor_z is known; otherwise a resting height is taken for it
-  /// For every fitted recording, or empty. With it the effects are evaluated on the flight as the reference
-  /// alone makes it: feedback makes body and rotors answer to turbulence, which then looks like an effect.
-  /// See with_instruments().
-  std::vector<Reflight> refly;
   /// Asked between steps of long work; true ends it and keeps what is known. May be empty.
   std::function<bool()> stop;
   bool stopped() const { return stop && stop(); }

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "../parallel.hpp"
+#include "../numerics/parallel.hpp"
 
 namespace omniflight::diagnosis {
 

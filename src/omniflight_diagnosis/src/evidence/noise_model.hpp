@@ -82,6 +82,10 @@ class NoiseModel {
   /// Sum of ln of the standard deviations: subtracted from evidences it makes those in different noise
   /// comparable.
   double log_scale() const { return log_scale_; }
+  /// Of a channel of a flight, temperature included.
+  const NoiseSpectrum& spectrum(int flight, int channel) const {
+    return spectra_[static_cast<std::size_t>(flight)][static_cast<std::size_t>(channel)];
+  }
 
  private:
   struct Block {  ///< one channel of one stretch

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "../propose.hpp"
-#include "../single_rotor.hpp"
+#include "../search/single_rotor.hpp"
+#include "propose.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -59,7 +59,7 @@ void add_next_flight(const Inference& in, std::span<const Flight* const> flights
   }
   d.next_flight.separates.insert(d.next_flight.separates.end(), unpredicted.begin(), unpredicted.end());
   if (pairs.empty() || o.stopped()) return;
-  d.next_flight.proposed = propose_flights(Problem(flights, vehicle, o), *flights.front(), vehicle, pairs, o);
+  d.next_flight.proposed = propose_flights(*in.problem, *in.noise, *flights.front(), vehicle, pairs, o);
 }
 
 }  // namespace omniflight::diagnosis

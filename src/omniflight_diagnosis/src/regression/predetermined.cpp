@@ -82,7 +82,7 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
     return f.situation[static_cast<std::size_t>(segment.begin + std::max(0, i))];
   };
   const auto seen = [&](int i) -> const physics::Situation& {
-    return f.smooth[static_cast<std::size_t>(segment.begin + std::max(0, i))];
+    return f.situation[static_cast<std::size_t>(segment.begin + std::max(0, i))];
   };
   std::vector<Vec6> rest, slow;  // wrench residual, and its average up to this sample
   const double keep = std::exp(-period / kResidualMemory);
@@ -90,7 +90,7 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
     rest.push_back(wrench_residual(measured(i), measured(i).a_WB_B - measured(i).g_B, center_of_mass));
     slow.push_back(i == 0 ? rest[0] : Vec6(keep * slow.back() + (1 - keep) * rest.back()));
   }
-  std::vector<physics::Situation> out(f.smooth.begin() + segment.begin, f.smooth.begin() + segment.end);
+  std::vector<physics::Situation> out(f.situation.begin() + segment.begin, f.situation.begin() + segment.end);
   const Eigen::MatrixXd asked = reference_around(f.reference, segment, period);
   predict_rotors(out, lag, seen, asked);
   Eigen::MatrixXd known(n, 24 + asked.cols()), targets(n, 9);

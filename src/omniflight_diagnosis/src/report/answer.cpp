@@ -5,19 +5,23 @@
 #include <map>
 #include <set>
 
-#include "../single_rotor.hpp"
-#include "../statistics.hpp"
-#include "../text.hpp"
+#include "../numerics/statistics.hpp"
+#include "../numerics/text.hpp"
+#include "../regression/channels.hpp"
+#include "../search/single_rotor.hpp"
+#include "dependence.hpp"
+#include "unknown_physics.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
 
 constexpr double kCredible = 0.95;  ///< posterior mass of a credible set
 constexpr double kExplained = 0.8;  ///< of one set, that it is called the explanation
-constexpr std::array<const char*, 6> kNames{"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
-
-const char* unit_of(int channel) { return channel < 3 ? "N" : "Nm"; }
-
+/// Of the weight (times the lever): what does less is what arithmetic leaves of a vehicle file and a log, and
+/// no physics that was left out.
+constexpr double kLeastWrench = 1e-4;
+/// Standard deviation over that of the prior from which on a flight says nothing of a parameter.
+constexpr double kUninformed = 0.95;
 /// Effects by id: rotors of one effect are one.
 std::set<std::string> names_of(const Inference& in, const std::vector<int>& hypotheses) {
   std::set<std::string> out;
@@ -80,10 +84,15 @@ Finding finding_of(const Inference& in, const SetMember& member, const double* d
     const physics::Parameter& p = info.parameters[k];
     const double value = member.theta[k], half = 1.96 * deviation[k];
     double low = value - half, high = value + half;
-    if (in.problem->prior(*h.effect, k).law == physics::ParameterPrior::Law::log_normal) {
+    const physics::ParameterPrior prior = in.problem->prior(*h.effect, k);
+    if (prior.law == physics::ParameterPrior::Law::log_normal) {
       const double factor = std::exp(half / std::max(1e-12, value));
       low = value / factor;
       high = value * factor;
+    }
+    if (deviation[k] >= kUninformed * std::abs(prior.slope(prior.coordinate(value)))) {
+      low = p.lower;
+      high = p.upper;
     }
     f.parameters.push_back(
         {p.name, p.symbol, p.unit, value, std::max(p.lower, low), std::min(p.upper, high)});
@@ -103,23 +112,6 @@ Finding finding_of(const Inference& in, const SetMember& member, const double* d
     f.sentence += ".";
   }
   return f;
-}
-
-Unexplained unexplained_of(const Inference& in, const SetMember& member, const Eigen::VectorXd& before) {
-  const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
-  const Pattern& p = *h.pattern;
-  const int n = in.problem->samples();
-  Unexplained u;
-  u.channel = kNames[static_cast<std::size_t>(p.channel)];
-  u.unit = unit_of(p.channel);
-  u.frame = p.world ? "world" : "body";
-  u.depends_on = {p.variable};
-  const Eigen::VectorXd does = p.raw * member.weights;
-  const double all =
-      p.world ? before.head(3 * n).squaredNorm() : before.segment(p.channel * n, n).squaredNorm();
-  const double own = p.world ? does.head(3 * n).squaredNorm() : does.segment(p.channel * n, n).squaredNorm();
-  u.share_of_residual = all > 0 ? std::min(1.0, own / all) : 0.0;
-  return u;
 }
 
 /// Parts of the first flight [s] in which a smoothed signal exceeds a level.
@@ -146,18 +138,20 @@ void add_mismatch(const Inference& in, const Eigen::VectorXd& wrench, const Eige
                   Diagnosis& d) {
   const RegressionProblem& problem = *in.problem;
   const int n = problem.samples();
+  const std::vector<StateVariable> variables = state_variables(problem);
   for (int c = 0; c < 6; ++c) {
     const Eigen::VectorXd own = wrench.segment(c * n, n);
     const Eigen::VectorXd left = rest.segment(c * n, n);
     if (rms(own) < 0.2 * rms(left) && rms(own) < 1e-3 * problem.scale(c)) continue;
     if (rms(own) < 0.1 * rms(left)) continue;
     Mismatch m;
-    m.channel = kNames[static_cast<std::size_t>(c)];
-    m.unit = unit_of(c);
+    m.channel = kChannels[static_cast<std::size_t>(c)];
+    m.unit = channel_unit(c);
     m.frame = "body";
     m.rms = rms(problem.residual().segment(c * n, n));
     m.noise_rms = rms(left);
     m.p_value = in.posterior.probability_of_nothing;
+    m.where = dependence_of(problem.residual().segment(c * n, n), variables, channel_unit(c), m.noise_rms);
     m.windows_s = windows_above(problem, own, 0.5 * rms(own));
     d.mismatch.push_back(std::move(m));
   }
@@ -171,7 +165,7 @@ void add_remaining(const Inference& in, const Eigen::VectorXd& rest, Diagnosis& 
     if (x.isZero(0)) continue;
     // what one sample tells of the next beyond the innovation: slow noise, or physics nobody named
     const double noise = in.noise->fast_part(c);
-    d.remaining.push_back({kNames[static_cast<std::size_t>(c)], unit_of(c), rms(x), noise,
+    d.remaining.push_back({kChannels[static_cast<std::size_t>(c)], channel_unit(c), rms(x), noise,
                            std::max(0.0, 1 - noise * noise / std::max(1e-300, x.squaredNorm() / n))});
   }
 }
@@ -206,7 +200,7 @@ void add_decisions(const Inference& in, const std::set<std::string>& best, Diagn
                            "log Bayes factor against prior odds of inclusion",
                            best.contains(name) ? format("kept, posterior inclusion %.3f", p)
                                                : format("refused, posterior inclusion %.3f", p)});
-    d.candidates.push_back({name, g, -odds[name], 0});
+    d.candidates.push_back({name, g, -odds[name]});
   }
 }
 
@@ -217,7 +211,7 @@ void add_series(const Inference& in, std::span<const Flight* const> flights, con
   for (std::size_t k = 0; k < flights.size(); ++k) {
     Series s;
     s.file = flights[k]->file;
-    for (const char* c : kNames) s.channels.emplace_back(c);
+    for (const char* c : kChannels) s.channels.emplace_back(c);
     s.channels.emplace_back("Fz_world");
     s.before.resize(7);
     s.after.resize(7);
@@ -244,12 +238,32 @@ void add_series(const Inference& in, std::span<const Flight* const> flights, con
 
 }  // namespace
 
+namespace {
+
+/// Whether a member of the best set does anything worth a name.
+bool does_something(const Inference& in, const SetMember& member) {
+  const RegressionProblem& problem = *in.problem;
+  const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
+  Eigen::VectorXd wrench;
+  if (h.pattern)
+    wrench = h.pattern->raw * member.weights;
+  else
+    problem.wrench_of({h.effect, member.theta, member.start}, wrench, nullptr, nullptr, States::measured);
+  const int n = problem.samples();
+  for (int c = 0; c < 6; ++c)
+    if (rms(wrench.segment(c * n, n)) > kLeastWrench * problem.scale(c)) return true;
+  return false;
+}
+
+}  // namespace
+
 std::vector<std::size_t> named_members(const Inference& in) {
   const Posterior& p = in.posterior;
   std::vector<std::size_t> out;
   if (!p.alarm()) return out;
   std::vector<std::pair<double, std::size_t>> members;
   for (std::size_t k = 0; k < p.best.members.size(); ++k) {
+    if (!does_something(in, p.best.members[k])) continue;
     const int h = p.best.members[k].hypothesis;
     members.emplace_back(p.inclusion(in.hypotheses[static_cast<std::size_t>(h)].id, in.hypotheses), k);
   }
@@ -275,14 +289,16 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
   for (const SetMember& m : fit.members) members.push_back(m.hypothesis);
   const std::set<std::string> best = names_of(in, members);
   const double* deviation = fit.theta_deviation.data();
-  const bool something = in.posterior.alarm();
   std::set<int> named;
   for (const std::size_t k : named_members(in)) named.insert(fit.members[k].hypothesis);
+  const bool something = !named.empty();
   for (const SetMember& member : fit.members) {
     const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
     if (h.pattern) {
-      if (named.contains(member.hypothesis))
-        d.unexplained.push_back(unexplained_of(in, member, problem.residual()));
+      if (!named.contains(member.hypothesis)) continue;
+      d.unexplained.push_back(unexplained_of(in, member, problem.residual()));
+      for (const CorrectionTerm& term : d.unexplained.back().correction)
+        if (term.model) d.model.push_back(physics::as_effect(*term.model));
       continue;
     }
     const double* own = deviation;
@@ -293,7 +309,7 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
     problem.wrench_of({h.effect, member.theta, member.start}, value, nullptr, nullptr, States::measured);
     for (int c = 0; c < 6; ++c)
       if (rms(value.segment(c * n, n)) > 0.2 * rms(rest.segment(c * n, n)))
-        f.channels.emplace_back(kNames[static_cast<std::size_t>(c)]);
+        f.channels.emplace_back(kChannels[static_cast<std::size_t>(c)]);
     const physics::ActiveEffect whole = in_full({h.effect, member.theta});
     const auto same = std::find_if(d.model.begin(), d.model.end(),
                                    [&](const physics::ActiveEffect& m) { return m.effect == whole.effect; });
@@ -315,7 +331,7 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
   add_decisions(in, best, d);
   add_series(in, flights, rest, d);
   for (int c = 0; c < 6; ++c)
-    d.fit.in_sample.push_back({"", kNames[static_cast<std::size_t>(c)], unit_of(c),
+    d.fit.in_sample.push_back({"", kChannels[static_cast<std::size_t>(c)], channel_unit(c),
                                rms(problem.residual().segment(c * n, n)), rms(rest.segment(c * n, n))});
   const auto said = sets.find(names_of(in, {named.begin(), named.end()}));
   const double mass = said == sets.end() ? 0.0 : said->second;

@@ -8,7 +8,7 @@ namespace omniflight::diagnosis {
 
 /// Members of the best set (indices) that the answer names: as many as there are at least in all but kAlarm
 /// of the posterior (an alarm is the first of them), the likeliest first. What stands for one of them
-/// elsewhere counts for it. None without an alarm.
+/// elsewhere counts for it. None without an alarm, and none that does less than arithmetic leaves.
 std::vector<std::size_t> named_members(const Inference& inference);
 
 /// Writes what the posterior says of the wrench into d: mismatch, findings, unexplained, model, fit in

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "../evidence/inner_products.hpp"
-#include "../parallel.hpp"
+#include "../numerics/parallel.hpp"
 
 namespace omniflight::diagnosis {
 namespace {

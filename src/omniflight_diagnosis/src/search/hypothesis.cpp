@@ -7,7 +7,7 @@
 
 #include "../discrepancy/patterns.hpp"
 #include "../evidence/first_stage.hpp"
-#include "../parallel.hpp"
+#include "../numerics/parallel.hpp"
 
 namespace omniflight::diagnosis {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "../evidence/first_stage.hpp"
 #include "../evidence/tolerances.hpp"
-#include "../parallel.hpp"
+#include "../numerics/parallel.hpp"
 #include "grid_search.hpp"
 
 namespace omniflight::diagnosis {
@@ -233,6 +233,7 @@ Inference infer_at(std::unique_ptr<RegressionProblem> at, const std::vector<cons
           tried.back().push_back(std::move(c.member));
         }
     }
+    if (tried.empty()) break;  // nothing near enough to ask
     Profile best = best_of(profiler, tried, current.tolerances, o);
     without_idle_members(profiler, best);
     if (!(best.joint > current.joint + kWorth)) break;

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../parallel.hpp"
+#include "../numerics/parallel.hpp"
 #include "grid_search.hpp"
 #include "posterior.hpp"
 

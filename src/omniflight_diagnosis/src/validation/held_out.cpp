@@ -1,7 +1,7 @@
 #include "held_out.hpp"
 
 #include "../evidence/inner_products.hpp"
-#include "../improvement.hpp"
+#include "improvement.hpp"
 
 namespace omniflight::diagnosis {
 namespace {

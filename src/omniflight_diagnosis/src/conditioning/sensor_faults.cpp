@@ -1,0 +1,166 @@
+#include "sensor_faults.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "quantisation.hpp"
+#include "rotor_limits.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+/// True where a column keeps exactly one value for longer than `hold_s`.
+std::vector<char> stuck(const recording::Signal& s, Eigen::Index column, double hold_s) {
+  const Eigen::Index n = s.size();
+  std::vector<char> out(static_cast<std::size_t>(n), 0);
+  for (Eigen::Index i = 0; i < n;) {
+    Eigen::Index j = i;
+    while (j < n && s.values(j, column) == s.values(i, column)) ++j;
+    const double length = s.t_s[static_cast<std::size_t>(j - 1)] - s.t_s[static_cast<std::size_t>(i)];
+    if (length > hold_s) std::fill(out.begin() + i, out.begin() + j, 1);
+    i = j;
+  }
+  return out;
+}
+
+/// Samples at which the command stands still as well, as at the limit of a rotor: no sensor is to blame.
+std::vector<char> obeys(const recording::Recording& r, const recording::Signal& speed, Eigen::Index column,
+                        const std::vector<char>& still) {
+  constexpr double kLag = 0.1, kStill = 2e-3;  // s, of a motor; of the command
+  const recording::Signal* command = r.find("rotor_command");
+  if (!command) command = r.find("pwm");
+  std::vector<char> out(still.size(), 0);
+  if (!command || command->width() != speed.width()) return out;
+  const Eigen::MatrixXd asked = recording::resample(*command, speed.t_s, kLag);
+  for (std::size_t i = 0; i < still.size();) {
+    std::size_t j = i;
+    double low = 1e300, high = -1e300;
+    for (; j < still.size() && still[j] == still[i]; ++j) {
+      if (speed.t_s[j] < speed.t_s[i] + kLag) continue;
+      const double value = asked(static_cast<Eigen::Index>(j), column);
+      low = std::min(low, value), high = std::max(high, value);
+    }
+    if (still[i] && low <= high && high - low <= kStill * std::abs(high))
+      std::fill(out.begin() + static_cast<std::ptrdiff_t>(i), out.begin() + static_cast<std::ptrdiff_t>(j),
+                1);
+    i = j;
+  }
+  return out;
+}
+
+/// Median of a rotor's speed over its duty cycle, where the motor runs.
+double speed_over_duty(const recording::Signal& speed, const Eigen::MatrixXd& duty, Eigen::Index rotor) {
+  std::vector<double> ratio;
+  for (Eigen::Index i = 0; i < speed.size(); ++i)
+    if (duty(i, rotor) > 0.05) ratio.push_back(std::abs(speed.values(i, rotor)) / duty(i, rotor));
+  if (ratio.size() < 50) return 0;
+  std::nth_element(ratio.begin(), ratio.begin() + static_cast<long>(ratio.size() / 2), ratio.end());
+  return ratio[ratio.size() / 2];
+}
+
+/// A rotor whose telemetry is off by more than motors of one kind differ at a duty cycle.
+void compare_with_duty(const recording::Recording& r, std::vector<SensorFault>& faults) {
+  constexpr double kMotorsDiffer = 0.3;
+  const recording::Signal *speed = r.find("rotor_speed"), *pwm = r.find("pwm");
+  if (!speed || !pwm || speed->width() < 3 || speed->width() != pwm->width() || r.find("rotor_command"))
+    return;
+  const Eigen::MatrixXd duty = recording::resample(*pwm, speed->t_s, 0.1);
+  std::vector<double> ratio;
+  for (Eigen::Index c = 0; c < speed->width(); ++c) ratio.push_back(speed_over_duty(*speed, duty, c));
+  std::vector<double> sorted = ratio;
+  std::sort(sorted.begin(), sorted.end());
+  const double usual = sorted[sorted.size() / 2];
+  if (!(sorted.front() > 0)) return;
+  for (std::size_t c = 0; c < ratio.size(); ++c) {
+    const double e = ratio[c] / usual - 1;
+    const std::string name = "rotor" + std::to_string(c + 1) + "_speed";
+    if (std::abs(e) < kMotorsDiffer ||
+        std::any_of(faults.begin(), faults.end(), [&](const SensorFault& f) { return f.channel == name; }))
+      continue;
+    faults.push_back({"rotor_speed_sensor_fault", name,
+                      "The speed of rotor " + std::to_string(c + 1) + " reads " +
+                          std::to_string(static_cast<int>(std::lround(100 * (1 + e)))) +
+                          " % of what its duty cycle gives on the other rotors: its sensor's scale is wrong.",
+                      1.0});
+  }
+}
+
+/// The load on a battery was not always the same: `drive` varied by more than noise.
+bool varies(const recording::Signal* drive) {
+  if (!drive || drive->size() < 50) return false;
+  const Eigen::VectorXd sum = drive->values.cwiseAbs().rowwise().sum();
+  const double spread =
+      (sum.array() - sum.mean()).matrix().norm() / std::sqrt(static_cast<double>(sum.size()));
+  return spread > 0.005 * sum.mean();
+}
+
+}  // namespace
+
+bool voltage_never_changes(const recording::Recording& r) {
+  const recording::Signal* vbat = r.find("vbat");
+  return vbat && vbat->size() > 50 && vbat->t_s.back() - vbat->t_s.front() > 3.0 &&
+         vbat->values.maxCoeff() - vbat->values.minCoeff() < 1e-6;
+}
+
+std::vector<SensorFault> find_sensor_faults(const recording::Recording& recording) {
+  std::vector<SensorFault> faults;
+  if (const recording::Signal* speed = recording.find("rotor_speed"); speed && speed->width() >= 2) {
+    const RotorLimits limits = rotor_limits(recording);  // what stands at one is no broken sensor
+    std::vector<std::vector<char>> columns;
+    for (Eigen::Index c = 0; c < speed->width(); ++c) columns.push_back(stuck(*speed, c, 0.2));
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      const std::vector<char> asked = obeys(recording, *speed, static_cast<Eigen::Index>(c), columns[c]);
+      int bad = 0;  // stuck while at least half of the others move
+      for (std::size_t i = 0; i < columns[c].size(); ++i) {
+        if (!columns[c][i] || asked[i] || (!limits.held.empty() && limits.held[c][i])) continue;
+        std::size_t moving = 0;
+        for (const auto& other : columns) moving += !other[i];
+        bad += 2 * moving >= columns.size() - 1;
+      }
+      const double share = static_cast<double>(bad) / static_cast<double>(columns[c].size());
+      if (share < 0.02) continue;
+      const std::string name = "rotor" + std::to_string(c + 1) + "_speed";
+      faults.push_back({"rotor_speed_sensor_fault", name,
+                        "The speed of rotor " + std::to_string(c + 1) + " stands still for " +
+                            std::to_string(static_cast<int>(std::lround(100 * share))) +
+                            " % of the flight while the other rotors move: its sensor is stuck.",
+                        share});
+    }
+  }
+  // motors that run in steps, or telemetry that reads in steps, stand still in between: of most rotors at
+  // least
+  const recording::Signal* all = recording.find("rotor_speed");
+  const bool most = all && 2 * static_cast<Eigen::Index>(faults.size()) > all->width();
+  if (!faults.empty() && (most || speed_step(recording))) faults.clear();
+  compare_with_duty(recording, faults);
+  const bool by_duty = varies(recording.find("pwm")) || varies(recording.find("motor_power"));
+  if (voltage_never_changes(recording) && (by_duty || varies(recording.find("rotor_speed")))) {
+    const recording::Signal& vbat = *recording.find("vbat");
+    const std::string span = std::to_string(static_cast<int>(vbat.t_s.back() - vbat.t_s.front()));
+    // speeds in a loop of their own, and a supply on the ground: only motors driven by duty cycle tell surely
+    faults.push_back({"battery_sensor_fault", "vbat",
+                      "The battery voltage never changes in " + span +
+                          " s of flight, whatever the motors draw: its sensor is frozen" +
+                          (by_duty ? "." : ", or a supply holds it to the last digit."),
+                      1.0, by_duty ? 0.99 : 0.7});
+  }
+  return faults;
+}
+
+std::vector<char> frozen_samples(const recording::Signal& rotor_speed, const std::string& channel,
+                                 const std::vector<double>& t_s) {
+  std::vector<char> out(t_s.size(), 0);
+  const int rotor = channel.size() > 5 ? std::atoi(channel.c_str() + 5) - 1 : -1;
+  if (rotor < 0 || rotor >= rotor_speed.width()) return out;
+  const std::vector<char> bad = stuck(rotor_speed, rotor, 0.2);
+  for (std::size_t i = 0; i < t_s.size(); ++i) {
+    const auto next = std::lower_bound(rotor_speed.t_s.begin(), rotor_speed.t_s.end(), t_s[i]);
+    const auto k =
+        std::min<std::ptrdiff_t>(next - rotor_speed.t_s.begin(), static_cast<std::ptrdiff_t>(bad.size()) - 1);
+    out[i] = bad[static_cast<std::size_t>(k)];
+  }
+  return out;
+}
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,87 @@
+#include "unknown_physics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "../discrepancy/state_variables.hpp"
+#include "../numerics/statistics.hpp"
+#include "../regression/channels.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+/// Along the pattern's axis [N or Nm], a sample each; forces of the world's axes turned there.
+Eigen::VectorXd along_axis(const RegressionProblem& problem, const Pattern& p,
+                           const Eigen::VectorXd& wrench) {
+  const int n = problem.samples();
+  if (!p.world) return wrench.segment(p.channel * n, n);
+  Eigen::VectorXd out(n);
+  for (int i = 0; i < n; ++i)
+    out[i] = problem.measured(i).R_WB.row(p.channel).dot(
+        Vec3(wrench[i], wrench[n + i], wrench[2 * n + i]).transpose());
+  return out;
+}
+
+/// Whether it takes energy from the motion, gives it, or neither.
+std::string energy_of(const RegressionProblem& problem, const Pattern& p, const Eigen::VectorXd& does) {
+  double power = 0, turnover = 1e-300;
+  for (int i = 0; i < problem.samples(); ++i) {
+    const physics::Situation& s = problem.measured(i);
+    const double speed = p.channel >= 3 ? s.body.w_WB_B[p.channel - 3]
+                         : p.world      ? s.body.v_WB_W[p.channel]
+                                        : s.v_WB_B[p.channel];
+    power += does[i] * speed;
+    turnover += std::abs(does[i] * speed);
+  }
+  return power < -0.5 * turnover ? "dissipative" : power > 0.5 * turnover ? "driving" : "conservative";
+}
+
+/// The straight line through what the pattern does over a variable of the state; none over one that no model
+/// file knows.
+std::optional<CorrectionTerm> line_through(const RegressionProblem& problem, const Pattern& p,
+                                           const Eigen::VectorXd& does) {
+  const auto quantities = physics::quantities();
+  const auto quantity = std::find_if(quantities.begin(), quantities.end(),
+                                     [&](const auto& q) { return p.variable == q.words; });
+  if (quantity == quantities.end()) return {};
+  Eigen::VectorXd x(problem.samples()), b;
+  for (int i = 0; i < problem.samples(); ++i) x[i] = quantity->value(problem.measured(i));
+  explained_share(x, does, &b);
+  physics::Correction model;
+  model.channel = p.channel;
+  model.world = p.world;
+  model.feature.first = static_cast<int>(quantity - quantities.begin());
+  model.coefficient = b[0];
+  model.mean = x.mean();
+  model.low = x.minCoeff();
+  model.high = x.maxCoeff();
+  return CorrectionTerm{p.variable, b[0], unit_per(p.channel, p.unit), 0, model};
+}
+
+}  // namespace
+
+Unexplained unexplained_of(const Inference& in, const SetMember& member, const Eigen::VectorXd& before) {
+  const RegressionProblem& problem = *in.problem;
+  const Pattern& p = *in.hypotheses[static_cast<std::size_t>(member.hypothesis)].pattern;
+  Unexplained u;
+  u.channel = kChannels[static_cast<std::size_t>(p.channel)];
+  u.unit = channel_unit(p.channel);
+  u.frame = p.world ? "world" : "body";
+  u.depends_on = {p.variable};
+  const Eigen::VectorXd wrench = p.raw * member.weights, does = along_axis(problem, p, wrench),
+                        all = along_axis(problem, p, before);
+  u.share_of_residual = std::min(1.0, does.squaredNorm() / std::max(1e-300, all.squaredNorm()));
+  u.energy = energy_of(problem, p, does);
+  for (const StateVariable& v : state_variables(problem)) {
+    if (v.name != p.variable) continue;
+    const Eigen::VectorXd centred = (v.x.array() - v.x.mean()).matrix();
+    u.parity = explained_share(centred.cwiseAbs2(), does) > explained_share(centred, does) ? "even" : "odd";
+  }
+  u.nearest = p.unit == "m/s" || p.unit == "rad/s"                           ? "aerodynamics"
+              : p.variable == "height" || p.variable.starts_with("position") ? "tether, load, contact"
+                                                                             : "rigid body";
+  if (auto term = line_through(problem, p, does)) u.correction.push_back(std::move(*term));
+  return u;
+}
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,55 @@
+#include "offered_effects.hpp"
+
+#include <algorithm>
+
+#include "../conditioning/neighbours.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+bool listed(const std::vector<std::string>& list, const std::string& id) {
+  return std::find(list.begin(), list.end(), id) != list.end();
+}
+
+/// Why a thrust that is only modelled hides an effect, or nothing.
+std::string hidden_by_modelled_thrust(const std::string& id) {
+  for (const char* scaling : {"thrust_scale", "payload_mass", "thrust_curve", "rotor_thrust_scale",
+                              "constant_pull", "tilt_efficiency"})
+    if (id == scaling) return "it scales or shifts a thrust that is only modelled, for want of rotor speeds";
+  if (id == "com_offset") return "without torques it looks like an accelerometer that sits elsewhere";
+  if (id == "rotor_axis_misalignment") return "without torques it looks like an accelerometer mounted askew";
+  return "";
+}
+
+}  // namespace
+
+std::string why_not_offered(const physics::Effect& effect, std::span<const Flight* const> flights,
+                            const vehicle::Vehicle& vehicle, const Options& o) {
+  const auto& info = effect.info();
+  if (!effect.can_replay()) return "it is no effect of the wrench: the stage that it belongs to judges it";
+  if (listed(o.exclude, info.id)) return "excluded by the caller";
+  if (!o.only.empty() && !listed(o.only, info.id)) return "not among the effects that the caller asks for";
+  for (const Flight* f : flights) {
+    if (f->thrust_modelled)
+      if (std::string why = hidden_by_modelled_thrust(info.id); !why.empty()) return why;
+    for (const std::string& signal : info.signals) {
+      if (signal == "neighbour" && o.neighbours.empty() && !has_neighbour(*f))
+        return "no track of a neighbour is recorded or told";
+      if (signal == "velocity" && !f->has_position && !f->has("velocity")) return "no velocity is recorded";
+      if (signal == "position" && !f->has_position) return "no position is recorded";
+      if (signal == "alpha" && vehicle.tilt.kind == vehicle::TiltKind::none) return "no rotor tilts";
+      if (signal == "alpha" && !f->has_alpha) return "no tilt angle is recorded";
+    }
+  }
+  return "";
+}
+
+std::vector<const physics::Effect*> offered_effects(std::span<const Flight* const> flights,
+                                                    const vehicle::Vehicle& vehicle, const Options& o) {
+  std::vector<const physics::Effect*> out;
+  for (const physics::Effect* effect : physics::builtin_effects())
+    if (why_not_offered(*effect, flights, vehicle, o).empty()) out.push_back(effect);
+  return out;
+}
+
+}  // namespace omniflight::diagnosis
