@@ -1,6 +1,7 @@
 #include "omniflight_allocation/allocator.hpp"
 
 #include <Eigen/Cholesky>
+#include <bit>
 
 #include "tilt_lanes.hpp"
 
@@ -55,13 +56,10 @@ struct Allocator::Candidate {
 Result<Allocator> Allocator::create(const vehicle::Vehicle& vehicle, const AllocatorConfig& config) {
   if (const Status ok = vehicle::validate(vehicle); !ok) return Failure(ok.error());
   if (const Status ok = validate(config); !ok) return Failure(ok.error());
-  if (vehicle.tilt.kind == vehicle::TiltKind::individual)
-    return bad_input("individually tilting rotors are not supported by this allocator", "tilt.kind",
-                     "Use kind common or none");
   Allocator a;
   a.config_ = config;
   a.n_ = vehicle.rotor_count();
-  const bool tilts = vehicle.tilt.kind == vehicle::TiltKind::common;
+  const bool tilts = vehicle.tilt.kind != vehicle::TiltKind::none;
   a.alpha_min_ = tilts ? vehicle.tilt.min : 0.0;
   a.alpha_max_ = tilts ? vehicle.tilt.max : 0.0;
   const double mass = config.mass > 0 ? config.mass : vehicle.mass;
@@ -87,13 +85,6 @@ Result<Allocator> Allocator::create(const vehicle::Vehicle& vehicle, const Alloc
   a.constant_part_ = a.A0_.cwiseAbs().maxCoeff() > 1e-14 * at_0.cwiseAbs().maxCoeff();
   if (!a.constant_part_) a.A0_.setZero();
   a.weight_ << Vec3::Constant(config.w_linear), Vec3::Constant(config.w_angular);
-  const Vec6& w = a.weight_;
-  a.Q00_ = weighted_product(a.A0_, a.A0_, w);
-  a.Qcc_ = weighted_product(a.Ac_, a.Ac_, w);
-  a.Qss_ = weighted_product(a.As_, a.As_, w);
-  a.Q0c_ = 2.0 * weighted_product(a.A0_, a.Ac_, w);
-  a.Q0s_ = 2.0 * weighted_product(a.A0_, a.As_, w);
-  a.Qcs_ = 2.0 * weighted_product(a.Ac_, a.As_, w);
 
   a.lower_ = vehicle.lower_thrusts();
   a.upper_ = vehicle.upper_thrusts();
@@ -102,7 +93,6 @@ Result<Allocator> Allocator::create(const vehicle::Vehicle& vehicle, const Alloc
   for (int i = 0; i < a.n_ && config.keep_min_thrust; ++i)
     if (const vehicle::Rotor& rotor = a.rotors_[static_cast<std::size_t>(i)]; rotor.bidirectional)
       a.gap_[i] = rotor.min_thrust;
-  a.has_gap_ = a.gap_.maxCoeff() > 0;
   a.unit_weight_ = vehicle::RotorVector::Ones(a.n_);
   if (config.input_unit == InputUnit::hz2) {
     for (int i = 0; i < a.n_; ++i) {
@@ -111,23 +101,53 @@ Result<Allocator> Allocator::create(const vehicle::Vehicle& vehicle, const Alloc
       a.unit_weight_[i] = 1.0 / (newton_per_hz2 * newton_per_hz2);
     }
   }
-  if (a.n_ <= kLaneInputs) {
-    auto terms = std::make_shared<TiltTerms>(tilt_terms({a.Qcc_, a.Qss_, a.Qcs_, a.Q00_, a.Q0c_, a.Q0s_},
-                                                        a.constant_part_, a.Ac_, a.As_, a.A0_, w));
-    double largest = 0;
-    for (int i = 0; i < a.n_; ++i) {
-      terms->lower[static_cast<std::size_t>(i)] = a.lower_[i];
-      terms->upper[static_cast<std::size_t>(i)] = a.upper_[i];
-      largest = std::max({largest, std::abs(a.lower_[i]), std::abs(a.upper_[i])});
-    }
-    terms->primal_tolerance = 1e-12 * largest;
-    a.terms_ = terms;
-  }
+  a.assemble_products();
   double step = config.tilt_step;
   for (std::size_t pair = 0; pair < a.cos_step_.size(); ++pair, step *= 0.5)
     a.cos_step_[pair] = std::cos(step), a.sin_step_[pair] = std::sin(step);
   a.reset(config.initial_tilt);
   return a;
+}
+
+void Allocator::assemble_products() {
+  const Vec6& w = weight_;
+  Q00_ = weighted_product(A0_, A0_, w);
+  Qcc_ = weighted_product(Ac_, Ac_, w);
+  Qss_ = weighted_product(As_, As_, w);
+  Q0c_ = 2.0 * weighted_product(A0_, Ac_, w);
+  Q0s_ = 2.0 * weighted_product(A0_, As_, w);
+  Qcs_ = 2.0 * weighted_product(Ac_, As_, w);
+  has_gap_ = gap_.maxCoeff() > 0;
+  if (n_ > kLaneInputs) return;
+  auto terms = std::make_shared<TiltTerms>(
+      tilt_terms({Qcc_, Qss_, Qcs_, Q00_, Q0c_, Q0s_}, constant_part_, Ac_, As_, A0_, w));
+  double largest = 0;
+  for (int i = 0; i < n_; ++i) {
+    terms->lower[static_cast<std::size_t>(i)] = lower_[i];
+    terms->upper[static_cast<std::size_t>(i)] = upper_[i];
+    largest = std::max({largest, std::abs(lower_[i]), std::abs(upper_[i])});
+  }
+  terms->primal_tolerance = 1e-12 * largest;
+  terms_ = terms;
+}
+
+Status Allocator::drop_rotor(int rotor) {
+  if (rotor < 0 || rotor >= n_)
+    return bad_input("there is no rotor " + std::to_string(rotor + 1), "allocator",
+                     "Give 1 to " + std::to_string(n_));
+  const std::uint32_t dropped = dropped_ | std::uint32_t{1} << rotor;
+  if (std::popcount(dropped) == n_) return bad_input("no rotor is left", "allocator", "Stop the rotors");
+  dropped_ = dropped;
+  // without a column its thrust costs only: the optimum is 0, which must lie within the bounds
+  for (vehicle::AllocationMatrix* part : {&A0_, &Ac_, &As_}) part->col(rotor).setZero();
+  lower_[rotor] = std::min(lower_[rotor], 0.0);
+  gap_[rotor] = 0;
+  u_previous_[rotor] = 0;
+  assemble_products();
+  warm_ = {};
+  lanes_at_low_ = lanes_at_high_ = {};
+  kept_alpha_ = std::numeric_limits<double>::quiet_NaN();
+  return {};
 }
 
 void Allocator::reset(double alpha, const vehicle::RotorVector* u_previous) {

@@ -21,6 +21,7 @@ struct LoopResult {
   double worst_error = 0;                     // m
   double last_error = 0;                      // m
   double mean_error = 0;                      // m
+  double mean_power = 0;                      // W, drag torque times speed
   double worst_angle = 0;                     // rad
   double tilt_low = HUGE_VAL, tilt_high = 0;  // rad
 };
@@ -49,19 +50,24 @@ inline Reference thesis_reference(double t, double pitch_time) {
   return r;
 }
 
-inline LoopResult fly(const vehicle::Vehicle& v, const AllocatorConfig& config, double pitch_time,
-                      const std::function<double(double alpha)>& thrust_scale, const LoopGains& k = {},
-                      double until = HUGE_VAL) {
+using Motion = std::function<Reference(double t)>;
+
+/// tilt: rad over time, flown in fixed mode; nothing: as the config has it.
+inline LoopResult fly(const vehicle::Vehicle& v, const AllocatorConfig& wanted, const Motion& motion,
+                      double duration, const std::function<double(double alpha)>& thrust_scale,
+                      const LoopGains& k = {}, const std::function<double(double t)>& tilt = {}) {
+  AllocatorConfig config = wanted;
+  if (tilt) config.tilt_mode = TiltMode::fixed, config.initial_tilt = tilt(0);
   auto allocator = Allocator::create(v, config).value();
   constexpr int kSubsteps = 4;
   constexpr double kPeriod = 0.01, kDt = kPeriod / kSubsteps;
   RigidState x;
   x.p_WB = Vec3(0, 0, 1);
   LoopResult out;
-  const int steps = static_cast<int>(std::min(10.0 + 2 * pitch_time, until) / kPeriod);
+  const int steps = static_cast<int>(duration / kPeriod);
   for (int i = 0; i < steps; ++i) {
     out.end = i * kPeriod;
-    const Reference ref = thesis_reference(out.end, pitch_time);
+    const Reference ref = motion(out.end);
     const Quat q_BR = x.q_WB.conjugate() * ref.q_WB;
     const Mat3 R_BR = q_BR.toRotationMatrix();
     const Vec3 e_p = ref.p_WB - x.p_WB, e_R = vee(R_BR - R_BR.transpose()) * 0.5;
@@ -76,10 +82,15 @@ inline LoopResult fly(const vehicle::Vehicle& v, const AllocatorConfig& config, 
     out.worst_error = std::max(out.worst_error, e_p.norm());
     out.mean_error += e_p.norm() / steps;
     out.worst_angle = std::max(out.worst_angle, angle);
+    if (tilt) in.alpha = tilt(out.end);
     const auto command = allocator.allocate(in);
     if (!command || e_p.norm() > 2.0) return out.failed = true, out;
     out.tilt_low = std::min(out.tilt_low, command->alpha);
     out.tilt_high = std::max(out.tilt_high, command->alpha);
+    for (int r = 0; r < v.rotor_count(); ++r) {
+      const auto& rotor = v.rotors[static_cast<std::size_t>(r)];
+      out.mean_power += rotor.drag_ratio * std::abs(command->u[r] * command->speed[r]) / steps;
+    }
     const Vec6 wrench = v.allocation_matrix(command->alpha) * command->u * thrust_scale(command->alpha);
     for (int j = 0; j < kSubsteps; ++j) {
       x.v_WB_W += kDt * (x.q_WB * wrench.head<3>() / v.mass - kGravity * Vec3::UnitZ());
@@ -89,6 +100,14 @@ inline LoopResult fly(const vehicle::Vehicle& v, const AllocatorConfig& config, 
     }
   }
   return out;
+}
+
+/// The pitch of the thesis, see thesis_reference().
+inline LoopResult fly(const vehicle::Vehicle& v, const AllocatorConfig& config, double pitch_time,
+                      const std::function<double(double alpha)>& thrust_scale, const LoopGains& k = {},
+                      double until = HUGE_VAL) {
+  const auto motion = [&](double t) { return thesis_reference(t, pitch_time); };
+  return fly(v, config, motion, std::min(10.0 + 2 * pitch_time, until), thrust_scale, k);
 }
 
 }  // namespace omniflight::allocation

@@ -19,6 +19,7 @@ using files::YamlReader;
 
 struct Variant {
   std::string name = "standard", weights = "case_a", tilt = "fixed";
+  double tilt_reserve = 0.1;
   std::map<std::string, std::string> parameters;
   std::vector<std::string> set;
 };
@@ -38,7 +39,9 @@ Variant read_variant(YamlReader yaml, const Variant& common) {
   Variant v = common;
   v.name = yaml.string("name");
   v.weights = yaml.string("weights", common.weights);
-  v.tilt = yaml.choice<std::string>("tilt", {{"fixed", "fixed"}, {"search", "search"}}, common.tilt);
+  v.tilt = yaml.choice<std::string>(
+      "tilt", {{"fixed", "fixed"}, {"search", "search"}, {"lookahead", "lookahead"}}, common.tilt);
+  v.tilt_reserve = yaml.number("tilt_reserve", files::between(0, 0.9), common.tilt_reserve);
   for (const std::string& item : yaml.strings("set", false)) v.set.push_back(item);
   read_parameters(yaml, v.parameters);
   return v;
@@ -116,6 +119,7 @@ Result<Campaign> load_campaign(const std::string& path) {
             one.options.parameters = variant.parameters;
             one.options.weights = variant.weights;
             one.options.tilt_mode = variant.tilt;
+            one.options.tilt_reserve = variant.tilt_reserve;
             one.options.set = variant.set;
             one.options.seed = static_cast<std::uint64_t>(seed);
             one.name = one.mission + (vehicle.empty() ? "" : "-" + fs::path(vehicle).stem().string()) + "-" +

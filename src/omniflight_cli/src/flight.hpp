@@ -26,7 +26,8 @@ struct FlightOptions {
   std::string world;                    ///< mujoco: name under configs/proof_worlds or a path; empty: nominal
   std::string sensors = "ideal";        ///< name under configs/sensors or a path
   std::string weights = "case_a";       ///< case_a | case_b | dynamic | file
-  std::string tilt_mode = "fixed";
+  std::string tilt_mode = "fixed";      ///< fixed | search | lookahead
+  double tilt_reserve = 0.1;            ///< lookahead: share of the thrust that is kept where it can be
   std::string controller;  ///< control law; empty: by the vehicle's actuation
   std::uint64_t seed = 1;
   std::string keys;  ///< folder of keys that secure the bus; empty: clear text

@@ -33,7 +33,7 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
   const std::string vehicle = o.vehicle.empty() ? s.mission.vehicle : o.vehicle;
   const auto& knot = s.plan.trajectory.knots().front().reference;
   const Vec3 rpy = roll_pitch_yaw(knot.q_WB) * (180.0 / kPi);
-  const double alpha = to_degrees(s.plan.certificate.alpha);
+  const double alpha = to_degrees(s.schedule ? s.schedule->at(0) : s.plan.certificate.alpha);
   std::map<std::string, std::map<std::string, std::string>> p;
   const auto common = [&](const std::string& component) {
     p[component]["vehicle"] = quoted(vehicle);
@@ -54,7 +54,8 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
   common("allocator");
   p["allocator"]["alpha_deg"] = fmt::format("{:.17g}", alpha);
   p["allocator"].insert(s.weights.begin(), s.weights.end());
-  p["allocator"]["tilt_mode"] = o.tilt_mode;
+  p["allocator"]["tilt_mode"] = s.schedule ? "fixed" : o.tilt_mode;
+  if (s.schedule) p["allocator"]["tilt_schedule"] = quoted((s.out / kTiltSchedule).string());
   if (o.monitor) {
     common("monitor");
     p["monitor"]["summary_file"] = quoted((s.out / "monitor.json").string());

@@ -9,6 +9,7 @@
 #include "omniflight_allocation/rotor_load.hpp"
 #include "omniflight_bus/security.hpp"
 #include "omniflight_components/natnet_config.hpp"
+#include "omniflight_components/tilt_schedule_file.hpp"
 #include "omniflight_components/topics.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_diagnosis/neighbour_file.hpp"
@@ -17,6 +18,7 @@
 #include "omniflight_physics/effect.hpp"
 #include "omniflight_simulation/faults.hpp"
 #include "parameter_check.hpp"
+#include "tilt_look_ahead.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
@@ -52,6 +54,7 @@ Result<std::string> fingerprint_of(const FlightOptions& o, const std::string& mi
                    {"plant", o.plant},          {"seed", o.seed},
                    {"realtime", o.realtime},    {"weights", s.weights},
                    {"tilt", o.tilt_mode},       {"parameters", o.parameters}};
+  if (o.tilt_mode == "lookahead") j["tilt_reserve"] = o.tilt_reserve;
   if (!o.controller.empty()) j["controller"] = o.controller;
   std::vector<std::string> inputs{s.sensors, s.effects, s.faults, s.world, s.natnet, s.defaults};
   inputs.insert(inputs.end(), s.neighbours.begin(), s.neighbours.end());
@@ -262,6 +265,7 @@ Result<Setup> prepare(const FlightOptions& o) {
   s.plan = std::move(*plan);
   if (auto ok = check_law(o, s); !ok) return Failure(ok.error());
   if (auto ok = check_weights(o, s); !ok) return Failure(ok.error());
+  if (auto ok = find_schedule(o, s); !ok) return Failure(ok.error());
   if (!o.lockstep() && s.plan.certificate.alpha_highest > s.plan.certificate.alpha_lowest)
     return bad_input("moves the tilt of the rotors, which the boards of the " + o.plant + " plant cannot",
                      s.mission.file + ": alpha_deg", "Give --plant simulator or mujoco, or one tilt");
@@ -278,8 +282,13 @@ Result<Setup> prepare(const FlightOptions& o) {
   if (auto ok = make_folder((s.out / "plan").string()); !ok) return Failure(ok.error());
   if (auto ok = planning::write_plan(s.plan, s.out / "plan"); !ok) return Failure(ok.error());
   std::error_code ec;
-  for (const char* of_an_earlier_flight : {"flight.json", "monitor.json", kPeriods})
+  for (const char* of_an_earlier_flight : {"flight.json", "monitor.json", kPeriods, kTiltSchedule})
     fs::remove(s.out / of_an_earlier_flight, ec);
+  if (s.schedule)
+    if (auto ok =
+            files::write_file_atomic(s.out / kTiltSchedule, components::tilt_schedule_text(*s.schedule));
+        !ok)
+      return Failure(ok.error());
   return s;
 }
 

@@ -5,6 +5,7 @@
 
 #include "flight.hpp"
 #include "folder.hpp"
+#include "omniflight_allocation/look_ahead.hpp"
 #include "omniflight_planning/plan.hpp"
 #include "omniflight_simulation/sensors.hpp"
 
@@ -15,11 +16,14 @@ inline constexpr double kHold = 1.0, kSettle = 3.0, kAfter = 1.0;  ///< s around
 
 /// File of the folder in which the gateway leaves the counts of its periods.
 inline constexpr const char* kPeriods = "periods.json";
+/// The tilt that `--tilt lookahead` has found.
+inline constexpr const char* kTiltSchedule = "tilt.yaml";
 
 struct Setup {
   planning::Plan plan;
   planning::Mission mission;
-  vehicle::Vehicle vehicle;  ///< that flies, overrides included
+  std::optional<allocation::TiltSchedule> schedule;  ///< instead of the plan's tilt
+  vehicle::Vehicle vehicle;                          ///< that flies, overrides included
   std::filesystem::path out;
   FolderLock lock;  ///< of `out`
   std::string sensors, effects, faults, world, natnet, defaults,

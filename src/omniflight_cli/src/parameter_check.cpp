@@ -14,11 +14,11 @@ namespace {
 
 /// What the flight itself decides: a parameter here would write elsewhere, or attach what is not of the
 /// flight.
-constexpr const char* kOwn[] = {"recorder.file",     "recorder.overwrite",    "recorder.attachments",
-                                "recorder.metadata", "recorder.record_truth", "monitor.summary_file",
-                                "planner.plan",      "planner.mission",       "emulator.link_directory",
-                                "gateway.devices",   "gateway.summary_file",  "gateway.plan",
-                                "natnet.config",     "natnet_emulator.config"};
+constexpr const char* kOwn[] = {"recorder.file",     "recorder.overwrite",     "recorder.attachments",
+                                "recorder.metadata", "recorder.record_truth",  "monitor.summary_file",
+                                "planner.plan",      "planner.mission",        "emulator.link_directory",
+                                "gateway.devices",   "gateway.summary_file",   "gateway.plan",
+                                "natnet.config",     "natnet_emulator.config", "allocator.tilt_schedule"};
 
 bool is_word(const std::string& text) {
   return !text.empty() && std::all_of(text.begin(), text.end(),

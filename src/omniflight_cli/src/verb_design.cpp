@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "hover_power_page.hpp"
 #include "omniflight_allocation/actuation.hpp"
 #include "omniflight_allocation/feasible_set.hpp"
 #include "omniflight_files/files.hpp"
@@ -86,6 +87,7 @@ Action add_design(CLI::App& verb, Common& common) {
     std::vector<double> alpha_deg;
     double f_max = 0, mass = 0;
     std::vector<std::string> set;
+    bool hover_power = false;
   };
   auto o = std::make_shared<Options>();
   verb.add_option("vehicle", o->vehicle, "Name or path")->required();
@@ -95,6 +97,9 @@ Action add_design(CLI::App& verb, Common& common) {
   verb.add_option("--mass", o->mass, "Mass to carry [kg]; default: the vehicle's")
       ->check(not_negative(false));
   verb.add_option("--set", o->set, "Override a vehicle field");
+  verb.add_flag("--hover-power", o->hover_power,
+                "Power and rotor loads of hovering, over attitude and tilt; for instance design omnimorph "
+                "--hover-power --out design");
   return [o, &common]() -> Result<int> {
     auto vehicle = vehicle::load_vehicle(o->vehicle, o->set);
     if (!vehicle) return Failure(vehicle.error());
@@ -122,6 +127,17 @@ Action add_design(CLI::App& verb, Common& common) {
                       {"lean_deg", to_degrees(lean_limit(strongest))},
                       {"torque_at_hover_Nm", at_strongest->points[0].torque_at_hover.d_max}};
     j["sweep"] = sweep_json(*sweep);
+    allocation::HoverMap map;
+    std::vector<std::string> half;
+    if (o->hover_power) {
+      auto found = hover_power_map(carried);
+      if (!found) return Failure(found.error());
+      map = std::move(*found);
+      auto lines = half_carried(carried, map);
+      if (!lines) return Failure(lines.error());
+      half = std::move(*lines);
+      j["hover_power"] = hover_power_json(map, half);
+    }
     print_json(common, j);
     const auto table = [&] {
       report::Table t;
@@ -155,6 +171,7 @@ Action add_design(CLI::App& verb, Common& common) {
                     : fmt::format("{:.3f} kg cannot hover in every attitude at any tilt", result->mass));
     say(common, actuation->words());
     say(common, hover);
+    for (const std::string& line : half) say(common, line);
     if (common.out.empty()) return 0;
     if (auto ok = make_folder(common.out); !ok) return Failure(ok.error());
     if (auto ok = files::write_file_atomic(common.out + "/design.json", j.dump(2) + "\n"); !ok)
@@ -163,6 +180,7 @@ Action add_design(CLI::App& verb, Common& common) {
     page.section("Actuation").paragraph(actuation->words() + "; " + hover + ".");
     page.section("Sets").table(table());
     if (sweep->points.size() > 1) page.plot(sweep_plot(*sweep));
+    if (o->hover_power) hover_power_section(map, half, page);
     if (auto ok = page.write(common.out + "/report.html"); !ok) return Failure(ok.error());
     say(common, "report: " + common.out + "/report.html");
     return 0;

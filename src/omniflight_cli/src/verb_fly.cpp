@@ -48,8 +48,14 @@ Action add_fly(CLI::App& verb, Common& common) {
   verb.add_option("--weights", o->weights,
                   "Allocation weights: case_a | case_b | dynamic (eq. 5.3; for gains as stiff as those of "
                   "campaigns/tilt_mismatch.yaml) | FILE");
-  verb.add_option("--tilt", o->tilt_mode, "fixed (of the plan) | search")
-      ->check(CLI::IsMember({"fixed", "search"}));
+  verb.add_option(
+          "--tilt", o->tilt_mode,
+          "fixed (of the plan) | search (from period to period) | lookahead (the cheapest way through the "
+          "whole plan, by dynamic programming); for instance fly full_roll --tilt lookahead")
+      ->check(CLI::IsMember({"fixed", "search", "lookahead"}));
+  verb.add_option("--tilt-reserve", o->tilt_reserve,
+                  "lookahead: share of every rotor's thrust that is kept where it can be (0.1)")
+      ->check(CLI::Range(0.0, 0.9));
   verb.add_option(
           "--controller", o->controller,
           "Control law: full_pose (attitude free) | thrust_vector (leans into its motion) | cascaded | "

@@ -20,6 +20,22 @@ class Design(system.SystemTest):
         self.assertIn(f"thrust to weight {actuation['thrust_to_weight']:.2f}", done.stderr + done.stdout)
         self.assertIn("holds its height while it leans", (self.dir / "d/report.html").read_text())
 
+    def test_the_power_of_hovering_is_mapped_over_attitude_and_tilt(self):
+        done = self.run_command("design", "omnimorph", "--alpha", "30", "--hover-power", "--out", "d", timeout=120)
+        power = self.json("d/design.json")["hover_power"]
+        self.assertEqual([round(a, 9) for a in power["alpha_deg"]], [5 * k for k in range(13)])
+        self.assertEqual([round(a, 9) for a in power["lean_deg"]], [15 * k for k in range(13)])
+        # upright without tilt: eight times drag_ratio T sqrt(T/c_f) of an eighth of the weight
+        thrust = 1.315 * GRAVITY / 8
+        self.assertAlmostEqual(power["power_W"][0][0], 8 * 0.0165 * thrust * math.sqrt(thrust / 4.76e-6), delta=0.05)
+        on_its_side = power["power_W"][6]
+        self.assertIsNone(on_its_side[0], "without tilt there is no force aside")
+        self.assertGreater(on_its_side[11], 1.5 * power["power_W"][0][0])
+        self.assertTrue(power["half_carried"], "along a tilt axis four rotors give nothing aside")
+        for line in power["half_carried"]:
+            self.assertIn(line, done.stdout + done.stderr)
+        self.assertIn("Power of hovering, the most expensive direction of each lean", (self.dir / "d/report.html").read_text())
+
     def test_the_sweep_is_dense_and_crosses_the_weight_at_the_marked_tilt(self):
         self.run_command("design", "omnimorph", "--alpha", "30", "--f-max", "5.95", "--mass", "1.595", "--out", "d")
         design = self.json("d/design.json")

@@ -31,7 +31,8 @@ class Faults(system.SystemTest):
 
     def test_a_rotor_without_power_stops_and_comes_back(self):
         # it falls into the frame while the rotor is without power (the plant knows no contacts), and recovers
-        flight = self.fly("trajectory_1", "--in-process", "--sensors", "ideal", "--faults", "rotor_loss", expect=2)
+        flight = self.fly("trajectory_1", "--in-process", "--sensors", "ideal", "--faults", "rotor_loss",
+                          "-p", "allocator.drop_lost_rotors=false", expect=2)
         self.assertEqual(flight["verdict"], "lost")
         self.assertIn("into the obstacles", flight["reason"])
         self.assertTrue(flight["complete"])
@@ -41,6 +42,33 @@ class Faults(system.SystemTest):
         mean = lambda a, b: sum(abs(w) for t, w in speed if a <= t - start < b) / sum(a <= t - start < b for t, _ in speed)
         self.assertLess(mean(7, 8), 0.05 * mean(5, 6), "powerless from 6 s on, its speed decays within a second")
         self.assertGreater(mean(9, 10), 0.5 * mean(5, 6), "power is back after 8 s")
+
+    def test_a_lost_rotor_is_left_out_and_the_others_fly_on(self):
+        lost = self.schedule("at_s: 6, kind: rotor_loss, rotor: 3")  # for good
+        flight = self.fly("trajectory_1", "--in-process", "--sensors", "laboratory", "--faults", lost)
+        self.assertEqual(flight["verdict"], "flown")
+        log = "".join(p.read_text() for p in (self.dir / "flight/log").iterdir())
+        self.assertIn("rotor 3 does not turn as commanded and is left out; the others need ", log)
+        thrust = self.column("flight/flight.mcap", "u3_N")
+        start = thrust[0][0]
+        self.assertTrue(all(u == 0 for t, u in thrust if t - start > 6.5))
+        self.assertTrue(any(abs(u) > 0.5 for t, u in thrust if t - start < 6))
+
+    def test_a_coaxial_octorotor_flies_on_and_a_hexarotor_cannot(self):
+        lost = self.schedule("at_s: 6, kind: rotor_loss, rotor: 3")
+        flight = self.fly("sideways", "--vehicle", "coaxial_x8", "--in-process", "--faults", lost, out="eight")
+        self.assertEqual(flight["verdict"], "flown")
+        self.fly("sideways", "--vehicle", "hexarotor_2300g", "--in-process", "--faults", lost, out="six", expect=2)
+        log = "".join(p.read_text() for p in (self.dir / "six/log").iterdir())
+        self.assertIn("failsafe ramp_down: rotors_lost", log)
+
+    def test_a_quadrotor_without_a_rotor_says_so_and_ends_by_the_ladder(self):
+        flight = self.fly("sideways", "--in-process", "--faults",
+                          self.schedule("at_s: 6, kind: rotor_loss, rotor: 1"), expect=2)
+        self.assertNotEqual(flight["verdict"], "flown")
+        log = "".join(p.read_text() for p in (self.dir / "flight/log").iterdir())
+        self.assertIn("rotor 1 does not turn as commanded and is left out; the others cannot hold", log)
+        self.assertIn("failsafe ramp_down: rotors_lost", log)
 
     def test_a_descent_ends_at_the_ground_of_the_test_bed(self):
         beds = system.CONFIGS / "test_beds"

@@ -23,7 +23,7 @@ class FlightPage(system.SystemTest):
         self.assertIn(f"{flight['metrics']['power_W']:.1f}", page)
 
     def test_a_lost_flight_says_why(self):
-        page = self.page("--faults", "rotor_loss", expect=NO_RESULT)
+        page = self.page("--faults", "rotor_loss", "-p", "allocator.drop_lost_rotors=false", expect=NO_RESULT)
         flight = self.json("flight/flight.json")
         self.assertNotEqual(flight["verdict"], "flown")
         self.assertNotIn("Flown to the end, within its bounds", page)

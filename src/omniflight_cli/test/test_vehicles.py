@@ -5,8 +5,8 @@ import unittest
 import system
 
 UNDERACTUATED = ("quadrotor_300g", "hummingbird", "quadrotor_1200g", "hexarotor_2300g", "coaxial_x8",
-                 "crazyflie_brushed", "crazyflie_brushless")
-FREE = ("omnimorph", "omnicopter", "tilted_hexarotor", "fast_hex")
+                 "crazyflie_brushed", "crazyflie_brushless", "quadtailsitter")
+FREE = ("omnimorph", "omnicopter", "tilted_hexarotor", "fast_hex", "voliro", "omav")
 
 
 class Vehicles(system.SystemTest):
@@ -45,7 +45,7 @@ class Vehicles(system.SystemTest):
     def test_the_list_tells_how_each_is_actuated(self):
         done = self.run_command("vehicles", "--json", timeout=120)
         vehicles = {v["name"]: v for v in system.json.loads(done.stdout)}
-        self.assertLessEqual(set(UNDERACTUATED + FREE), set(vehicles))
+        self.assertEqual(set(UNDERACTUATED + FREE), set(vehicles), "a new vehicle belongs into one of the lists")
         for name in UNDERACTUATED:
             self.assertIn("underactuated", vehicles[name]["actuation"]["words"])
         self.assertEqual(vehicles["omnicopter"]["actuation"]["words"], "omnidirectional")

@@ -3,18 +3,25 @@
 
 #include "conversions.hpp"
 #include "factories.hpp"
+#include "failsafe_message.hpp"
 #include "foreign_publisher.hpp"
+#include "lost_rotors_message.hpp"
 #include "omniflight_allocation/allocator.hpp"
 #include "omniflight_bus/parameters.hpp"
+#include "omniflight_bus/say.hpp"
 #include "omniflight_bus/subscription.hpp"
+#include "omniflight_components/tilt_schedule_file.hpp"
 #include "omniflight_components/topics.hpp"
+#include "rotor_losses.hpp"
 
 namespace omniflight::components {
 namespace {
 
 using msgs::actuator_msgs::Actuators;
+using msgs::diagnostic_msgs::DiagnosticArray;
 using msgs::omniflight_msgs::AllocatorState;
 using msgs::omniflight_msgs::ControllerState;
+using msgs::omniflight_msgs::RotorTelemetry;
 
 class AllocatorComponent final : public bus::Component {
  public:
@@ -43,6 +50,8 @@ class AllocatorComponent final : public bus::Component {
     config.tilt_candidates = static_cast<int>(p.number("tilt_candidates", config.tilt_candidates, 1, 8));
     config.mass = p.number("mass_kg", 0.0, 0, 1000);
     config.keep_min_thrust = p.flag("keep_min_thrust", false);
+    const std::string schedule = p.text("tilt_schedule", "");
+    const bool drop_lost = p.flag("drop_lost_rotors", true);
     auto& dynamic = config.dynamic_weights;  // eq. 5.3, on top of case_b under the name `dynamic`
     dynamic.enabled = p.flag("dynamic_weights", weights == "dynamic");
     dynamic.threshold = p.number("dynamic_threshold_m", dynamic.threshold, 1e-6, 10);
@@ -59,9 +68,18 @@ class AllocatorComponent final : public bus::Component {
       config.tilt_mode = allocation::TiltMode::fixed;
       config.initial_tilt = 0.0;
     }
+    schedule_.reset();
+    if (!schedule.empty()) {
+      auto read = read_tilt_schedule(schedule, vehicle->tilt);
+      if (!read) return Failure(read.error());
+      schedule_.emplace(std::move(*read));
+      config.tilt_mode = allocation::TiltMode::fixed;
+      config.initial_tilt = schedule_->at(0);
+    }
     auto allocator = allocation::Allocator::create(*vehicle, config);
     if (!allocator) return Failure(allocator.error());
     allocator_.emplace(std::move(*allocator));
+    if (drop_lost) losses_.emplace(*vehicle);
 
     auto state = advertise<AllocatorState>(topics::allocator, bus::Qos::bulk(512));
     if (!state) return Failure(state.error());
@@ -78,11 +96,33 @@ class AllocatorComponent final : public bus::Component {
         [this](const ControllerState& m, std::int64_t) { answer(m); }, &say_foreign);
     if (!demand) return Failure(demand.error());
     demand_.emplace(std::move(*demand));
+    if (!losses_) return {};
+    auto lost = advertise<DiagnosticArray>(topics::lost_rotors, bus::Qos::latched_last());
+    if (!lost) return Failure(lost.error());
+    lost_.emplace(std::move(*lost));
+    auto rotors_turn = bus::Subscription<RotorTelemetry>::create(
+        participant(), topics::rotors, bus::Qos::bulk(64).from_one_publisher(),
+        [this](const RotorTelemetry& m, std::int64_t) {
+          losses_->measured(to_s(m.header.stamp), bus::view(m.velocity));
+        },
+        &say_foreign);
+    if (!rotors_turn) return Failure(rotors_turn.error());
+    telemetry_.emplace(std::move(*rotors_turn));
+    auto ladder = bus::Subscription<DiagnosticArray>::create(
+        participant(), topics::failsafe, bus::Qos::latched_last(), [this](const auto& m, std::int64_t) {
+          if (const auto action = failsafe_action(m); action && *action >= safety::Action::ramp_down)
+            losses_->wind_down();
+        });
+    if (!ladder) return Failure(ladder.error());
+    ladder_.emplace(std::move(*ladder));
     return {};
   }
 
   Status on_cleanup() override {
+    telemetry_.reset();
+    ladder_.reset();
     demand_.reset();
+    lost_.reset();
     state_.reset();
     command_.reset();
     return {};
@@ -97,6 +137,13 @@ class AllocatorComponent final : public bus::Component {
     input.position_error = (get(m.ref_position) - get(m.est_position)).norm();
     if (const auto alpha = bus::view(m.ref_alpha); follow_plan_ && !alpha.empty())
       input.alpha = alpha.front();
+    if (schedule_) input.alpha = schedule_->at(m.trajectory_time);
+    const double now_s = to_s(m.header.stamp);
+    if (losses_)
+      if (const std::string words =
+              losses_->update(now_s, m.trajectory_time, get(m.ref_attitude), *allocator_);
+          !words.empty())
+        tell(m.header.stamp, words);
     const auto result = allocator_->allocate(input);
     if (!result) return finish(Failure(result.error()));
     auto& s = *state_message_;
@@ -109,12 +156,23 @@ class AllocatorComponent final : public bus::Component {
     s.kkt_residual = result->kkt_residual;
     s.active_bounds = static_cast<std::uint32_t>(result->active_bounds);
     s.w1 = result->w_input;
+    if (losses_) {
+      losses_->commanded({result->speed.data(), static_cast<std::size_t>(result->speed.size())},
+                         result->alpha);
+    }
     auto& c = *command_message_;
     c.header.stamp = m.header.stamp;
     bus::assign(c.velocity, {result->speed.data(), static_cast<std::size_t>(result->speed.size())});
     const double alpha[1] = {result->alpha};
     bus::assign(c.position, alpha);
     send();
+  }
+
+  /// Which rotors are left out from this period on.
+  void tell(const bus::Time& stamp, const std::string& words) {
+    bus::say("allocator", words);
+    fill_lost_rotors(*lost_message_, stamp, losses_->lost(), losses_->hover_load(), words);
+    if (auto ok = lost_->publish(*lost_message_, bus::nanoseconds(stamp)); !ok) finish(ok);
   }
 
   /// The state goes first: publishing the command lets the plant go on in lockstep, and the controller asks
@@ -126,12 +184,18 @@ class AllocatorComponent final : public bus::Component {
   }
 
   std::optional<allocation::Allocator> allocator_;
+  std::optional<allocation::TiltSchedule> schedule_;
+  std::optional<RotorLosses> losses_;
   bool follow_plan_ = true;
   bus::Message<AllocatorState> state_message_;
   bus::Message<Actuators> command_message_;
   std::optional<bus::Publisher<AllocatorState>> state_;
   std::optional<bus::Publisher<Actuators>> command_;
   std::optional<bus::Subscription<ControllerState>> demand_;
+  std::optional<bus::Subscription<RotorTelemetry>> telemetry_;
+  std::optional<bus::Subscription<DiagnosticArray>> ladder_;
+  bus::Message<DiagnosticArray> lost_message_;
+  std::optional<bus::Publisher<DiagnosticArray>> lost_;
 };
 
 }  // namespace

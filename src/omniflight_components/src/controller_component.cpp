@@ -10,6 +10,7 @@
 #include "failsafe_message.hpp"
 #include "flight_guard.hpp"
 #include "foreign_publisher.hpp"
+#include "lost_rotors_message.hpp"
 #include "omniflight_bus/parameters.hpp"
 #include "omniflight_bus/say.hpp"
 #include "omniflight_bus/subscription.hpp"
@@ -132,6 +133,12 @@ class ControllerComponent final : public bus::Component {
         achieved_ = get(m.achieved_acceleration);
       });
     if (ok)
+      ok = listen<DiagnosticArray>(lost_rotors_, topics::lost_rotors, bus::Qos::latched_last(),
+                                   [this](const auto& m) {
+                                     if (const auto load = hover_load_in(m))
+                                       guard_->rotors(to_s(m.header.stamp), *load);
+                                   });
+    if (ok)
       ok = listen<Tick>(tick_, topics::tick, bus::Qos::bulk(64).from_one_publisher(), [this](const Tick& m) {
         newest_tick_s_ = to_s(m.header.stamp);
         free_ = m.phase == static_cast<std::uint8_t>(FlightPhase::free);
@@ -167,6 +174,7 @@ class ControllerComponent final : public bus::Component {
   Status on_cleanup() override {
     tick_.reset();
     allocator_.reset();
+    lost_rotors_.reset();
     mocap_.reset();
     imu_.reset();
     battery_.reset();
@@ -337,6 +345,7 @@ class ControllerComponent final : public bus::Component {
   std::optional<bus::Subscription<msgs::sensor_msgs::Imu>> imu_;
   std::optional<bus::Subscription<msgs::sensor_msgs::BatteryState>> battery_;
   std::optional<bus::Subscription<AllocatorState>> allocator_;
+  std::optional<bus::Subscription<DiagnosticArray>> lost_rotors_;
   std::optional<bus::Subscription<msgs::geometry_msgs::PoseStamped>> mocap_;
   std::optional<bus::Subscription<Tick>> tick_;
 };

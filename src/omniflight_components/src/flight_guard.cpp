@@ -74,6 +74,8 @@ bool FlightGuard::update(double now_s, const control::StateEstimator& estimator,
   v.p_W = estimator.state().p_WB;
   v.wish = wish;
   v.battery_V = battery_V_;
+  constexpr double kHeard = 0.02;  // s
+  v.hover_load = now_s >= loss_.at_s + kHeard ? loss_.hover_load : 0.0;
   const bool on_ground = estimator.state().p_WB.z() <= config_.ground_z + config_.touchdown;
   state_ = safety::step(config_.ladder, state_, now_s, safety::judge(config_.limits, v), on_ground);
   if (before == Action::hold) paused_s_ += now_s - last_s_;

@@ -45,6 +45,10 @@ class FlightGuard {
   /// Every tick of the clock master: t [s] and the period [s] it wants to keep.
   void tick(double t, double period) { missed_.tick(t, period); }
   void battery(double voltage_V) { battery_V_ = voltage_V; }
+  /// Share of their range that the rotors left after a loss at loss_s [s] need to hover. It counts from a
+  /// moment after the loss on, whenever in between it is heard of: which tick acts does not depend on the
+  /// bus.
+  void rotors(double loss_s, double hover_load) { loss_ = {loss_s, hover_load}; }
 
   /// Once a tick in free flight; the first one arms the ladder. True when the action has changed.
   bool update(double now_s, const control::StateEstimator& estimator, safety::Wish wish);
@@ -68,6 +72,9 @@ class FlightGuard {
   safety::LadderState state_;
   std::optional<Reference> frozen_;  ///< from where hold and descend go on
   std::optional<double> battery_V_;
+  struct {
+    double at_s = 0, hover_load = 0;
+  } loss_;
   double frozen_s_ = 0, last_s_ = 0, paused_s_ = 0;
 };
 

@@ -16,10 +16,10 @@ std::map<std::string, bus::Rights> make_rights() {
   std::map<std::string, bus::Rights> out{
       {"recorder", {{t::recorder}, everything}},
       {"planner", {{t::trajectory}, {}}},
-      {"allocator", {{t::allocator, t::command}, {t::controller}}},
+      {"allocator", {{t::allocator, t::command, t::lost_rotors}, {t::controller, t::rotors, t::failsafe}}},
       {"controller",
        {{t::controller, t::failsafe},
-        {t::trajectory, t::imu, t::mocap, t::wish, t::battery, t::allocator, t::tick}}},
+        {t::trajectory, t::imu, t::mocap, t::wish, t::battery, t::allocator, t::lost_rotors, t::tick}}},
       {"monitor", {{t::diagnostics}, {t::imu, t::mocap, t::rotors, t::command, t::tick}}},
       {"simulator",
        {{t::imu, t::mocap, t::rotors, t::battery, t::tick, t::truth},

@@ -138,8 +138,10 @@ TEST_F(MonitorOnTheBus, ALoadOf280GramsIsAnErrorWithinASecond) {
 TEST_F(MonitorOnTheBus, AStuckRotorIsNamedWithinASecond) {
   const auto said = fly(
       {"simulator:faults_file:=" +
-       write("stuck.yaml",
-             "schema: omniflight.faults/1\nfaults:\n  - {at_s: 6, kind: rotor_loss, rotor: 3, for_s: 4}\n")});
+           write(
+               "stuck.yaml",
+               "schema: omniflight.faults/1\nfaults:\n  - {at_s: 6, kind: rotor_loss, rotor: 3, for_s: 4}\n"),
+       "allocator:drop_lost_rotors:=false"});
   const std::string name = "omniflight: motors";
   ASSERT_TRUE(said.error.count(name));
   EXPECT_GT(said.left_ok.at(name), 6.0);

@@ -25,6 +25,7 @@ TEST(Rights, EveryComponentHasARole) {
 TEST(Rights, OneKindOfAuthorATopic) {
   using Roles = std::set<std::string>;
   EXPECT_EQ(who_says(topics::command), (Roles{"allocator", "container"}));
+  EXPECT_EQ(who_says(topics::lost_rotors), (Roles{"allocator", "container"}));
   EXPECT_EQ(who_says(topics::wish), (Roles{"operator"}));
   EXPECT_EQ(who_says(topics::gate), (Roles{"gateway", "container"}));
   EXPECT_EQ(who_says(topics::failsafe), (Roles{"controller", "container"}));

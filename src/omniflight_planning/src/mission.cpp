@@ -9,14 +9,21 @@ namespace {
 namespace fs = std::filesystem;
 constexpr double kFarthest = 1000.0;  // m
 
-/// attitude: {rpy_deg: [r, p, y]} or {quaternion: [w, x, y, z]}; `otherwise` when the key is absent.
-Quat read_attitude(files::YamlReader& item, const Quat& otherwise) {
+/// attitude: {rpy_deg: [r, p, y]}, {quaternion: [w, x, y, z]} or {heading_deg: y}; `otherwise` when the key
+/// is absent.
+Quat read_attitude(files::YamlReader& item, const Quat& otherwise, std::optional<double>& heading) {
   auto attitude = item.optional_child("attitude");
   if (!attitude) return otherwise;
-  if (attitude->has("rpy_deg") == attitude->has("quaternion")) {
-    attitude->error("an attitude needs either rpy_deg or quaternion",
-                    "Write attitude: {rpy_deg: [roll, pitch, yaw]} or {quaternion: [w, x, y, z]}");
+  heading.reset();
+  if (attitude->has("rpy_deg") + attitude->has("quaternion") + attitude->has("heading_deg") != 1) {
+    attitude->error(
+        "an attitude needs one of rpy_deg, quaternion and heading_deg",
+        "Write attitude: {rpy_deg: [roll, pitch, yaw]}, {quaternion: [w, x, y, z]} or {heading_deg: yaw}");
     return otherwise;
+  }
+  if (attitude->has("heading_deg")) {
+    heading = to_radians(attitude->number("heading_deg", files::between(-360.0, 360.0, "deg")));
+    return from_roll_pitch_yaw(Vec3(0, 0, *heading));
   }
   if (attitude->has("rpy_deg")) {
     const Vec3 rpy = attitude->vec3("rpy_deg", files::between(-360.0, 360.0, "deg"));
@@ -48,7 +55,8 @@ Waypoint read_waypoint(files::YamlReader item, const Waypoint* previous, std::si
   } else {
     w.pose.p_WB = item.vec3("position", place);
   }
-  w.pose.q_WB = read_attitude(item, previous ? previous->pose.q_WB : Quat::Identity());
+  if (previous) w.heading = previous->heading;
+  w.pose.q_WB = read_attitude(item, previous ? previous->pose.q_WB : Quat::Identity(), w.heading);
   w.hold_s = item.number("hold_s", files::between(0.0, 600.0, "s"), 0.0);
   if (previous) {
     w.stop = item.choice<bool>("mode", {{"must_stop", true}, {"via", false}}, true);

@@ -142,9 +142,12 @@ Status certify(const Trajectory& trajectory, const vehicle::Vehicle& vehicle, Ti
   return {};
 }
 
-Result<Plan> plan_until(const Deadline& deadline, const Mission& mission, const vehicle::Vehicle& vehicle,
+Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const vehicle::Vehicle& vehicle,
                         const DistanceMap& map, const PlanOptions& options) {
   if (auto ok = vehicle::validate(vehicle); !ok) return Failure(ok.error());
+  const auto resolved = with_headings(asked, vehicle);
+  if (!resolved) return Failure(resolved.error());
+  const Mission& mission = *resolved;
   if (mission.waypoints.size() < 2) return bad_input("a mission needs a start and a waypoint", mission.file);
   Plan out;
   Certificate& c = out.certificate;

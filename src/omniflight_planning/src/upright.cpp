@@ -1,5 +1,7 @@
 #include "upright.hpp"
 
+#include <algorithm>
+
 #include "omniflight_files/files.hpp"
 #include "text.hpp"
 
@@ -10,6 +12,18 @@ namespace {
 double tenths(double x) { return std::round(10.0 * x) / 10.0 + 0.0; }
 
 }  // namespace
+
+Result<Mission> with_headings(const Mission& mission, const vehicle::Vehicle& vehicle) {
+  Mission out = mission;
+  const bool asked = std::any_of(out.waypoints.begin(), out.waypoints.end(),
+                                 [](const Waypoint& w) { return w.heading.has_value(); });
+  if (!asked) return out;
+  const auto flat = flat_vehicle(vehicle, std::clamp(0.0, vehicle.tilt.min, vehicle.tilt.max));
+  if (!flat) return Failure(flat.error());
+  for (Waypoint& w : out.waypoints)
+    if (w.heading && *flat) w.pose.q_WB = (*flat)->upright(*w.heading);
+  return out;
+}
 
 Status check_upright(const Waypoint& waypoint, const FlatVehicle& flat, const vehicle::Vehicle& vehicle,
                      bool is_start, const std::string& mission_file) {

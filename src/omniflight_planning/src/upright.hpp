@@ -5,6 +5,9 @@
 
 namespace omniflight::planning {
 
+/// The mission with attitudes in place of headings: upright is the thrust axis of a vehicle with one, else z.
+Result<Mission> with_headings(const Mission& mission, const vehicle::Vehicle& vehicle);
+
 /// Refuses a waypoint in whose attitude the vehicle cannot rest, and names the attitude nearest to it in
 /// which it can.
 Status check_upright(const Waypoint& waypoint, const FlatVehicle& flat, const vehicle::Vehicle& vehicle,

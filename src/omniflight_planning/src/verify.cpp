@@ -10,6 +10,7 @@
 #include "omniflight_planning/plan.hpp"
 #include "omniflight_planning/state_check.hpp"
 #include "tilt.hpp"
+#include "upright.hpp"
 
 namespace omniflight::planning {
 namespace {
@@ -29,6 +30,7 @@ Status check_waypoints(const Mission& mission, const Trajectory& trajectory,
                        const std::optional<FlatVehicle>& flat, const std::string& where) {
   std::size_t next = 0;  // knots pass the waypoints in their order
   double alpha = trajectory.knots().front().reference.alpha;
+  const Vec3 centre = flat ? flat->p_BBcm : Vec3(Vec3::Zero());
   for (const Waypoint& waypoint : mission.waypoints) {
     alpha = waypoint.alpha.value_or(alpha);
     const auto& knots = trajectory.knots();
@@ -40,7 +42,9 @@ Status check_waypoints(const Mission& mission, const Trajectory& trajectory,
               ? kTolerance
               : r.v_WB_W.norm() * (knots[std::min(next + 1, knots.size() - 1)].t - knots[next].t) + 1e-3;
       const double turn = waypoint.stop ? kTolerance : reach + r.w_WB_B.norm() * 0.02 + 1e-3;
-      if ((r.p_WB - waypoint.pose.p_WB).norm() <= reach && turn_left(r, waypoint, flat) <= turn + 1e-5 &&
+      // a leaning vehicle flies its centre of mass through the point
+      const Vec3 way = r.p_WB + r.q_WB * centre - waypoint.pose.p_WB - waypoint.pose.q_WB * centre;
+      if (way.norm() <= reach && turn_left(r, waypoint, flat) <= turn + 1e-5 &&
           std::abs(r.alpha - alpha) <= kTolerance)
         break;
       ++next;
@@ -116,7 +120,9 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
       return reject("the plan leans into its motion, which is not how this vehicle moves");
     flat = *found;
   }
-  if (auto ok = check_waypoints(*mission, plan->trajectory, flat, where); !ok) return Failure(ok.error());
+  const auto asked = with_headings(*mission, *vehicle);
+  if (!asked) return Failure(asked.error());
+  if (auto ok = check_waypoints(*asked, plan->trajectory, flat, where); !ok) return Failure(ok.error());
 
   VerifyReport out;
   out.duration = plan->trajectory.duration();

@@ -10,10 +10,10 @@ namespace {
 constexpr std::array<std::string_view, kActions> kActionNames = {"fly", "hold", "descend", "ramp_down",
                                                                  "off"};
 constexpr std::array<std::string_view, kFaults> kFaultNames = {
-    "recorder_lost",     "planner_lost",  "periods_missed", "operator_hold", "battery_low",
-    "pose_lost",         "geofence_left", "operator_land",  "battery_empty", "imu_lost",
-    "estimate_diverged", "geofence_far",  "commands_lost",  "board_lost",    "board_emergency",
-    "operator_stop",     "clock_broken",  "emergency_stop"};
+    "recorder_lost",   "planner_lost",      "periods_missed", "operator_hold", "battery_low",
+    "pose_lost",       "geofence_left",     "operator_land",  "battery_empty", "imu_lost",
+    "rotors_lost",     "estimate_diverged", "geofence_far",   "commands_lost", "board_lost",
+    "board_emergency", "operator_stop",     "clock_broken",   "emergency_stop"};
 
 /// Share of its rate at which accumulated presence drains (PX4: the start delay refills at a quarter).
 constexpr double kDrain = 0.25;
@@ -70,6 +70,7 @@ LadderConfig LadderConfig::standard() {
   set(Fault::operator_land, Action::descend, 0.0);
   set(Fault::battery_empty, Action::descend, 0.5);
   set(Fault::imu_lost, Action::ramp_down, 0.05);
+  set(Fault::rotors_lost, Action::ramp_down, 0.05);
   set(Fault::estimate_diverged, Action::ramp_down, 0.2);
   set(Fault::geofence_far, Action::ramp_down, 0.0);
   set(Fault::commands_lost, Action::ramp_down, 0.1);

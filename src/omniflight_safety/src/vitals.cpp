@@ -34,6 +34,7 @@ FaultSet judge(const Limits& limits, const Vitals& v) {
   put(Fault::battery_empty, under(v.battery_V, limits.battery_empty_V));
   put(Fault::pose_lost, over(v.pose_age_s, limits.pose_stale_s));
   put(Fault::imu_lost, over(v.imu_age_s, limits.imu_stale_s));
+  put(Fault::rotors_lost, over(v.hover_load, limits.hover_load));
   put(Fault::estimate_diverged, over(v.innovation_m, limits.innovation_m));
   put(Fault::commands_lost, limits.command_stale_s > 0 && over(v.command_age_s, limits.command_stale_s));
   put(Fault::board_lost, !v.boards);

@@ -31,7 +31,7 @@ struct Event {
   double at = 0, until = kForever, every = 0, lasts = kForever;
   bool pose = true, imu = true, commands = true, recorder = true, planner = true, boards = true, clock = true;
   bool emergency = false, on_ground = false, nowhere = false;
-  double innovation = 0, missed = 0;
+  double innovation = 0, missed = 0, hover_load = 0;
   std::optional<double> battery;
   std::optional<Vec3> position;
   Wish wish = Wish::none;
@@ -61,6 +61,7 @@ Event read_event(files::YamlReader y) {
   e.nowhere = y.boolean("position_is_no_number", false);
   e.innovation = y.number("innovation_m", files::non_negative("m"), 0.0);
   e.missed = y.number("missed_share", files::between(0, 1), 0.0);
+  e.hover_load = y.number("hover_load", files::between(0, 100), 0.0);
   if (y.has("battery_V")) e.battery = y.number("battery_V", files::positive("V"));
   if (y.has("position_m")) e.position = y.vec3("position_m", files::any_number("m"));
   e.wish = y.choice<Wish>("wish",
@@ -113,6 +114,7 @@ struct Flight {
       on_ground = on_ground || e.on_ground;
       v.innovation_m = std::max(v.innovation_m, e.innovation);
       v.missed_share = std::max(v.missed_share, e.missed);
+      v.hover_load = std::max(v.hover_load, e.hover_load);
       if (e.battery) v.battery_V = e.battery;
       if (e.position) v.p_W = e.position;
       if (e.nowhere) v.p_W = Vec3::Constant(std::nan(""));

@@ -35,6 +35,9 @@ TEST(Vitals, EachLimitIsAFaultOfItsOwn) {
   EXPECT_EQ(with([](auto& v) { v.imu_age_s = 0.051; }), only(Fault::imu_lost));
   EXPECT_EQ(with([](auto& v) { v.command_age_s = 0.016; }), only(Fault::commands_lost));
   EXPECT_EQ(with([](auto& v) { v.innovation_m = 0.51; }), only(Fault::estimate_diverged));
+  EXPECT_EQ(with([](auto& v) { v.hover_load = 0.98; }), only(Fault::rotors_lost));
+  EXPECT_EQ(with([](auto& v) { v.hover_load = HUGE_VAL; }), only(Fault::rotors_lost));
+  EXPECT_TRUE(with([](auto& v) { v.hover_load = 0.9; }).none());
   EXPECT_EQ(with([](auto& v) { v.missed_share = 0.06; }), only(Fault::periods_missed));
   EXPECT_EQ(with([](auto& v) { v.battery_V = 13.9; }), only(Fault::battery_low));
   EXPECT_EQ(with([](auto& v) { v.battery_V = 12.9; }), only(Fault::battery_low) | only(Fault::battery_empty));

@@ -47,7 +47,8 @@ struct Allocation {
 /// the limits. Holds its own previous u, tilt and weight; deterministic; allocate() allocates nothing.
 class Allocator {
  public:
-  /// Refuses an invalid vehicle or config, more than kMaxInputs rotors and individually tilting rotors.
+  /// Refuses an invalid vehicle or config and more than kMaxInputs rotors. Rotors that tilt one by one are
+  /// given one tilt, as if they tilted together.
   static Result<Allocator> create(const vehicle::Vehicle& vehicle, const AllocatorConfig& config);
 
   /// One control period. A number that is not finite or a tilt outside the limits is refused and changes
@@ -57,6 +58,10 @@ class Allocator {
   /// Starts anew at a tilt [rad], clipped to the limits, with thrusts [N] of the period before (zero by
   /// default).
   void reset(double alpha, const vehicle::RotorVector* u_previous = nullptr);
+
+  /// Leaves a rotor out from now on: its column is dropped, its thrust is 0. Refuses one that there is not,
+  /// and the last one. Allocates.
+  Status drop_rotor(int rotor);
 
   const AllocatorConfig& config() const { return config_; }
 
@@ -68,6 +73,7 @@ class Allocator {
     double alpha, c, s;  // rad, cosine, sine
   };
   using Tilts = std::array<Tilt, 8>;
+  void assemble_products();
   void assemble_quadratic(double c, double s, QpMatrix& H) const;
   double next_weight(double position_error) const;
   Wish wish(const AllocationInput& input) const;
@@ -92,6 +98,7 @@ class Allocator {
   std::array<double, 4> cos_step_{}, sin_step_{};  ///< of the pairs of candidates
   Vec6 weight_;
   bool has_gap_ = false;
+  std::uint32_t dropped_ = 0;               ///< bit 0 is the first rotor
   std::shared_ptr<const TiltTerms> terms_;  ///< up to 8 rotors
   // memory
   vehicle::RotorVector u_previous_;

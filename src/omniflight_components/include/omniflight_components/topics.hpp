@@ -18,6 +18,8 @@ inline constexpr const char* command = "/omniflight/command";        ///< actuat
 inline constexpr const char* recorder = "/omniflight/recorder";      ///< omniflight_msgs/RecorderState
 inline constexpr const char* trajectory = "/command_trajectory";  ///< trajectory_msgs/MultiDOFJointTrajectory
 
+/// diagnostic_msgs/DiagnosticArray of the allocator, latched: rotors that it leaves out
+inline constexpr const char* lost_rotors = "/omniflight/lost_rotors";
 inline constexpr const char* failsafe = "/omniflight/failsafe";  ///< diagnostic_msgs/DiagnosticArray, latched
 inline constexpr const char* gate = "/omniflight/gate";          ///< diagnostic_msgs/DiagnosticArray, latched
 inline constexpr const char* wish = "/omniflight/wish";          ///< std_msgs/String of the operator, latched
@@ -46,6 +48,7 @@ inline constexpr Entry recorded[] = {
     {trajectory, "trajectory_msgs/msg/MultiDOFJointTrajectory", true},
     {diagnostics, "diagnostic_msgs/msg/DiagnosticArray", false},
     {failsafe, "diagnostic_msgs/msg/DiagnosticArray", true},
+    {lost_rotors, "diagnostic_msgs/msg/DiagnosticArray", true},
     {gate, "diagnostic_msgs/msg/DiagnosticArray", true},
     {wish, "std_msgs/msg/String", true},
     {state, "omniflight_msgs/msg/ComponentState", true},

@@ -14,6 +14,9 @@ namespace omniflight::planning {
 struct Waypoint {
   std::string name;  ///< for messages; "waypoint 3" when the file gives none
   Pose pose;
+  /// rad: the attitude is upright with this heading, whatever the vehicle, and pose.q_WB that of a vehicle
+  /// whose thrust axis is z.
+  std::optional<double> heading = {};
   double hold_s = 0.0;               ///< s at rest there; only for stops
   bool stop = true;                  ///< false: flown through
   std::optional<double> alpha = {};  ///< rad, tilt to move to on arrival, before holding; only for stops

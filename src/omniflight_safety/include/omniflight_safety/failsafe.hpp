@@ -39,6 +39,7 @@ enum class Fault : std::uint8_t {
   operator_land,      ///< the operator asks to land
   battery_empty,      ///< below the voltage at which the rotors lose authority
   imu_lost,           ///< no angular rate: attitude cannot be kept
+  rotors_lost,        ///< the rotors that still turn cannot carry the vehicle
   estimate_diverged,  ///< poses and estimate contradict each other for longer than noise explains
   geofence_far,       ///< beyond the fence's margin: the vehicle does not obey
   commands_lost,      ///< no fresh rotor command
@@ -48,7 +49,7 @@ enum class Fault : std::uint8_t {
   clock_broken,       ///< time is not finite or runs backwards
   emergency_stop,     ///< the operator cuts the rotors at once
 };
-inline constexpr std::size_t kFaults = 18;
+inline constexpr std::size_t kFaults = 19;
 std::string_view to_string(Fault fault);
 
 using FaultSet = std::bitset<kFaults>;

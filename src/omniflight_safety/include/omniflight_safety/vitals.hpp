@@ -27,6 +27,7 @@ struct Limits {
   double battery_low_V = 0.0;    ///< V, 0 = not judged
   double battery_empty_V = 0.0;  ///< V, 0 = not judged
   double missed_share = 0.05;    ///< of the control periods
+  double hover_load = 0.97;      ///< of the rotors left after a loss; beyond it nothing is left to steer with
   Fence fence;
 };
 
@@ -45,6 +46,7 @@ struct Vitals {
   Wish wish = Wish::none;
   bool recorder = true, planner = true, boards = true, clock = true;
   bool board_emergency = false;
+  double hover_load = 0.0;  ///< share of their range that the rotors left need to hover; 0: none is lost
 };
 
 FaultSet judge(const Limits& limits, const Vitals& vitals);

@@ -1,0 +1,47 @@
+// Which rotors do not turn as they are commanded. Pure: commands, measurements and time in, lost rotors out.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace omniflight::safety {
+
+struct RotorWatchConfig {
+  double commanded_share = 0.2;  ///< of the largest speed; slower commands tell nothing
+  double reached_share = 0.25;   ///< of the command; less for `patience` is a lost rotor
+  double patience = 0.05;        ///< s, beyond the time constant of the rotor
+  double reversal = 0.05;        ///< s more of a rotor that reverses: it may rest between two directions
+};
+
+struct WatchedRotor {
+  double max_speed = 0;      ///< rad/s
+  double time_constant = 0;  ///< s
+  bool reverses = false;
+};
+
+/// A rotor is lost once it has been slower than reached_share of its command, whatever the sense (many speed
+/// sensors do not know it), for longer than a reversal takes; it stays lost until reset(): a rotor that is no
+/// longer commanded cannot tell.
+class RotorWatch {
+ public:
+  /// At most 32 rotors.
+  explicit RotorWatch(const std::vector<WatchedRotor>& rotors, RotorWatchConfig config = {});
+
+  /// Measured speeds [rad/s, signed] at t [s] beside the command in force then. Spans of another size,
+  /// numbers that are not finite and times that do not go on are ignored. True when a rotor was lost with it.
+  bool add(double t, std::span<const double> command, std::span<const double> measured);
+
+  std::uint32_t lost() const { return lost_; }  ///< bit 0 is the first rotor
+  void reset();
+
+ private:
+  RotorWatchConfig config_;
+  std::vector<double> max_speed_, patience_;
+  std::vector<double> slow_since_;  ///< s; NaN: turns as commanded
+  double last_ = 0;
+  bool begun_ = false;
+  std::uint32_t lost_ = 0;
+};
+
+}  // namespace omniflight::safety

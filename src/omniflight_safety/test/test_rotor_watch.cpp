@@ -1,0 +1,71 @@
+// Rotors that do not turn as commanded.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "omniflight_safety/rotor_watch.hpp"
+
+namespace omniflight::safety {
+namespace {
+
+constexpr double kLag = 0.02, kPeriod = 0.002;  // s
+
+RotorWatch two_rotors() { return RotorWatch({{1000, kLag, true}, {1000, kLag, false}}); }
+
+/// Feeds a constant command and speeds until a rotor is lost; the time that took, or a negative number.
+double lost_after(RotorWatch& watch, std::array<double, 2> command, std::array<double, 2> speed, double t = 0,
+                  double until = 2) {
+  for (double passed = 0; passed < until; passed += kPeriod)
+    if (watch.add(t + passed, command, speed)) return passed;
+  return -1;
+}
+
+TEST(RotorWatch, ARotorThatStandsIsLostOnceAReversalWouldBeOver) {
+  RotorWatch watch = two_rotors();
+  EXPECT_NEAR(lost_after(watch, {600, 600}, {600, 100}), 0.05 + kLag, 2 * kPeriod);
+  EXPECT_EQ(watch.lost(), 2u);
+  EXPECT_NEAR(lost_after(watch, {600, 600}, {100, 100}, 1), 0.10 + kLag, 2 * kPeriod)
+      << "it could be reversing";
+  EXPECT_EQ(watch.lost(), 3u);
+}
+
+TEST(RotorWatch, SlowCommandsAndSpeedsWithoutASenseTellNothing) {
+  RotorWatch watch = two_rotors();
+  EXPECT_LT(lost_after(watch, {150, -600}, {0, 600}), 0)
+      << "150 is too slow to tell; 600 has the wrong sign only";
+  EXPECT_EQ(watch.lost(), 0u);
+}
+
+TEST(RotorWatch, AReversalIsNoLoss) {
+  RotorWatch watch = two_rotors();
+  double speed = 600;
+  for (double t = 0; t < 4; t += kPeriod) {
+    const double command = std::fmod(t, 0.5) < 0.25 ? 600 : -600;  // the lag's own answer, back and forth
+    speed += (command - speed) * -std::expm1(-kPeriod / kLag);
+    EXPECT_FALSE(watch.add(t, std::array{command, 600.0}, std::array{speed, 600.0})) << t;
+  }
+}
+
+TEST(RotorWatch, OnceLostItStaysLostUntilReset) {
+  RotorWatch watch = two_rotors();
+  EXPECT_GT(lost_after(watch, {600, 600}, {0, 600}), 0);
+  EXPECT_LT(lost_after(watch, {0, 600}, {0, 600}, 3), 0);
+  EXPECT_EQ(watch.lost(), 1u);
+  watch.reset();
+  EXPECT_EQ(watch.lost(), 0u);
+}
+
+TEST(RotorWatch, BrokenSamplesChangeNothing) {
+  RotorWatch watch = two_rotors();
+  for (int i = 0; i < 1000; ++i) {
+    const double t = 0.001 * i;
+    EXPECT_FALSE(watch.add(t, std::array{600.0}, std::array{0.0}));
+    EXPECT_FALSE(watch.add(t, std::array{600.0, 600.0}, std::array{std::nan(""), 0.0}));
+    EXPECT_FALSE(watch.add(std::nan(""), std::array{600.0, 600.0}, std::array{0.0, 0.0}));
+  }
+  EXPECT_EQ(watch.lost(), 0u);
+}
+
+}  // namespace
+}  // namespace omniflight::safety
