@@ -28,7 +28,7 @@ struct FlightOptions {
   std::string weights = "case_a";       ///< case_a | case_b | dynamic | file
   std::string tilt_mode = "fixed";      ///< fixed | search | lookahead
   double tilt_reserve = 0.1;            ///< lookahead: share of the thrust that is kept where it can be
-  std::string controller;  ///< control law; empty: by the vehicle's actuation
+  std::string controller;               ///< control law; empty: by the vehicle's actuation
   std::uint64_t seed = 1;
   std::string keys;  ///< folder of keys that secure the bus; empty: clear text
   int domain = -1;   ///< of the bus; -1: the first free one
