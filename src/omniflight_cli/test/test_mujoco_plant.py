@@ -98,11 +98,12 @@ class MujocoPlant(system.SystemTest):
             self.assertIn(words, page)
 
     def test_torques_of_a_vehicle_that_rocks_are_those_of_its_rotors(self):
-        # half a step between gyro and rotors would be 0.6 mN m; such flights are what a diagnosis proposes
-        for sensors, most in (("ideal", 1e-4), ("laboratory", 7e-4)):
+        # half a step between gyro and rotors would be 0.6 mN m; such flights are what a diagnosis proposes. Means over 25 ms
+        # pass more of the noise of gyros than a low pass of 15 Hz did
+        for sensors, most in (("ideal", 1.5e-4), ("laboratory", 1.3e-3)):
             self.fly(self.rocking_mission(), "--plant", "mujoco", "--sensors", sensors, out=sensors)
             self.run_command("diagnose", f"{sensors}/flight.mcap", "--vehicle", "omnimorph", "--out", "d", "--quiet",
-                             timeout=80)
+                             "--only", "payload_mass,com_offset,inertia_error", timeout=80)
             found = self.json("d/diagnosis.json")
             self.assertEqual(found["verdict"], "nothing_missing", found["summary"])
             rms = {c["channel"]: c["rms_before"] for c in found["fit"]["in_sample"]}
