@@ -4,6 +4,7 @@
 #include "control_choice.hpp"
 #include "flight_setup.hpp"
 #include "omniflight_components/topics.hpp"
+#include "omniflight_physics/situation.hpp"
 
 namespace omniflight::cli {
 namespace {
@@ -138,8 +139,9 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
 Result<std::string> told(const FlightOptions& o, const Setup& s) {
   auto gains = told_gains(o, s);
   if (!gains) return gains;
-  std::string known;
+  std::string known, air;
   if (o.plant != "hardware") {
+    air = fmt::format("environment: {{air_density_kgpm3: {:.10g}}}\n", physics::Environment{}.air_density);
     const simulation::SensorConfig& sensors = s.sensing;
     const auto most = [](const Vec3& v) { return v.cwiseAbs().maxCoeff(); };
     std::string accelerometer;
@@ -155,7 +157,7 @@ Result<std::string> told(const FlightOptions& o, const Setup& s) {
       known += "  imu: {position_m: " + in_brackets(sensors.imu_position) + "}  # in the body\n";
   }
   return "# What is known beside the recording of this flight; omniflight diagnose reads it by itself.\n" +
-         (known.empty() ? "" : "sensors:\n" + known) + (gains->empty() ? "" : "controller: " + *gains + "\n");
+         (known.empty() ? "" : "sensors:\n" + known) + air + (gains->empty() ? "" : "controller: " + *gains + "\n");
 }
 
 }  // namespace omniflight::cli

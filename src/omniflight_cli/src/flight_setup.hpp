@@ -49,7 +49,7 @@ Result<Setup> prepare(const FlightOptions& options);
 std::string parameters(const FlightOptions& options, const Setup& setup);
 
 /// What a diagnosis may be told of this flight (told.yaml): the gains it is flown with and, where the plant
-/// is ours, the size of its sensors' biases. Nothing of the effects.
+/// is ours, the size of its sensors' biases and the density of its air. Nothing of the effects.
 Result<std::string> told(const FlightOptions& options, const Setup& setup);
 
 }  // namespace omniflight::cli
