@@ -165,7 +165,7 @@ TEST(Intake, TellsHowWellEachKindOfNumberOfTheVehicleIsKnown) {
   const std::string path = testing::TempDir() + "measured.csv.told.yaml";
   std::ofstream(path)
       << "tolerance: {inertia: 0.25, drag_torque: 0.5, center_of_mass: 0, rotor_axis_rad: 0.002}\n";
-  const auto told = load_told(path);
+  const auto told = load_prior_knowledge(path);
   ASSERT_TRUE(told) << told.error().text();
   EXPECT_TRUE(told->ignored.empty());
   Options o;
