@@ -92,7 +92,7 @@ recording::Recording fly(const vehicle::Vehicle& vehicle, const std::vector<phys
         need -= w.at(s);
       }
       need -= answered;
-      need.tail<3>() -= damping * (vehicle.inertia * drift);
+      if (f.damped) need.tail<3>() -= damping * (vehicle.inertia * drift);
       const Eigen::VectorXd thrust = solver.solve(need);
       for (int r = 0; r < rotors; ++r)
         omega[static_cast<std::size_t>(r)] = vehicle.rotors[static_cast<std::size_t>(r)].speed(thrust[r]);

@@ -20,6 +20,9 @@ struct Flown {
   double force_noise_N = 0.15, torque_noise_Nm = 0.01, correlation_s = 0.3;  ///< coloured disturbance
   double answer_s =
       0;  ///< the rotors cancel the disturbance after this lag, as feedback makes them; 0: they do not
+  /// The rotors give the torque with which the rate forgets its disturbance. Without, it is a drag about
+  /// every axis that nobody flew, small beside what is usually hidden.
+  bool damped = true;
   double accelerometer_noise = 0.05, gyro_noise = 0.005, speed_noise = 0.5;  ///< m/s^2, rad/s, rad/s
   std::uint64_t seed = 1;
 };
