@@ -5,6 +5,7 @@
 
 #include "omniflight_allocation/rotor_load.hpp"
 #include "omniflight_allocation/wrench_set.hpp"
+#include "scaled_matrix.hpp"
 
 namespace omniflight::allocation {
 namespace {
@@ -15,19 +16,6 @@ constexpr double kRankTolerance = 1e-9;  // of the largest singular value, as in
 constexpr double kLooseRank = 1e-6;      // where a minimum over the tilt counts as zero
 constexpr int kAzimuths = 24;            // directions of lean
 constexpr double kStep = kPi / 180.0;
-
-/// Allocation matrix about the centre of mass, torques divided by the longest lever arm.
-Matrix scaled_matrix(const vehicle::Vehicle& v, double alpha) {
-  Matrix B = v.allocation_matrix(alpha);
-  double lever = 0.0;
-  for (Eigen::Index i = 0; i < B.cols(); ++i) {
-    const Vec3 force = B.block<3, 1>(0, i);
-    B.block<3, 1>(3, i) -= v.center_of_mass.cross(force);
-    lever = std::max(lever, B.block<3, 1>(3, i).norm());
-  }
-  if (lever > 0) B.bottomRows<3>() /= lever;
-  return B;
-}
 
 int rank_of(const Matrix& m, double tolerance = kRankTolerance) {
   if (m.size() == 0) return 0;

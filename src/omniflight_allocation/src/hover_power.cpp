@@ -1,8 +1,10 @@
 #include "omniflight_allocation/hover_power.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "omniflight_allocation/box_qp.hpp"
+#include "scaled_matrix.hpp"
 
 namespace omniflight::allocation {
 namespace {
@@ -12,19 +14,6 @@ constexpr double kTracking = 1e7;  // weight of the wrench over that of the powe
 constexpr double kMet = 1e-4;      // of the weight: what may be missing of the wrench
 constexpr double kIdle = 1e-3;     // of the largest thrust: below it the weight of a rotor no longer grows
 constexpr double kWorking = 0.05;  // of the largest thrust in use
-
-/// Wrench a newton of thrust about the centre of mass, torques over the longest lever arm.
-Eigen::MatrixXd scaled_matrix(const vehicle::Vehicle& v, double alpha) {
-  Eigen::MatrixXd B = v.allocation_matrix(alpha);
-  double lever = 0;
-  for (Eigen::Index i = 0; i < B.cols(); ++i) {
-    const Vec3 force = B.block<3, 1>(0, i);
-    B.block<3, 1>(3, i) -= v.center_of_mass.cross(force);
-    lever = std::max(lever, B.block<3, 1>(3, i).norm());
-  }
-  if (lever > 0) B.bottomRows<3>() /= lever;
-  return B;
-}
 
 struct Cost {
   vehicle::RotorVector coefficient;  ///< W/N^1.5

@@ -106,11 +106,14 @@ Result<TiltSchedule> look_ahead(const vehicle::Vehicle& vehicle,
   std::vector<double> before(n, HUGE_VAL), after(n), cost(n);
   std::vector<std::int16_t> from(n * static_cast<std::size_t>(g.decisions));
   AllocationInput in;
-  const auto costs_at = [&](int k) -> Status {
+  const auto take_motion_of = [&](int k) {
     const Reference r = motion(std::min(k * g.period, duration));
     in.qdd_ref << r.a_WB_W, r.dw_WB_B;
     in.q_WB = r.q_WB;
     in.w_WB_B = r.w_WB_B;
+  };
+  const auto costs_at = [&](int k) -> Status {
+    take_motion_of(k);
     for (int j = 0; j < g.tilts; ++j) {
       in.alpha = std::min(g.tilt(j), vehicle.tilt.max);
       const auto out = allocator->allocate(in);
@@ -142,10 +145,7 @@ Result<TiltSchedule> look_ahead(const vehicle::Vehicle& vehicle,
   }
   auto whole = Allocator::create(vehicle, weights).value();  // the reserve may be used
   for (int k = 0; k < g.decisions; ++k) {
-    const Reference r = motion(std::min(k * g.period, duration));
-    in.qdd_ref << r.a_WB_W, r.dw_WB_B;
-    in.q_WB = r.q_WB;
-    in.w_WB_B = r.w_WB_B;
+    take_motion_of(k);
     in.alpha = out.alpha[static_cast<std::size_t>(k)];
     if (const auto found = whole.allocate(in))
       out.missing = std::max(out.missing, (found->qdd - in.qdd_ref).cwiseAbs().maxCoeff());

@@ -2,9 +2,8 @@
 // it, and the operator's wish as std_msgs/String.
 #pragma once
 
-#include "omniflight_bus/message.hpp"
-#include "omniflight_msgs/types.hpp"
 #include "omniflight_safety/vitals.hpp"
+#include "single_status.hpp"
 
 namespace omniflight::components {
 
@@ -13,23 +12,14 @@ namespace omniflight::components {
 inline void fill_failsafe(msgs::diagnostic_msgs::DiagnosticArray& m, const bus::Time& stamp,
                           safety::Action action, const std::string& words, const std::string& refused,
                           std::uint64_t count) {
-  m.header.stamp = stamp;
-  bus::resize(m.status, 1);
-  auto& status = bus::view(m.status)[0];
   const auto rank = static_cast<std::uint8_t>(action);
-  status.level =
-      action == safety::Action::fly ? (refused.empty() ? 0 : 1) : (action == safety::Action::hold ? 1 : 2);
-  bus::set_text(status.name, "omniflight: failsafe");
-  bus::set_text(status.message, words);
-  bus::set_text(status.hardware_id, "");
-  bus::resize(status.values, 3);
-  auto values = bus::view(status.values);
-  bus::set_text(values[0].key, "action");
-  bus::set_text(values[0].value, std::to_string(rank));
-  bus::set_text(values[1].key, "refused");
-  bus::set_text(values[1].value, refused);
-  bus::set_text(values[2].key, "refused_poses");
-  bus::set_text(values[2].value, std::to_string(count));
+  auto& status = fill_single_status(
+      m, stamp,
+      action == safety::Action::fly ? (refused.empty() ? 0 : 1) : (action == safety::Action::hold ? 1 : 2),
+      "omniflight: failsafe", words);
+  fill_values(
+      status,
+      {{"action", std::to_string(rank)}, {"refused", refused}, {"refused_poses", std::to_string(count)}});
 }
 
 /// The action in such a message; nothing when it is none of ours.
@@ -43,8 +33,8 @@ inline std::optional<safety::Action> failsafe_action(const msgs::diagnostic_msgs
   return static_cast<safety::Action>(text[0] - '0');
 }
 
-/// The operator's wish that the ladder obeys in such a message: whoever hears of it from the ladder first knows
-/// it as the operator's, and not as a failure.
+/// The operator's wish that the ladder obeys in such a message: whoever hears of it from the ladder first
+/// knows it as the operator's, and not as a failure.
 inline safety::Wish wish_of_ladder(const msgs::diagnostic_msgs::DiagnosticArray& m) {
   const auto statuses = bus::view(m.status);
   const std::string_view words = statuses.empty() ? std::string_view() : bus::text(statuses[0].message);

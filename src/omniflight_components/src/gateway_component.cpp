@@ -16,6 +16,7 @@
 #include "period_keeper.hpp"
 #include "period_summary.hpp"
 #include "plant_publisher.hpp"
+#include "single_status.hpp"
 #include "start_permission.hpp"
 #include "threaded_component.hpp"
 #include "wall_pace.hpp"
@@ -304,13 +305,9 @@ class GatewayComponent final : public ThreadedComponent {
     if (words == told_words_ && !keeper_) return;
     told_words_ = words;
     auto& m = *gate_message_;
-    m.header.stamp = bus::stamp(to_ns(now));
-    bus::resize(m.status, 1);
-    auto& status = bus::view(m.status)[0];
-    status.level = gate_->state() == gateway::GateState::armed ? 0 : 1;
-    bus::set_text(status.name, "omniflight: gate");
-    bus::set_text(status.message, words);
-    bus::set_text(status.hardware_id, "");
+    auto& status =
+        fill_single_status(m, bus::stamp(to_ns(now)), gate_->state() == gateway::GateState::armed ? 0 : 1,
+                           "omniflight: gate", words);
     if (keeper_) fill(status.values, count_periods());
     // who listens does so to know; the rotors do not wait for it
     (void)gate_publisher_->publish(m, to_ns(now));

@@ -8,8 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "omniflight_bus/message.hpp"
-#include "omniflight_msgs/types.hpp"
+#include "single_status.hpp"
 
 namespace omniflight::components {
 
@@ -18,19 +17,9 @@ namespace omniflight::components {
 /// cannot).
 inline void fill_lost_rotors(msgs::diagnostic_msgs::DiagnosticArray& m, const bus::Time& stamp,
                              std::uint32_t lost, double hover_load, const std::string& words) {
-  m.header.stamp = stamp;
-  bus::resize(m.status, 1);
-  auto& status = bus::view(m.status)[0];
-  status.level = hover_load <= 1.0 ? 1 : 2;
-  bus::set_text(status.name, "omniflight: lost rotors");
-  bus::set_text(status.message, words);
-  bus::set_text(status.hardware_id, "");
-  bus::resize(status.values, 2);
-  auto values = bus::view(status.values);
-  bus::set_text(values[0].key, "lost_rotors");
-  bus::set_text(values[0].value, std::to_string(lost));
-  bus::set_text(values[1].key, "hover_load");
-  bus::set_text(values[1].value, std::isfinite(hover_load) ? std::to_string(hover_load) : "inf");
+  auto& status = fill_single_status(m, stamp, hover_load <= 1.0 ? 1 : 2, "omniflight: lost rotors", words);
+  fill_values(status, {{"lost_rotors", std::to_string(lost)},
+                       {"hover_load", std::isfinite(hover_load) ? std::to_string(hover_load) : "inf"}});
 }
 
 /// The hover load in such a message; nothing when it is none of ours.

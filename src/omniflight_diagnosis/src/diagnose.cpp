@@ -4,6 +4,7 @@
 #include "conditioning/analysis_scope.hpp"
 #include "conditioning/imu_place.hpp"
 #include "conditioning/input_validation.hpp"
+#include "conditioning/pointers.hpp"
 #include "conditioning/repair.hpp"
 #include "experiment_design/next_flight.hpp"
 #include "numerics/text.hpp"
@@ -148,12 +149,6 @@ std::vector<std::vector<ActuationFit>> actuation_of(std::span<const Repaired> fi
     out.push_back(fit_actuation(fitted[k].recording, vehicle, flights[k]));
     if (const std::string note = on_shared_delay(out.back()); !note.empty()) flights[k].notes.push_back(note);
   }
-  return out;
-}
-
-std::vector<const Flight*> pointers_to(const std::vector<Flight>& flights) {
-  std::vector<const Flight*> out;
-  for (const Flight& f : flights) out.push_back(&f);
   return out;
 }
 

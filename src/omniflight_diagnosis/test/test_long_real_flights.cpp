@@ -8,16 +8,12 @@
 #include "omniflight_diagnosis/diagnosis.hpp"
 #include "omniflight_diagnosis/neighbour_file.hpp"
 #include "omniflight_recording/formats.hpp"
+#include "real_data.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
 
-std::filesystem::path flights() {
-  const char* given = std::getenv("OMNIFLIGHT_REAL_DATA");
-  return (given ? std::filesystem::path(given)
-                : std::filesystem::path(OMNIFLIGHT_SOURCE_ROOT "/../shared/data")) /
-         "flights";
-}
+using test::flights;
 
 std::vector<recording::Recording> load_all(const std::vector<std::string>& names) {
   std::vector<recording::Recording> out;

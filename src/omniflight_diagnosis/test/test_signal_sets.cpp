@@ -9,17 +9,13 @@
 #include "omniflight_core/random.hpp"
 #include "omniflight_diagnosis/diagnosis.hpp"
 #include "omniflight_recording/formats.hpp"
+#include "real_data.hpp"
 #include "synthetic.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
 
-std::filesystem::path flights() {
-  const char* given = std::getenv("OMNIFLIGHT_REAL_DATA");
-  return (given ? std::filesystem::path(given)
-                : std::filesystem::path(OMNIFLIGHT_SOURCE_ROOT "/../shared/data")) /
-         "flights";
-}
+using test::flights;
 
 vehicle::Vehicle load(const char* name) {
   setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
-#include <map>
+#include <stdexcept>
 #include <string>
 
 #include "omniflight_files/files.hpp"
@@ -59,6 +59,23 @@ constexpr Known kKnown[] = {
     {"environment.floor_z_m", -1e4, 1e4, "m"},
     {"environment.air_density_kgpm3", 0.01, 10, "kg/m3"},
 };
+
+/// Tolerances of the vehicle's numbers, and the kind of calibration that each belongs to.
+struct ToldTolerance {
+  const char *place, *kind;
+  double Tolerance::*number;
+};
+constexpr ToldTolerance kTolerances[] = {
+    {"tolerance.thrust_scale", "thrust_scale", &Tolerance::thrust_scale},
+    {"tolerance.world_force", "world_force", &Tolerance::world_force},
+    {"tolerance.torque_trim", "torque_trim", &Tolerance::torque_trim},
+    {"tolerance.inertia", "inertia", &Tolerance::inertia},
+    {"tolerance.center_of_mass", "center_of_mass", &Tolerance::center_of_mass},
+    {"tolerance.rotor_scale", "rotor_scale", &Tolerance::rotor_scale},
+    {"tolerance.rotor_axis_rad", "rotor_axis", &Tolerance::rotor_axis},
+    {"tolerance.rotor_place", "rotor_place", &Tolerance::rotor_place},
+    {"tolerance.drag_torque", "drag_torque", &Tolerance::drag_torque},
+    {"tolerance.imu_position", "imu_position", &Tolerance::imu_position}};
 
 /// A reader of the map at `path`; anew for every question, since a reader keeps its first error.
 YamlReader map_at(const YamlReader& document, const std::vector<std::string>& path) {
@@ -144,12 +161,9 @@ std::string prior_knowledge_beside(const std::string& recording) {
 }
 
 double& Tolerance::value(const std::string& kind) {
-  const std::map<std::string, double*> values{
-      {"thrust_scale", &thrust_scale}, {"world_force", &world_force},       {"torque_trim", &torque_trim},
-      {"inertia", &inertia},           {"center_of_mass", &center_of_mass}, {"rotor_scale", &rotor_scale},
-      {"rotor_axis", &rotor_axis},     {"rotor_place", &rotor_place},       {"drag_torque", &drag_torque},
-      {"imu_position", &imu_position}};
-  return *values.at(kind);
+  for (const ToldTolerance& t : kTolerances)
+    if (kind == t.kind) return this->*t.number;
+  throw std::out_of_range("no tolerance of " + kind);
 }
 
 void apply(const PriorKnowledge& told, Options& o) {
@@ -177,19 +191,10 @@ void apply(const PriorKnowledge& told, Options& o) {
     o.tolerance.accelerometer_misalignment = largest(*v);
   if (const auto* v = get("sensors.imu.position_m")) o.imu_position = three(*v);
   if (const auto* v = get("sensors.gyro.bias_radps")) o.tolerance.gyro_bias = std::max(1e-4, largest(*v));
-  for (const auto& [key, kind] : {std::pair{"thrust_scale", "thrust_scale"},
-                                  {"world_force", "world_force"},
-                                  {"torque_trim", "torque_trim"},
-                                  {"inertia", "inertia"},
-                                  {"center_of_mass", "center_of_mass"},
-                                  {"rotor_scale", "rotor_scale"},
-                                  {"rotor_axis_rad", "rotor_axis"},
-                                  {"rotor_place", "rotor_place"},
-                                  {"drag_torque", "drag_torque"},
-                                  {"imu_position", "imu_position"}})
-    if (const auto* v = get(("tolerance." + std::string(key)).c_str())) {
-      o.tolerance.value(kind) = std::max(kLeastTolerance, (*v)[0]);
-      o.tolerance.told.insert(kind);
+  for (const ToldTolerance& t : kTolerances)
+    if (const auto* v = get(t.place)) {
+      o.tolerance.*t.number = std::max(kLeastTolerance, (*v)[0]);
+      o.tolerance.told.insert(t.kind);
     }
   if (const auto* v = get("tolerance.rotor_clock_s")) o.tolerance.rotor_clock = (*v)[0];
   ToldController& c = o.controller;

@@ -66,9 +66,7 @@ void group(const std::vector<const physics::Effect*>& candidates, const std::vec
 void describe_candidates(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
                          const std::vector<const physics::Effect*>& candidates, const Options& o,
                          Intake& intake) {
-  double horizon = 0;
-  for (const Flight* f : flights) horizon = std::max(horizon, least_horizon(*f));
-  const RegressionProblem problem(flights, vehicle, o, horizon);
+  const RegressionProblem problem(flights, vehicle, o, least_horizon(flights));
   for (const StateVariable& v : state_variables(problem)) {
     if (v.x.size() == 0) continue;
     intake.excitation.push_back(

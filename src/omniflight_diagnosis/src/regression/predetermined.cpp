@@ -73,6 +73,12 @@ Eigen::MatrixXd reference_around(const Eigen::MatrixXd& reference, Segment segme
 
 double least_horizon(const Flight& flight) { return std::max(6 * flight.kernel_s, 2 * flight.reach_s); }
 
+double least_horizon(std::span<const Flight* const> flights) {
+  double out = 0;
+  for (const Flight* f : flights) out = std::max(out, least_horizon(*f));
+  return out;
+}
+
 std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, const Mat6& inertia,
                                               const Vec3& center_of_mass, double period, int lag) {
   const int n = segment.end - segment.begin;

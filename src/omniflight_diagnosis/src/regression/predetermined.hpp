@@ -1,6 +1,8 @@
 // States of one stretch as they can be predicted from the samples before.
 #pragma once
 
+#include <span>
+
 #include "omniflight_diagnosis/flight.hpp"
 
 namespace omniflight::diagnosis {
@@ -17,5 +19,7 @@ std::vector<physics::Situation> predetermined(const Flight& flight, Segment segm
 /// reach their samples end after three standard deviations, then's and now's; and as far as interpolation
 /// between the samples of the slowest signal reads ahead of then and back from now.
 double least_horizon(const Flight& flight);
+/// The longest of these.
+double least_horizon(std::span<const Flight* const> flights);
 
 }  // namespace omniflight::diagnosis

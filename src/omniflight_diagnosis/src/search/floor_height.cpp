@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "../conditioning/ground.hpp"
+#include "../conditioning/pointers.hpp"
 #include "../evidence/laplace.hpp"
 #include "../evidence/noise_estimate.hpp"
 #include "../numerics/text.hpp"
@@ -19,14 +20,8 @@ void move_floor(double hub_height, Flight& f) {
   for (physics::Situation& s : f.situation) s.environment.floor_z = f.floor_z;
 }
 
-std::vector<const Flight*> pointers_to(const std::vector<Flight>& flights) {
-  std::vector<const Flight*> out;
-  for (const Flight& f : flights) out.push_back(&f);
-  return out;
-}
-
-/// ln Bayes factor of the ground effect against nothing, at least 0, in the noise that slow functions of place
-/// leave.
+/// ln Bayes factor of the ground effect against nothing, at least 0, in the noise that slow functions of
+/// place leave.
 double log_factor(const RegressionProblem& problem, const NoiseModel& noise, const physics::Effect& effect,
                   const Options& o) {
   Hypothesis law;
@@ -51,8 +46,7 @@ std::optional<double> hub_height(const std::vector<Flight>& flights, const vehic
     if (f.stood_at) standing.push_back(f);
   if (!effect || !(radius > 0) || standing.empty()) return {};
   const std::vector<const Flight*> all = pointers_to(standing);
-  double horizon = 0;
-  for (const Flight& f : standing) horizon = std::max(horizon, least_horizon(f));
+  const double horizon = least_horizon(all);
   const RegressionProblem assumed(all, vehicle, o, horizon);
   const auto noise = estimate_noise(assumed, slow_columns(assumed), Eigen::VectorXd::Zero(assumed.rows()),
                                     o.temperature);  // the floor is no matter to it

@@ -82,9 +82,7 @@ std::array<Estimator, kAsked.size()> estimators(const RegressionProblem& p, cons
 
 Horizons::Horizons(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
                    const Options& o) {
-  double least = 0;
-  for (const Flight* f : flights) least = std::max(least, least_horizon(*f));
-  horizons_s_.push_back(least);
+  horizons_s_.push_back(least_horizon(flights));
   for (const double h : kHorizons)
     if (h > horizons_s_.back() + 0.5 / o.grid_hz) horizons_s_.push_back(h);
   for (const double h : horizons_s_)
