@@ -153,10 +153,9 @@ std::vector<std::vector<ActuationFit>> actuation_of(std::span<const Repaired> fi
 }
 
 /// How well what the posterior names predicts what it was not fitted to.
-void add_validation(const Inference& inference, const std::vector<const Flight*>& usable,
+void add_validation(const Inference& inference, const SetFit& named, const std::vector<const Flight*>& usable,
                     const std::vector<Flight>& flights, const std::vector<Flight>& unseen,
                     const vehicle::Vehicle& vehicle, const Options& o, Diagnosis& d) {
-  const std::vector<std::size_t> named = named_members(inference);
   d.fit.held_out = on_unseen_flights(inference, named, unseen, vehicle, o);
   if (unseen.empty() && flights.size() == 1)
     d.fit.held_out = on_thirds(inference, named, flights[0], vehicle, o);
@@ -179,9 +178,10 @@ void infer_the_wrench(const std::vector<const Flight*>& usable, const std::vecto
                       Diagnosis& d) {
   const Inference inference =
       infer(usable, vehicle, by_rotor(offered_effects(usable, vehicle, o), vehicle), o);
-  add_posterior(inference, usable, d);
+  const SetFit named = named_set(inference, o);
+  add_posterior(inference, named, usable, d);
   add_not_asked(usable, vehicle, o, d);
-  add_validation(inference, usable, flights, unseen, vehicle, o, d);
+  add_validation(inference, named, usable, flights, unseen, vehicle, o, d);
   add_next_flight(inference, usable, vehicle, o, d);
 }
 

@@ -7,6 +7,17 @@
 #include "../numerics/parallel.hpp"
 
 namespace omniflight::diagnosis {
+namespace {
+
+/// Without the kernels for small matrices: those of BLIS up to 1.0 read past the end of their operands, and
+/// crash where a page ends there (https://github.com/flame/blis/issues/821).
+rntm_t packed() {
+  rntm_t out = BLIS_RNTM_INITIALIZER;
+  bli_rntm_disable_l3_sup(&out);
+  return out;
+}
+
+}  // namespace
 
 Eigen::MatrixXf inner_products(Eigen::Ref<const Eigen::MatrixXf> a, Eigen::Ref<const Eigen::MatrixXf> b,
                                int threads) {
@@ -19,10 +30,12 @@ Eigen::MatrixXf inner_products(Eigen::Ref<const Eigen::MatrixXf> a, Eigen::Ref<c
     const Eigen::Index begin = static_cast<Eigen::Index>(k) * kPart;
     const Eigen::Index size = std::min(kPart, b.cols() - begin);
     float one = 1, zero = 0;
+    rntm_t runtime = packed();
     // BLIS reads its operands through pointers that are not const
-    bli_sgemm(BLIS_TRANSPOSE, BLIS_NO_TRANSPOSE, a.cols(), size, a.rows(), &one, const_cast<float*>(a.data()),
-              1, a.outerStride(), const_cast<float*>(b.data()) + begin * b.outerStride(), 1, b.outerStride(),
-              &zero, out.data() + begin * out.outerStride(), 1, out.outerStride());
+    bli_sgemm_ex(BLIS_TRANSPOSE, BLIS_NO_TRANSPOSE, a.cols(), size, a.rows(), &one,
+                 const_cast<float*>(a.data()), 1, a.outerStride(),
+                 const_cast<float*>(b.data()) + begin * b.outerStride(), 1, b.outerStride(), &zero,
+                 out.data() + begin * out.outerStride(), 1, out.outerStride(), nullptr, &runtime);
   });
   return out;
 }
@@ -31,9 +44,10 @@ Eigen::MatrixXd inner_products(Eigen::Ref<const Eigen::MatrixXd> a) {
   Eigen::MatrixXd out(a.cols(), a.cols());
   if (a.size() == 0) return out.setZero();
   double one = 1, zero = 0;
-  bli_dgemm(BLIS_TRANSPOSE, BLIS_NO_TRANSPOSE, a.cols(), a.cols(), a.rows(), &one,
-            const_cast<double*>(a.data()), 1, a.outerStride(), const_cast<double*>(a.data()), 1,
-            a.outerStride(), &zero, out.data(), 1, out.outerStride());
+  rntm_t runtime = packed();
+  bli_dgemm_ex(BLIS_TRANSPOSE, BLIS_NO_TRANSPOSE, a.cols(), a.cols(), a.rows(), &one,
+               const_cast<double*>(a.data()), 1, a.outerStride(), const_cast<double*>(a.data()), 1,
+               a.outerStride(), &zero, out.data(), 1, out.outerStride(), nullptr, &runtime);
   return out;
 }
 

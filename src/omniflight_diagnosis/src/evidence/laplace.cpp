@@ -1,6 +1,7 @@
 #include "laplace.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "first_stage.hpp"
@@ -17,6 +18,8 @@ constexpr double kConverged = 0.1;  ///< nat: the objective may still fall by le
 constexpr double kFar = 1e6;        ///< standard deviations: no bound
 constexpr double kLawKnot = 2.0;    ///< s, least correlation time of a law's relative error
 constexpr int kLawKnots = 8;        ///< at most, a flight
+/// RMS errors of laws over Options::law_error that are equally likely.
+constexpr std::array<double, 4> kLawErrors{1, 0.3, 0.1, 0.03};
 
 double log_determinant(const Eigen::LLT<Eigen::MatrixXd>& llt) {
   return 2 * llt.matrixLLT().diagonal().array().log().sum();
@@ -215,6 +218,38 @@ double Evidence::log_integral(const Layout& layout, const Eigen::VectorXd& u,
   return sum;
 }
 
+/// How wrong a law is, is unknown itself: a mass is exact, a wake is not. The mean over RMS errors that are
+/// equally likely; the likeliest of them stays in the fit's columns and precision.
+double Evidence::log_integral_over_law_errors(const Layout& layout, const Eigen::VectorXd& u,
+                                              const Eigen::VectorXd& gradient, Eigen::Index law,
+                                              SetFit& fit) {
+  if (law == 0) return log_integral(layout, u, fit.precision, gradient);
+  const Eigen::Index size = u.size();
+  std::array<double, kLawErrors.size()> value{};
+  double best = -1e300, best_share = 1;
+  const auto shares = [&](double share) {
+    Eigen::VectorXd d = Eigen::VectorXd::Ones(size);
+    d.tail(law).setConstant(share);
+    return d;
+  };
+  const auto scaled = [&](const Eigen::VectorXd& d) {
+    Eigen::MatrixXd precision = fit.precision - Eigen::MatrixXd::Identity(size, size);
+    precision = d.asDiagonal() * precision * d.asDiagonal();
+    precision.diagonal().array() += 1;
+    return precision;
+  };
+  for (std::size_t k = 0; k < kLawErrors.size(); ++k) {
+    const Eigen::VectorXd d = shares(kLawErrors[k]);
+    value[k] = log_integral(layout, u, scaled(d), d.cwiseProduct(gradient));
+    if (value[k] > best) best = value[k], best_share = kLawErrors[k];
+  }
+  double sum = 0;
+  for (const double v : value) sum += std::exp(v - best);
+  fit.precision = scaled(shares(best_share));
+  fit.columns.rightCols(law) *= best_share;
+  return best + std::log(sum / static_cast<double>(value.size()));
+}
+
 SetFit Evidence::fit(std::vector<SetMember> members) const {
   Layout layout;
   layout.calibration = layout.total = b_.cols();
@@ -354,7 +389,8 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
     gradient.tail(law.cols()) = law.transpose() * beyond;
   }
   for (const Eigen::Index k : free) gradient[k] = 0;
-  out.log_evidence = -objective + log_integral(layout, u, out.precision, gradient);
+  out.log_evidence = -objective + log_integral_over_law_errors(layout, u, gradient, law.cols(), out);
+  factor.compute(out.precision);
   const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(u.size(), u.size()));
   for (std::size_t m = 0; m < members.size(); ++m)
     for (std::size_t k = 0; k < layout.theta[m].size(); ++k) {

@@ -17,9 +17,6 @@ namespace {
 
 constexpr double kCredible = 0.95;  ///< posterior mass of a credible set
 constexpr double kExplained = 0.8;  ///< of one set, that it is called the explanation
-/// Of the weight (times the lever): what does less is what arithmetic leaves of a vehicle file and a log, and
-/// no physics that was left out.
-constexpr double kLeastWrench = 1e-4;
 /// Standard deviation over that of the prior from which on a flight says nothing of a parameter.
 constexpr double kUninformed = 0.95;
 /// Effects by id: rotors of one effect are one.
@@ -41,7 +38,7 @@ std::map<std::set<std::string>, double> by_names(const Inference& in) {
 
 /// What stands in the place of `id` in sets without it, likeliest first, until the credible mass is reached.
 std::vector<std::string> replacements(const std::map<std::set<std::string>, double>& sets,
-                                      const std::set<std::string>& best, const std::string& id) {
+                                      const std::set<std::string>& named, const std::string& id) {
   std::map<std::string, double> mass;
   double with = 0, total = 0;
   for (const auto& [names, p] : sets) {
@@ -52,7 +49,7 @@ std::vector<std::string> replacements(const std::map<std::set<std::string>, doub
     }
     std::vector<std::string> others;
     for (const std::string& name : names)
-      if (!best.contains(name)) others.push_back(name);
+      if (!named.contains(name)) others.push_back(name);
     for (const std::string& name : others) mass[name] += p / static_cast<double>(others.size());
   }
   std::vector<std::pair<double, std::string>> sorted;
@@ -67,8 +64,8 @@ std::vector<std::string> replacements(const std::map<std::set<std::string>, doub
   return out;
 }
 
-Finding finding_of(const Inference& in, const SetMember& member, const double* deviation,
-                   const std::map<std::set<std::string>, double>& sets, const std::set<std::string>& best) {
+Finding finding_of(const Inference& in, const SetMember& member,
+                   const std::map<std::set<std::string>, double>& sets, const std::set<std::string>& named) {
   const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
   const physics::EffectInfo& info = h.effect->info();
   Finding f;
@@ -77,12 +74,14 @@ Finding finding_of(const Inference& in, const SetMember& member, const double* d
   f.equation = info.equation;
   f.latex = info.latex;
   f.probability = in.posterior.inclusion(h.id, in.hypotheses);
-  f.cannot_be_told_apart_from = replacements(sets, best, info.id);
+  f.cannot_be_told_apart_from = replacements(sets, named, info.id);
   f.rivals = static_cast<int>(f.cannot_be_told_apart_from.size());
   std::string values;
   for (std::size_t k = 0; k < member.theta.size(); ++k) {
     const physics::Parameter& p = info.parameters[k];
-    const double value = member.theta[k], half = 1.96 * deviation[k];
+    const double value = member.theta[k];
+    const double deviation = deviation_over_sets(in.posterior, in.hypotheses, member.hypothesis, k, value);
+    const double half = 1.96 * deviation;
     double low = value - half, high = value + half;
     const physics::ParameterPrior prior = in.problem->prior(*h.effect, k);
     if (prior.law == physics::ParameterPrior::Law::log_normal) {
@@ -90,7 +89,7 @@ Finding finding_of(const Inference& in, const SetMember& member, const double* d
       low = value / factor;
       high = value * factor;
     }
-    if (deviation[k] >= kUninformed * std::abs(prior.slope(prior.coordinate(value)))) {
+    if (deviation >= kUninformed * std::abs(prior.slope(prior.coordinate(value)))) {
       low = p.lower;
       high = p.upper;
     }
@@ -170,7 +169,7 @@ void add_remaining(const Inference& in, const Eigen::VectorXd& rest, Diagnosis& 
   }
 }
 
-void add_decisions(const Inference& in, const std::set<std::string>& best, Diagnosis& d) {
+void add_decisions(const Inference& in, const std::set<std::string>& named, Diagnosis& d) {
   std::map<std::string, double> gain, odds;
   for (const auto& [hypothesis, g] : in.posterior.alone) {
     const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(hypothesis)];
@@ -192,14 +191,14 @@ void add_decisions(const Inference& in, const std::set<std::string>& best, Diagn
   for (std::size_t k = 0; k < c.kinds.size(); ++k)
     if (c.settled[static_cast<Eigen::Index>(k)] < 1 && listed.insert(c.kinds[k]).second)
       d.decisions.push_back({"tolerance: " + c.kinds[k], "factor on what is assumed where nothing is told",
-                             in.evidence->tolerances()[static_cast<Eigen::Index>(k)], 1,
+                             in.tolerances[static_cast<Eigen::Index>(k)], 1,
                              "empirical Bayes by kinds of calibration", "as the flight shows it"});
   for (const auto& [name, g] : gain) {
     const double p = in.posterior.inclusion(name, in.hypotheses);
     d.decisions.push_back({name, "evidence alone against nothing", g, -odds[name],
                            "log Bayes factor against prior odds of inclusion",
-                           best.contains(name) ? format("kept, posterior inclusion %.3f", p)
-                                               : format("refused, posterior inclusion %.3f", p)});
+                           named.contains(name) ? format("kept, posterior inclusion %.3f", p)
+                                                : format("refused, posterior inclusion %.3f", p)});
     d.candidates.push_back({name, g, -odds[name]});
   }
 }
@@ -238,73 +237,26 @@ void add_series(const Inference& in, std::span<const Flight* const> flights, con
 
 }  // namespace
 
-namespace {
-
-/// Whether a member of the best set does anything worth a name.
-bool does_something(const Inference& in, const SetMember& member) {
+void add_posterior(const Inference& in, const SetFit& fit, std::span<const Flight* const> flights,
+                   Diagnosis& d) {
   const RegressionProblem& problem = *in.problem;
-  const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
-  Eigen::VectorXd wrench;
-  if (h.pattern)
-    wrench = h.pattern->raw * member.weights;
-  else
-    problem.wrench_of({h.effect, member.theta, member.start}, wrench, nullptr, nullptr, States::measured);
-  const int n = problem.samples();
-  for (int c = 0; c < 6; ++c)
-    if (rms(wrench.segment(c * n, n)) > kLeastWrench * problem.scale(c)) return true;
-  return false;
-}
-
-}  // namespace
-
-std::vector<std::size_t> named_members(const Inference& in) {
-  const Posterior& p = in.posterior;
-  std::vector<std::size_t> out;
-  if (!p.alarm()) return out;
-  std::vector<std::pair<double, std::size_t>> members;
-  for (std::size_t k = 0; k < p.best.members.size(); ++k) {
-    if (!does_something(in, p.best.members[k])) continue;
-    const int h = p.best.members[k].hypothesis;
-    members.emplace_back(p.inclusion(in.hypotheses[static_cast<std::size_t>(h)].id, in.hypotheses), k);
-  }
-  std::sort(members.rbegin(), members.rend());
-  for (const auto& [inclusion, k] : members) {
-    double at_least = 0;
-    for (const SetPosterior& s : p.sets)
-      if (s.hypotheses.size() > out.size()) at_least += s.probability;
-    if (!(at_least >= 1 - kAlarm)) break;
-    out.push_back(k);
-  }
-  return out;
-}
-
-void add_posterior(const Inference& in, std::span<const Flight* const> flights, Diagnosis& d) {
-  const RegressionProblem& problem = *in.problem;
-  const SetFit& fit = in.posterior.best;
   const int n = problem.samples();
   const Eigen::VectorXd wrench = wrench_of_set(problem, in.hypotheses, fit, States::measured);
   const Eigen::VectorXd rest = problem.residual() - wrench - problem.calibration().measured * fit.calibration;
   const auto sets = by_names(in);
   std::vector<int> members;
   for (const SetMember& m : fit.members) members.push_back(m.hypothesis);
-  const std::set<std::string> best = names_of(in, members);
-  const double* deviation = fit.theta_deviation.data();
-  std::set<int> named;
-  for (const std::size_t k : named_members(in)) named.insert(fit.members[k].hypothesis);
-  const bool something = !named.empty();
+  const std::set<std::string> named = names_of(in, members);
+  const bool something = !members.empty();
   for (const SetMember& member : fit.members) {
     const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
     if (h.pattern) {
-      if (!named.contains(member.hypothesis)) continue;
       d.unexplained.push_back(unexplained_of(in, member, problem.residual()));
       for (const CorrectionTerm& term : d.unexplained.back().correction)
         if (term.model) d.model.push_back(physics::as_effect(*term.model));
       continue;
     }
-    const double* own = deviation;
-    deviation += member.theta.size();
-    if (!named.contains(member.hypothesis)) continue;
-    Finding f = finding_of(in, member, own, sets, best);
+    Finding f = finding_of(in, member, sets, named);
     Eigen::VectorXd value;
     problem.wrench_of({h.effect, member.theta, member.start}, value, nullptr, nullptr, States::measured);
     for (int c = 0; c < 6; ++c)
@@ -328,12 +280,12 @@ void add_posterior(const Inference& in, std::span<const Flight* const> flights, 
   }
   if (something) add_mismatch(in, wrench, rest, d);
   add_remaining(in, rest, d);
-  add_decisions(in, best, d);
+  add_decisions(in, named, d);
   add_series(in, flights, rest, d);
   for (int c = 0; c < 6; ++c)
     d.fit.in_sample.push_back({"", kChannels[static_cast<std::size_t>(c)], channel_unit(c),
                                rms(problem.residual().segment(c * n, n)), rms(rest.segment(c * n, n))});
-  const auto said = sets.find(names_of(in, {named.begin(), named.end()}));
+  const auto said = sets.find(named);
   const double mass = said == sets.end() ? 0.0 : said->second;
   if (!something)
     d.verdict = Verdict::nothing_missing;

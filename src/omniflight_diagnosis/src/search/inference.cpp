@@ -129,9 +129,10 @@ void in_own_noise(const Profiler& profiler, double nothing, const Evidence& evid
         s.log_joint = std::max(s.log_joint, profiler.of(s.members, evidence.tolerances()).joint + log_scale);
       },
       o.stop);
-  double sum = 0;
+  double most = p.joint_of_best, sum = 0;
+  for (const SetPosterior& s : p.sets) most = std::max(most, s.log_joint);
   for (SetPosterior& s : p.sets) {
-    s.probability = std::exp(std::min(50.0, s.log_joint - p.joint_of_best));
+    s.probability = std::exp(s.log_joint - most);
     sum += s.probability;
   }
   for (SetPosterior& s : p.sets) {
@@ -189,6 +190,7 @@ Inference infer_at(std::unique_ptr<RegressionProblem> at, const std::vector<cons
   limits.threads = o.threads;
   limits.stop = o.stop;
   limits.most_members = 8;
+  std::unique_ptr<Evidence> found;  // in the noise that the best set so far leaves
   std::unique_ptr<GridSearch> grid;
   std::optional<FittedAmplitudes> fitted;
   const auto use = [&](std::unique_ptr<NoiseModel> noise, const Eigen::VectorXd& tolerances,
@@ -197,11 +199,11 @@ Inference infer_at(std::unique_ptr<RegressionProblem> at, const std::vector<cons
       out.hypotheses = make_hypotheses(problem, *noise, effects, o);
     else
       whiten(*noise, o.threads, out.hypotheses);
-    out.evidence =
-        std::make_unique<Evidence>(problem, *fitted, *noise, out.hypotheses, o.law_error, tolerances);
+    found = std::make_unique<Evidence>(problem, *fitted, *noise, out.hypotheses, o.law_error, tolerances);
     out.noise = std::move(noise);
-    grid = std::make_unique<GridSearch>(*out.evidence, limits);
-    out.posterior = search(*out.evidence, *grid, limits, first_asked);
+    out.tolerances = tolerances;
+    grid = std::make_unique<GridSearch>(*found, limits);
+    out.posterior = search(*found, *grid, limits, first_asked);
   };
   auto first = estimate_noise(problem, slow, Eigen::VectorXd::Zero(problem.rows()), o.temperature);
   out.problem->scale_calibration(first_stages(first->apply(problem.calibration().columns),
@@ -221,7 +223,7 @@ Inference infer_at(std::unique_ptr<RegressionProblem> at, const std::vector<cons
     const Evidence tight(problem, *fitted, *out.noise, out.hypotheses, o.law_error,
                          tightest_tolerances(problem.calibration()));
     std::set<int> asked;
-    for (const Evidence* evidence : {static_cast<const Evidence*>(out.evidence.get()), &tight}) {
+    for (const Evidence* evidence : {static_cast<const Evidence*>(found.get()), &tight}) {
       const SetFit here = evidence->fit(current.fit.members);
       auto more = grid->additions(here, GridSearch::Noise::own);
       more.laws.resize(std::min(more.laws.size(), kLaws));
@@ -246,7 +248,7 @@ Inference infer_at(std::unique_ptr<RegressionProblem> at, const std::vector<cons
     }
     use(std::move(current.noise), current.tolerances, current.fit.members);
   }
-  in_own_noise(profiler, nothing, *out.evidence, out.posterior, o);
+  in_own_noise(profiler, nothing, *found, out.posterior, o);
   add_unfitted(*grid, out.hypotheses, out.posterior);
   return out;
 }

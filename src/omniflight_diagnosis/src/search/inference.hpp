@@ -12,7 +12,7 @@ struct Inference {
   std::unique_ptr<RegressionProblem> problem;
   std::unique_ptr<NoiseModel> noise;
   std::vector<Hypothesis> hypotheses;
-  std::unique_ptr<Evidence> evidence;
+  Eigen::VectorXd tolerances;  ///< of calibration, over those that are assumed or told
   Posterior posterior;
 };
 

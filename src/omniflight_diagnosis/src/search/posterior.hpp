@@ -12,7 +12,8 @@ namespace omniflight::diagnosis {
 struct SetPosterior {
   std::vector<int> hypotheses;  ///< sorted indices
   std::vector<SetMember> members;
-  double log_joint = 0;  ///< ln evidence plus ln prior
+  std::vector<double> theta_deviation;  ///< of the parameters of its laws, one member after the other
+  double log_joint = 0;                 ///< ln evidence plus ln prior
   double probability = 0;
 };
 

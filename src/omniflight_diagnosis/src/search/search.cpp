@@ -117,7 +117,7 @@ class Search {
     double sum = 0;
     for (const auto& [key, fit] : fits_) {
       const double l = joint(key);
-      out.sets.push_back({key, fit->members, l, std::exp(l - best)});
+      out.sets.push_back({key, fit->members, fit->theta_deviation, l, std::exp(l - best)});
       sum += out.sets.back().probability;
     }
     for (const auto& [key, fit] : fits_)

@@ -70,13 +70,11 @@ std::vector<EffectTerm> laws_of(const std::vector<Hypothesis>& hypotheses,
   return out;
 }
 
-/// Members of the best set that are laws.
-std::vector<SetMember> chosen(const Inference& in, std::span<const std::size_t> members) {
+/// Members that are laws.
+std::vector<SetMember> laws_among(const Inference& in, const SetFit& set) {
   std::vector<SetMember> out;
-  for (const std::size_t k : members) {
-    const SetMember& m = in.posterior.best.members[k];
+  for (const SetMember& m : set.members)
     if (in.hypotheses[static_cast<std::size_t>(m.hypothesis)].effect != nullptr) out.push_back(m);
-  }
   return out;
 }
 
@@ -101,10 +99,10 @@ std::vector<EffectTerm> refitted(const Inference& in, std::vector<SetMember> mem
 
 }  // namespace
 
-std::vector<ChannelFit> on_unseen_flights(const Inference& inference, std::span<const std::size_t> members,
+std::vector<ChannelFit> on_unseen_flights(const Inference& inference, const SetFit& set,
                                           const std::vector<Flight>& unseen, const vehicle::Vehicle& vehicle,
                                           const Options& o) {
-  const std::vector<EffectTerm> laws = laws_of(inference.hypotheses, chosen(inference, members));
+  const std::vector<EffectTerm> laws = laws_of(inference.hypotheses, laws_among(inference, set));
   std::vector<ChannelFit> out;
   for (const Flight& f : unseen) {
     if (o.stopped()) break;
@@ -114,10 +112,10 @@ std::vector<ChannelFit> on_unseen_flights(const Inference& inference, std::span<
   return out;
 }
 
-std::vector<ChannelFit> on_thirds(const Inference& inference, std::span<const std::size_t> members,
-                                  const Flight& flight, const vehicle::Vehicle& vehicle, const Options& o) {
+std::vector<ChannelFit> on_thirds(const Inference& inference, const SetFit& set, const Flight& flight,
+                                  const vehicle::Vehicle& vehicle, const Options& o) {
   constexpr double kLeast_s = 3;  ///< of a part: less has no noise spectrum to speak of
-  const std::vector<SetMember> laws = chosen(inference, members);
+  const std::vector<SetMember> laws = laws_among(inference, set);
   std::vector<ChannelFit> out;
   for (int k = 0; k < kThirds && !laws.empty() && !o.stopped(); ++k) {
     const auto third = third_of(flight, k, kLeast_s, kLeast_s);

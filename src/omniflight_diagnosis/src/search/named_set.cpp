@@ -1,0 +1,70 @@
+#include "named_set.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "../numerics/statistics.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+/// Of the weight (times the lever): what does less is what arithmetic leaves of a vehicle file and a log, and
+/// no physics that was left out.
+constexpr double kLeastWrench = 1e-4;
+
+/// Whether a member of the best set does anything worth a name.
+bool does_something(const Inference& in, const SetMember& member) {
+  const RegressionProblem& problem = *in.problem;
+  const Hypothesis& h = in.hypotheses[static_cast<std::size_t>(member.hypothesis)];
+  Eigen::VectorXd wrench;
+  if (h.pattern)
+    wrench = h.pattern->raw * member.weights;
+  else
+    problem.wrench_of({h.effect, member.theta, member.start}, wrench, nullptr, nullptr, States::measured);
+  const int n = problem.samples();
+  for (int c = 0; c < 6; ++c)
+    if (rms(wrench.segment(c * n, n)) > kLeastWrench * problem.scale(c)) return true;
+  return false;
+}
+
+}  // namespace
+
+SetFit named_set(const Inference& in, const Options& o) {
+  const Posterior& p = in.posterior;
+  const Evidence evidence(*in.problem, *in.noise, in.hypotheses, o.law_error, in.tolerances);
+  if (!p.alarm()) return evidence.fit({});
+  std::vector<std::pair<double, std::size_t>> members;
+  for (std::size_t k = 0; k < p.best.members.size(); ++k) {
+    if (!does_something(in, p.best.members[k])) continue;
+    const int h = p.best.members[k].hypothesis;
+    members.emplace_back(p.inclusion(in.hypotheses[static_cast<std::size_t>(h)].id, in.hypotheses), k);
+  }
+  std::sort(members.rbegin(), members.rend());
+  std::vector<SetMember> named;
+  for (const auto& [inclusion, k] : members) {
+    double at_least = 0;
+    for (const SetPosterior& s : p.sets)
+      if (s.hypotheses.size() > named.size()) at_least += s.probability;
+    if (!(at_least >= 1 - kAlarm)) break;
+    named.push_back(p.best.members[k]);
+  }
+  return named.size() == p.best.members.size() ? p.best : evidence.fit(std::move(named));
+}
+
+double deviation_over_sets(const Posterior& posterior, const std::vector<Hypothesis>& hypotheses,
+                           int hypothesis, std::size_t k, double value) {
+  double sum = 0, weight = 0;
+  for (const SetPosterior& s : posterior.sets) {
+    const double* deviation = s.theta_deviation.data();
+    for (const SetMember& m : s.members) {
+      if (m.hypothesis == hypothesis) {
+        sum += s.probability * (deviation[k] * deviation[k] + std::pow(m.theta[k] - value, 2));
+        weight += s.probability;
+      }
+      if (hypotheses[static_cast<std::size_t>(m.hypothesis)].effect) deviation += m.theta.size();
+    }
+  }
+  return weight > 0 ? std::sqrt(sum / weight) : 0.0;
+}
+
+}  // namespace omniflight::diagnosis
