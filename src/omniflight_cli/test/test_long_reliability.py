@@ -6,6 +6,7 @@ OMNIFLIGHT_REPETITIONS shortens them.
 import os
 import random
 import signal
+import subprocess
 import time
 import unittest
 
@@ -54,6 +55,60 @@ class Kills(test_rotor_line.EndsOnTheLine):
 
     def test_long_recorder_killed_twenty_times(self):
         self.kill_repeatedly("omniflight_recorder", lambda f: self.assertGreater(f["flown_on_s"], 1.0))
+
+
+class BlockedWrites(test_rotor_line.EndsOnTheLine):
+    """The gateway's control period beside a recorder that cannot write, against quiet flights in turn with it."""
+
+    def fly_beside(self, trouble, out, where=None):
+        """flight.json of a flight through boards; trouble(pids, folder) happens while it flies freely."""
+        fly, pids = self.take_off((where or self.dir) / out, parameters=["-p", "gateway.least_free_MB=0"])
+        trouble(pids, where)
+        output = "".join(fly.communicate(timeout=60))
+        flight = self.json((where or self.dir) / out / "flight.json")
+        self.log.unlink()
+        self.assertGreater(flight["periods"], 2000, output)
+        return flight, output
+
+    def compare(self, name, trouble, where=None):
+        latest, missed, said = {True: [], False: []}, {True: 0, False: 0}, ""
+        for k in range(repetitions(3)):
+            for troubled in (False, True):
+                flight, output = self.fly_beside(trouble if troubled else lambda *_: None, f"{k}{'beside' if troubled else 'quiet'}",
+                                                 where if troubled else None)
+                latest[troubled].append(flight["period_latest_ms"])
+                missed[troubled] += flight["periods_missed"]
+                said += output if troubled else ""
+        quiet, beside = (sorted(latest[key])[len(latest[key]) // 2] for key in (False, True))
+        print(f"\n{name} repeated {len(latest[True])} times: a control period of 2 ms began at most {beside:.2f} ms late "
+              f"(median of flights; {quiet:.2f} ms beside a sound recorder), {missed[True]} missed ({missed[False]})")
+        self.assertLessEqual(beside, quiet + 2.0)
+        return said
+
+    def test_long_a_recorder_that_hangs(self):
+        def hang(pids, _):
+            os.kill(pids["omniflight_recorder"], signal.SIGSTOP)
+            time.sleep(3)
+            os.kill(pids["omniflight_recorder"], signal.SIGCONT)
+        self.compare("hung recorder", hang)
+
+    def test_long_a_recorder_on_a_full_disk(self):
+        disk = self.dir / "disk"
+        disk.mkdir()
+        if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64m", "tmpfs", str(disk)],
+                                               capture_output=True).returncode != 0:
+            self.skipTest("mounting a small tmpfs needs root")
+        self.addCleanup(subprocess.run, ["umount", str(disk)], check=True)
+
+        def fill(_, folder):
+            ballast = folder / "ballast"
+            with open(ballast, "wb", buffering=0) as file, self.assertRaises(OSError):
+                while True:
+                    file.write(bytes(4096))
+            time.sleep(2)
+            ballast.unlink()  # room for the results of the flight
+        said = self.compare("full disk", fill, disk)
+        self.assertIn("No space left", said)
 
 
 class Rotors(system.SystemTest):
