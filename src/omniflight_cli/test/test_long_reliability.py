@@ -3,10 +3,12 @@
 OMNIFLIGHT_REPETITIONS shortens them.
 """
 
+import json
 import os
 import random
 import signal
 import subprocess
+import sys
 import time
 import unittest
 
@@ -109,6 +111,45 @@ class BlockedWrites(test_rotor_line.EndsOnTheLine):
             ballast.unlink()  # room for the results of the flight
         said = self.compare("full disk", fill, disk)
         self.assertIn("No space left", said)
+
+
+class Load(system.SystemTest):
+    """Ten minutes (OMNIFLIGHT_SECONDS) through boards, in real time, beside what takes all processors and the disk."""
+
+    PROCESSOR = "while True: pass"
+    DISK = ("import os, sys\n"
+            "while True:\n"
+            "    with open(sys.argv[1], 'wb') as file:\n"
+            "        for _ in range(16):\n"
+            "            file.write(bytes(1 << 20)); file.flush(); os.fsync(file.fileno())\n")
+
+    def test_long_ten_minutes_under_load(self):
+        seconds = int(os.environ.get("OMNIFLIGHT_SECONDS", 600))
+        mission = self.short_mission(changes={"by: [0.1, 0, 0.1], hold_s: 0.5": f"by: [0.1, 0, 0.1], hold_s: {seconds}"})
+        programs = [[self.PROCESSOR]] * 2 * os.cpu_count() + [[self.DISK, self.dir / "ballast"]]
+        hogs = [subprocess.Popen([sys.executable, "-c", *map(str, program)]) for program in programs]
+
+        def end():
+            for hog in hogs:
+                hog.kill()
+                hog.wait()
+        self.addCleanup(end)
+        flight = self.fly(mission, "--plant", "emulator", "--sensors", "laboratory", timeout=seconds + 120, expect=None)
+        end()
+        info = json.loads(self.run_command("info", "flight/flight.mcap", "--json", timeout=600).stdout)
+        stored = sum(topic["messages"] for topic in info["topics"])
+        dropped = {key.removeprefix("omniflight.dropped."): int(value) for key, value in info["metadata"].items()
+                   if key.startswith("omniflight.dropped.")}
+        ticks = next(topic["messages"] for topic in info["topics"] if topic["name"] == "/omniflight/tick")
+        sent = flight["periods"] - flight["periods_missed"]  # one tick a period that was kept
+        print(f"\nunder load for {flight['simulated_s']:.0f} s, {len(hogs) - 1} processes on {os.cpu_count()} processors and one on the "
+              f"disk: {stored} messages stored, {sum(dropped.values())} dropped and counted, {flight['periods_missed']} of "
+              f"{flight['periods']} periods missed, {flight['verdict']}")
+        self.assertEqual(flight["verdict"], "flown", flight["reason"])
+        self.assertEqual(len(dropped), len(info["topics"]), "drops are counted topic by topic")
+        self.assertGreaterEqual(ticks + dropped["/omniflight/tick"], sent, "a tick is missing that nobody counted")
+        # the emulator publishes for some periods while the recorder does not hear it yet, or any more
+        self.assertLessEqual(sum(dropped.values()), 1e-4 * stored, dropped)
 
 
 class Rotors(system.SystemTest):
