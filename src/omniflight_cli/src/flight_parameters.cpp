@@ -64,7 +64,7 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
   }
   p["controller"] = control_parameters(o, s);
   common("controller");
-  p["controller"]["map"] = quoted(s.mission.test_bed.string());
+  p["controller"]["map"] = quoted(std::filesystem::absolute(s.mission.test_bed).string());
   p["controller"]["ground_z_m"] = fmt::format("{:.17g}", s.ground_z);
   p["controller"]["settle_s"] = fmt::format("{}", kSettle);
   if (s.fence) {

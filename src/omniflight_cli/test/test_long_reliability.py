@@ -32,7 +32,7 @@ def slope(points):
 class Kills(test_rotor_line.EndsOnTheLine):
     """Each component of a flight through boards killed at random instants of free flight."""
 
-    def kill_repeatedly(self, component, check):
+    def kill_repeatedly(self, component, check, code=NO_RESULT):
         pick = random.Random(component)
         figures = []
         for k in range(repetitions(20)):
@@ -41,8 +41,9 @@ class Kills(test_rotor_line.EndsOnTheLine):
             killed = time.monotonic()
             os.kill(pids[component], signal.SIGKILL)
             fly.communicate(timeout=40)
-            self.assertEqual(fly.returncode, NO_RESULT)
-            self.assertIn(component, self.json(f"flight{k}/flight.json")["reason"])
+            self.assertEqual(fly.returncode, code)
+            flight = self.json(f"flight{k}/flight.json")
+            self.assertIn(component, str([flight["reason"], flight["losses"]]))
             figures.append(self.check_ramp(killed))
             check(figures[-1])
             self.log.unlink()
@@ -57,6 +58,9 @@ class Kills(test_rotor_line.EndsOnTheLine):
 
     def test_long_recorder_killed_twenty_times(self):
         self.kill_repeatedly("omniflight_recorder", lambda f: self.assertGreater(f["flown_on_s"], 1.0))
+
+    def test_long_planner_killed_twenty_times(self):
+        self.kill_repeatedly("omniflight_planner", lambda f: self.assertGreater(f["flown_on_s"], 1.0), code=0)
 
 
 class BlockedWrites(test_rotor_line.EndsOnTheLine):
