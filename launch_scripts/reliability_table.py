@@ -24,7 +24,7 @@ ROWS = [
      r"hung reader.*", "the control period beside them with --long", [("cli", "test_long_a_recorder_(that_hangs|on_a_full_disk)")]),
     (6, "component killed in flight", "ladder, no command older than 15 ms",
      [("cli", "test_rotor_line.EndsOnTheLine.test_(control_c|killed_fly|killed_allocator|killed_recorder)")], r"test_.*repeated.*",
-     "one kill each; 20 of allocator, controller, recorder with --long", [("cli", "test_long_.*_killed_twenty_times")]),
+     "one kill each; 20 of allocator, controller, recorder, planner with --long", [("cli", "test_long_.*_killed_twenty_times")]),
     (7, "component stopped and continued", "noticed in 20 ms on the line, named within its lease + 5 ms, back in 2 s",
      [("cli", "test_rotor_line.EndsOnTheLine.test_(paused_allocator|a_component_that_stands_still)"), ("bus", "Heartbeat")],
      r"(?:paused allocator|stopped for).*", "allocator, controller, recorder, emulator; one pause each", []),
