@@ -138,7 +138,7 @@ class Load(system.SystemTest):
                 hog.kill()
                 hog.wait()
         self.addCleanup(end)
-        flight = self.fly(mission, "--plant", "emulator", "--sensors", "laboratory", timeout=seconds + 120, expect=None)
+        flight = self.fly(mission, "--plant", "emulator", "--sensors", "laboratory", timeout=2 * seconds + 120, expect=None)
         end()
         info = json.loads(self.run_command("info", "flight/flight.mcap", "--json", timeout=600).stdout)
         stored = sum(topic["messages"] for topic in info["topics"])
