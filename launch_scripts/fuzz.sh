@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds every test/fuzz_*.cpp with clang, libFuzzer, ASan and UBSan, and runs each for some time. Ends with a line each and
 # exit code 0 when nothing was found; inputs that were found stay in build/fuzz/found.
-# Options: --seconds N   for each (60); --only NAME   one of them, for instance fuzz_yaml
+# Options: --seconds N   for each (60); --only NAME   one of them, for instance fuzz_yaml; builds no more than it needs
 # Example: ./launch_scripts/fuzz.sh --seconds 900
 source "$(dirname "$0")/common.sh"
 seconds=60 only=""
@@ -15,7 +15,12 @@ done
 command -v clang++ >/dev/null || { echo "clang++ is not there: apt install clang" >&2; exit 4; }
 base="$OMNIFLIGHT_ROOT/build/fuzz"
 export CC=clang CXX=clang++
-export OMNIFLIGHT_COLCON_SELECT="--packages-up-to omniflight_planning omniflight_recording omniflight_gateway"
+select="omniflight_planning omniflight_recording omniflight_gateway"
+if [ -n "$only" ]; then
+  source_file="$(compgen -G "$OMNIFLIGHT_ROOT/src/*/test/$only.cpp")" || { echo "there is no src/*/test/$only.cpp" >&2; exit 4; }
+  select="$(basename "$(dirname "$(dirname "$source_file")")")"
+fi
+export OMNIFLIGHT_COLCON_SELECT="--packages-up-to $select"
 say "building with clang"
 omniflight_build "$base" -DBUILD_TESTING=ON -DOMNIFLIGHT_FUZZ=ON -DOMNIFLIGHT_SANITIZE=address,undefined,fuzzer-no-link
 

@@ -4,9 +4,8 @@
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <limits>
 
+#include "hostile_numbers.hpp"
 #include "omniflight_allocation/allocator.hpp"
 #include "omniflight_core/random.hpp"
 #include "omnimorph.hpp"
@@ -14,30 +13,8 @@
 namespace omniflight::allocation {
 namespace {
 
-/// Ten million in the long tests, see CMakeLists.txt.
-long samples() {
-  const char* told = std::getenv("OMNIFLIGHT_RUNS");
-  return told ? std::max(1L, std::atol(told)) : 200'000;
-}
-
-double any_number(Random& random) {
-  constexpr double kHuge = std::numeric_limits<double>::max();
-  constexpr double kHostile[] = {0.0,
-                                 -0.0,
-                                 std::numeric_limits<double>::quiet_NaN(),
-                                 std::numeric_limits<double>::infinity(),
-                                 -std::numeric_limits<double>::infinity(),
-                                 kHuge,
-                                 -kHuge,
-                                 std::numeric_limits<double>::denorm_min(),
-                                 1e-300,
-                                 1e154,
-                                 -1e9,
-                                 1e6};
-  const double roll = random.uniform();
-  if (roll < 0.8) return 10.0 * random.normal();
-  return kHostile[static_cast<std::size_t>(random.uniform() * std::size(kHostile))];
-}
+using hostile::any_number;
+using hostile::samples;
 
 TEST(HostileNumbers, AreRefusedOrAllocatedWithinTheLimits) {
   const vehicle::Vehicle v = omnimorph();

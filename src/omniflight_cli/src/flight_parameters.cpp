@@ -63,6 +63,8 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
     p["monitor"]["imu_position_m"] = in_brackets(s.sensing.imu_position);
   }
   p["controller"] = control_parameters(o, s);
+  common("controller");
+  p["controller"]["map"] = quoted(std::filesystem::absolute(s.mission.test_bed).string());
   p["controller"]["ground_z_m"] = fmt::format("{:.17g}", s.ground_z);
   p["controller"]["settle_s"] = fmt::format("{}", kSettle);
   if (s.fence) {
@@ -157,7 +159,8 @@ Result<std::string> told(const FlightOptions& o, const Setup& s) {
       known += "  imu: {position_m: " + in_brackets(sensors.imu_position) + "}  # in the body\n";
   }
   return "# What is known beside the recording of this flight; omniflight diagnose reads it by itself.\n" +
-         (known.empty() ? "" : "sensors:\n" + known) + air + (gains->empty() ? "" : "controller: " + *gains + "\n");
+         (known.empty() ? "" : "sensors:\n" + known) + air +
+         (gains->empty() ? "" : "controller: " + *gains + "\n");
 }
 
 }  // namespace omniflight::cli

@@ -18,7 +18,8 @@ constexpr const char* kOwn[] = {"recorder.file",     "recorder.overwrite",     "
                                 "recorder.metadata", "recorder.record_truth",  "monitor.summary_file",
                                 "planner.plan",      "planner.mission",        "emulator.link_directory",
                                 "gateway.devices",   "gateway.summary_file",   "gateway.plan",
-                                "natnet.config",     "natnet_emulator.config", "allocator.tilt_schedule"};
+                                "natnet.config",     "natnet_emulator.config", "allocator.tilt_schedule",
+                                "controller.map"};
 
 bool is_word(const std::string& text) {
   return !text.empty() && std::all_of(text.begin(), text.end(),

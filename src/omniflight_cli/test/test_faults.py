@@ -75,13 +75,33 @@ class Faults(system.SystemTest):
         shutil.copy(beds / "pyramid.bt", self.dir / "bed.bt")
         text = (beds / "pyramid.yaml").read_text()
         self.assertIn("ground_z: 0.0 ", text)
-        self.write("bed.yaml", text.replace("ground_z: 0.0 ", "ground_z: 0.7 "))
+        self.write("bed.yaml", text.replace("ground_z: 0.0 ", "ground_z: 0.9 "))  # above the counter of the map
         mission = self.short_mission(changes={"test_bed: pyramid": "test_bed: bed.bt"})
         flight = self.fly(mission, "--in-process", "--sensors", "laboratory", "--faults",
                           self.schedule("at_s: 4.5, kind: sensor_loss, sensor: mocap, for_s: 60"), expect=2)
         self.assertIn("failsafe ended the flight", flight["reason"])
         heights = [z for _, z in self.column("flight/flight.mcap", "ref_pz_m")]
-        self.assertAlmostEqual(min(heights), 0.8, delta=0.05, msg="0.1 m above it count as landed")
+        self.assertAlmostEqual(min(heights), 1.0, delta=0.05, msg="0.1 m above it count as landed")
+        self.assertIn("ends at the ground of the test bed, 0.90 m", self.failsafe_words())
+
+    def failsafe_words(self):
+        """Lines of the failsafe in the logs of the flight."""
+        log = "\n".join(p.read_text() for p in sorted((self.dir / "flight/log").iterdir()))
+        return "\n".join(line for line in log.splitlines() if "failsafe" in line)
+
+    def test_a_descent_ends_on_what_is_below_the_vehicle(self):
+        # below the start of the mission the shipped map has a counter whose top is at 0.58 m, its voxels' at 0.6 m
+        self.fly(self.short_mission(), "--in-process", "--sensors", "laboratory", "--faults",
+                 self.schedule("at_s: 4.5, kind: sensor_loss, sensor: mocap, for_s: 60"), expect=2)
+        lowest = min(z for _, z in self.column("flight/flight.mcap", "ref_pz_m"))
+        # at a tilt of 30 deg the vehicle's lowest points are 0.125 m + 0.1016 m sin(30 deg) below its origin
+        contact = 0.6 + 0.125 + 0.0508
+        self.assertGreater(lowest, contact)
+        # 0.05 m above contact count as landed, spheres stick out of the discs by 0.03 m, the vehicle is a little ahead
+        self.assertLess(lowest, contact + 0.12)
+        words = self.failsafe_words()
+        for action in ("descend", "ramp_down"):
+            self.assertRegex(words, f"failsafe {action}: pose_lost; ends on what the map has at 0.60 m, the body origin at 0.8")
 
     def test_what_cannot_break_is_refused(self):
         for fault, where in (("at_s: 6, kind: rotor_loss, rotor: 9", "rotor"), ("at_s: 6, kind: gremlin", "kind"),

@@ -14,6 +14,7 @@ set(OMNIFLIGHT_SANITIZE "" CACHE STRING "Sanitizers, for instance 'address,undef
 option(BUILD_TESTING "Build the tests" ON)
 option(OMNIFLIGHT_BENCHMARKS "Build the benchmarks" OFF)
 option(OMNIFLIGHT_FUZZ "Build test/fuzz_*.cpp for libFuzzer, and no other test (clang)" OFF)
+option(OMNIFLIGHT_COVERAGE "Count the branches that the tests take (clang); launch_scripts/coverage.sh" OFF)
 # Off where ccache keeps the objects: a precompiled header is another file after every configuration, and all that was
 # made with it is compiled again. Off, too, shows an include that is missing.
 if("${CMAKE_CXX_COMPILER_LAUNCHER};${CMAKE_CXX_COMPILER}" MATCHES "ccache")
@@ -53,7 +54,7 @@ endfunction()
 if(NOT TARGET omniflight_warnings)
   add_library(omniflight_warnings INTERFACE)
   # GCC 12 reports a false -Wrestrict on "literal" + std::string at -O2 and above.
-  if(OMNIFLIGHT_FUZZ)
+  if(OMNIFLIGHT_FUZZ OR OMNIFLIGHT_COVERAGE)
     target_compile_options(omniflight_warnings INTERFACE -w)  # the warnings are those of GCC
   else()
     target_compile_options(omniflight_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Werror -Wno-restrict)
@@ -65,6 +66,11 @@ endif()
 if(OMNIFLIGHT_SANITIZE)
   add_compile_options(-fsanitize=${OMNIFLIGHT_SANITIZE} -fno-omit-frame-pointer -g)
   add_link_options(-fsanitize=${OMNIFLIGHT_SANITIZE})
+endif()
+
+if(OMNIFLIGHT_COVERAGE)
+  add_compile_options(-fprofile-instr-generate -fcoverage-mapping)
+  add_link_options(-fprofile-instr-generate)
 endif()
 
 # omniflight_library([PACKAGES p...] [LINK t...] [LINK_PRIVATE t...] [SOURCES extra...])

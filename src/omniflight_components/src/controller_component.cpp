@@ -68,15 +68,17 @@ class ControllerComponent final : public bus::Component {
     auto estimator = read_estimator(p);
     settle_ = p.number("settle_s", 1.0, 0, 600);
     auto guard = read_guard(p);
+    auto below = read_map_below(p);
     if (auto ok = p.finish(); !ok) return ok;
     if (!guard) return Failure(guard.error());
+    if (!below) return Failure(below.error());
     if (!estimator) return Failure(estimator.error());
     auto made = control::make_law(law_name, law);
     if (!made) return Failure(made.error());
     if (law_name == "incremental" && !anti_windup_)
       return bad_input("the law incremental has to know what was achieved of its last demand",
                        "controller.anti_windup", "Give true, or take another law");
-    guard_.emplace(*guard);
+    guard_.emplace(*guard, std::move(*below));
     law_ = std::move(*made);
     estimator_ = std::move(*estimator);
 
@@ -130,6 +132,7 @@ class ControllerComponent final : public bus::Component {
     if (ok)
       ok = listen<AllocatorState>(allocator_, topics::allocator, bus::Qos::bulk(64), [this](const auto& m) {
         achieved_tick_ = m.tick;
+        guard_->tilt(m.alpha);
         achieved_ = get(m.achieved_acceleration);
       });
     if (ok)
@@ -284,11 +287,15 @@ class ControllerComponent final : public bus::Component {
     if (imu > imu_refusals_told_)
       add(std::to_string(imu - imu_refusals_told_) +
           " IMU samples refused, the last: " + guard_->imu_clock().refusal_words());
+    if (law_->refused() > demands_kept_told_)
+      add("the last demand kept " + std::to_string(law_->refused() - demands_kept_told_) +
+          " times: reference, estimate or achieved acceleration is no flight's");
     if (guard_->poses().clock().resets() > pose_resets_told_)
       add("poses: " + guard_->poses().clock().reset_words());
     if (guard_->imu_clock().resets() > imu_resets_told_) add("IMU: " + guard_->imu_clock().reset_words());
     refusals_told_ = poses;
     imu_refusals_told_ = imu;
+    demands_kept_told_ = law_->refused();
     pose_resets_told_ = guard_->poses().clock().resets();
     imu_resets_told_ = guard_->imu_clock().resets();
     return out;
@@ -297,18 +304,21 @@ class ControllerComponent final : public bus::Component {
   /// What changed, before the answer that it changed: the ladder's action, what was refused, whose clock is
   /// followed.
   void tell() {
-    std::string words, refused;
+    std::string words, landing, refused;
     {
       const std::lock_guard lock(mutex_);
       const bool due = newest_tick_s_ >= next_refusal_s_;  // at most one line a second
       if (say_ || due) refused = refusals();
       if (!std::exchange(say_, false) && refused.empty()) return;
       words = guard_->words();
+      landing = guard_->landing_words();
       next_refusal_s_ = newest_tick_s_ + 1.0;
-      fill_failsafe(*failsafe_message_, message_->header.stamp, guard_->action(), words, refused,
+      fill_failsafe(*failsafe_message_, message_->header.stamp, guard_->action(), words, landing, refused,
                     guard_->poses().refused());
     }
-    bus::say("controller", "failsafe " + words + (refused.empty() ? "" : "; ") + refused);
+    for (const std::string& more : {landing, refused})
+      if (!more.empty()) words += "; " + more;
+    bus::say("controller", "failsafe " + words);
     const std::int64_t ns = bus::nanoseconds(message_->header.stamp);
     if (auto ok = failsafe_->publish(*failsafe_message_, ns); !ok) finish(ok);
   }
@@ -328,7 +338,8 @@ class ControllerComponent final : public bus::Component {
   safety::Wish wish_ = safety::Wish::none;
   double newest_tick_s_ = 0.0, next_refusal_s_ = 0.0;
   bool free_ = false, time_known_ = false, tick_known_ = false, say_ = false;
-  std::uint64_t refusals_told_ = 0, imu_refusals_told_ = 0, pose_resets_told_ = 0, imu_resets_told_ = 0;
+  std::uint64_t refusals_told_ = 0, imu_refusals_told_ = 0, pose_resets_told_ = 0, imu_resets_told_ = 0,
+                demands_kept_told_ = 0;
   bool anti_windup_ = true, tilt_told_ = false;
   std::optional<Tick> pending_;
   bool repeated_ = false;                                 ///< the plant asked the pending tick twice

@@ -8,18 +8,20 @@
 namespace omniflight::components {
 
 /// status[0]: level OK (fly), WARN (hold, or poses refused) or ERROR; message "descend: pose_lost"; values
-/// action (the number of safety::Action), words, refused (what was refused last), refused_poses (count).
+/// action (the number of safety::Action), landing (where a descent ends), refused (what was refused last),
+/// refused_poses (count).
 inline void fill_failsafe(msgs::diagnostic_msgs::DiagnosticArray& m, const bus::Time& stamp,
-                          safety::Action action, const std::string& words, const std::string& refused,
-                          std::uint64_t count) {
+                          safety::Action action, const std::string& words, const std::string& landing,
+                          const std::string& refused, std::uint64_t count) {
   const auto rank = static_cast<std::uint8_t>(action);
   auto& status = fill_single_status(
       m, stamp,
       action == safety::Action::fly ? (refused.empty() ? 0 : 1) : (action == safety::Action::hold ? 1 : 2),
       "omniflight: failsafe", words);
-  fill_values(
-      status,
-      {{"action", std::to_string(rank)}, {"refused", refused}, {"refused_poses", std::to_string(count)}});
+  fill_values(status, {{"action", std::to_string(rank)},
+                       {"landing", landing},
+                       {"refused", refused},
+                       {"refused_poses", std::to_string(count)}});
 }
 
 /// The action in such a message; nothing when it is none of ours.

@@ -34,8 +34,9 @@ Result<GuardConfig> read_guard(bus::Parameters& p) {
   l.innovation_m = p.number("diverged_m", l.innovation_m, 0.01, 100);
   l.missed_share = p.number("missed_share", l.missed_share, 0, 1);
   c.descend_speed = p.number("descend_speed_mps", c.descend_speed, 0.01, 5);
-  c.ground_z = p.number("ground_z_m", c.ground_z, -1e4, 1e4);
-  c.touchdown = p.number("touchdown_m", c.touchdown, 0.001, 10);
+  c.landing.ground_z = p.number("ground_z_m", c.landing.ground_z, -1e4, 1e4);
+  c.landing.touchdown = p.number("touchdown_m", c.landing.touchdown, 0.001, 10);
+  c.landing.contact = p.number("contact_m", c.landing.contact, 0.001, 10);
   c.poses.jump_m = p.number("pose_jump_m", c.poses.jump_m, 0.01, 100);
   c.poses.jump_rad = p.number("pose_jump_rad", c.poses.jump_rad, 0.01, 4);
   c.poses.stamps.future_s = p.number("pose_future_s", c.poses.stamps.future_s, 0, 9);
@@ -76,8 +77,9 @@ bool FlightGuard::update(double now_s, const control::StateEstimator& estimator,
   v.battery_V = battery_V_;
   constexpr double kHeard = 0.02;  // s
   v.hover_load = now_s >= loss_.at_s + kHeard ? loss_.hover_load : 0.0;
-  const bool on_ground = estimator.state().p_WB.z() <= config_.ground_z + config_.touchdown;
-  state_ = safety::step(config_.ladder, state_, now_s, safety::judge(config_.limits, v), on_ground);
+  if (before == Action::descend) landing_.look(estimator.state());
+  const bool landed = landing_.landed(estimator.state().p_WB);
+  state_ = safety::step(config_.ladder, state_, now_s, safety::judge(config_.limits, v), landed);
   if (before == Action::hold) paused_s_ += now_s - last_s_;
   last_s_ = now_s;
   return action() != before;
@@ -101,11 +103,13 @@ Reference FlightGuard::reference(const Trajectory& plan, double along, double no
   if (frozen_->v_WB_W.isZero()) {  // a descent begins where the vehicle is
     frozen_->p_WB.z() = estimate.p_WB.z();
     frozen_->v_WB_W.z() = -config_.descend_speed;
+    landing_.begin(estimate, alpha_);
+    descending_ = action() == Action::descend;
   }
   Reference r = *frozen_;
   const double z = r.p_WB.z() - config_.descend_speed * (now_s - frozen_s_);
-  r.p_WB.z() = std::max(z, config_.ground_z);
-  if (z < config_.ground_z) r.v_WB_W = Vec3::Zero();
+  r.p_WB.z() = std::max(z, landing_.lowest());
+  if (z < landing_.lowest()) r.v_WB_W = Vec3::Zero();
   return r;
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "landing_place.hpp"
 #include "omniflight_bus/parameters.hpp"
 #include "omniflight_control/state_estimator.hpp"
 #include "omniflight_core/trajectory.hpp"
@@ -20,8 +21,7 @@ struct GuardConfig {
   safety::PoseMonitorConfig poses;
   safety::StampClockConfig imu_stamps;
   double descend_speed = 0.3;  ///< m/s
-  double ground_z = 0.0;       ///< m, world; the reference of a descent ends there
-  double touchdown = 0.1;      ///< m above it that count as landed
+  LandingConfig landing;
 };
 /// mocap_timeout_s, imu_timeout_s, fence_min_m, fence_max_m, fence_margin_m, descend_speed_mps, ground_z_m,
 /// ...
@@ -29,8 +29,12 @@ Result<GuardConfig> read_guard(bus::Parameters& parameters);
 
 class FlightGuard {
  public:
-  explicit FlightGuard(const GuardConfig& config)
-      : config_(config), poses_(config.poses), imu_clock_(config.imu_stamps) {}
+  /// below: the mission's map and the vehicle; without it a descent ends at the ground.
+  explicit FlightGuard(const GuardConfig& config, std::optional<MapBelow> below = {})
+      : config_(config),
+        poses_(config.poses),
+        imu_clock_(config.imu_stamps),
+        landing_(config.landing, std::move(below)) {}
 
   /// Flight time [s] of an inertial sample, whatever clock stamped it; false when the stamp is refused.
   /// now_s: of the newest tick.
@@ -50,6 +54,9 @@ class FlightGuard {
   /// bus.
   void rotors(double loss_s, double hover_load) { loss_ = {loss_s, hover_load}; }
 
+  /// rad, of the rotors: with it a descent knows how far down the vehicle reaches.
+  void tilt(double alpha) { alpha_ = alpha; }
+
   /// Once a tick in free flight; the first one arms the ladder. True when the action has changed.
   bool update(double now_s, const control::StateEstimator& estimator, safety::Wish wish);
 
@@ -61,6 +68,8 @@ class FlightGuard {
   safety::Action action() const { return state_.armed ? state_.action : safety::Action::fly; }
   /// "descend: pose_lost", "fly".
   std::string words() const;
+  /// Where the descent ends; empty: none has begun.
+  std::string landing_words() const { return descending_ ? landing_.words() : std::string(); }
   const safety::PoseMonitor& poses() const { return poses_; }
 
  private:
@@ -71,11 +80,13 @@ class FlightGuard {
   std::uint64_t refused_imu_ = 0;
   safety::LadderState state_;
   std::optional<Reference> frozen_;  ///< from where hold and descend go on
+  LandingPlace landing_;
+  bool descending_ = false;
   std::optional<double> battery_V_;
   struct {
     double at_s = 0, hover_load = 0;
   } loss_;
-  double frozen_s_ = 0, last_s_ = 0, paused_s_ = 0;
+  double alpha_ = 0, frozen_s_ = 0, last_s_ = 0, paused_s_ = 0;
 };
 
 }  // namespace omniflight::components

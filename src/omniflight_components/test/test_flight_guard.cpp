@@ -1,5 +1,6 @@
 // What the controller's guard makes of ticks, poses and estimate.
 #include <gtest/gtest.h>
+#include <octomap/OcTree.h>
 
 #include "../src/flight_guard.hpp"
 #include "omniflight_control/estimator.hpp"
@@ -70,6 +71,67 @@ TEST(FlightGuard, PosesThatLeapDescendOnTheImu) {
   while (h.guard.action() == Action::fly && h.t < begun + 2) h.step(true, Vec3(2, 0, 1.3));
   EXPECT_EQ(h.guard.words(), "descend: pose_lost");
   EXPECT_NEAR(h.t - begun, 0.5, 0.01);
+}
+
+/// A hover at 1.3 m beside a table of 0.8 m (its voxels' tops), which begins at x = 0.5 m; the vehicle's one
+/// shape is a ball of 0.1 m.
+struct OverTable : Hover {
+  static MapBelow below() {
+    octomap::OcTree tree(0.1);
+    for (int x = -10; x < 20; ++x)
+      for (int y = -10; y < 10; ++y)
+        for (int z = 0; z < 15; ++z)
+          tree.updateNode(0.05 + 0.1 * x, 0.05 + 0.1 * y, 0.05 + 0.1 * z, x >= 5 && z == 7);
+    vehicle::Vehicle vehicle;
+    vehicle.collision.push_back(
+        {vehicle::CollisionShape::Kind::sphere, Vec3::Zero(), Quat::Identity(), Vec3(0.1, 0, 0)});
+    return {planning::SurfaceBelow::create(tree).value(), vehicle};
+  }
+  OverTable() { guard = FlightGuard(GuardConfig{}, below()); }
+
+  /// Lands by the operator's wish; the vehicle is where the reference is, pushed aside at `drift` [m/s].
+  /// Height [m] at which the descent ends.
+  double land(double drift = 0.0) {
+    run(2);
+    const Trajectory plan = Trajectory::create({{0.0, still()}, {1.0, still()}}).value();
+    for (const double end = t + 20; t < end && guard.action() != Action::ramp_down;) {
+      t += kPeriod;
+      at.x() += drift * kPeriod;
+      estimator = control::Estimator(control::EstimatorConfig{});  // knows where it is
+      estimator.add_imu(t, Vec3(0, 0, kGravity), Vec3::Zero());
+      estimator.add_mocap(t, at, Quat::Identity());
+      guard.tick(t, kPeriod);
+      guard.update(t, estimator, safety::Wish::land);
+      at.z() = guard.reference(plan, 0.0, t, estimator.state()).p_WB.z();
+    }
+    return at.z();
+  }
+  Reference still() const {
+    Reference r;
+    r.p_WB = at;
+    return r;
+  }
+  Vec3 at{0, 0, 1.3};
+};
+
+TEST(FlightGuard, ADescentEndsOnTheTable) {
+  OverTable h;
+  h.at.x() = 1.0;
+  EXPECT_NEAR(h.land(), 0.8 + 0.1 + 0.05, 0.002);
+  EXPECT_EQ(h.guard.words(), "ramp_down: operator_land");
+  EXPECT_EQ(h.guard.landing_words(), "ends on what the map has at 0.80 m, the body origin at 0.90 m");
+}
+
+TEST(FlightGuard, ADescentBesideTheTableEndsAtTheGround) {
+  OverTable h;
+  EXPECT_NEAR(h.land(), 0.1, 0.002);
+  EXPECT_EQ(h.guard.landing_words(), "ends at the ground of the test bed, 0.00 m");
+}
+
+TEST(FlightGuard, ADescentThatDriftsOverTheTableEndsOnIt) {
+  OverTable h;
+  h.at.x() = 0.3;
+  EXPECT_NEAR(h.land(0.2), 0.95, 0.002) << "over it after 0.5 s, 0.15 m down";
 }
 
 }  // namespace

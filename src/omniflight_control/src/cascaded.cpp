@@ -25,7 +25,10 @@ class Cascaded final : public Law {
         integrals_(inner_integral(config.gains.ki, k_position_), inner_integral(config.gains.kI, k_attitude_),
                    config.gains) {}
 
-  Vec6 update(const Reference& r, const RigidState& s, double dt, const Vec6& unachieved) override {
+  Vec6 integral_action() const override { return integrals_.action(); }
+
+ private:
+  Vec6 answer(const Reference& r, const RigidState& s, double dt, const Vec6& unachieved) override {
     const ControllerConfig& g = config_.gains;
     const Vec3 correction =
         clamp_each(k_position_.cwiseProduct(r.p_WB - s.p_WB), config_.max_correction_speed);
@@ -47,10 +50,8 @@ class Cascaded final : public Law {
     return demand(target, turn_limited, s, g.feed_forward);
   }
 
-  Vec6 integral_action() const override { return integrals_.action(); }
-  void reset() override { integrals_.reset(); }
+  void forget() override { integrals_.reset(); }
 
- private:
   LawConfig config_;
   Vec3 k_position_, k_attitude_;  ///< 1/s
   LoopIntegrals integrals_;       ///< of velocity and rate errors: m, rad

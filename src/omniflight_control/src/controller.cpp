@@ -19,7 +19,7 @@ Vec6 Controller::integral_action() const {
   return out;
 }
 
-Vec6 Controller::update(const Reference& r, const RigidState& s, double dt, const Vec6& unachieved) {
+Vec6 Controller::answer(const Reference& r, const RigidState& s, double dt, const Vec6& unachieved) {
   const Mat3 R_BD = (s.q_WB.conjugate() * r.q_WB).toRotationMatrix();
   const Vec3 e_p = r.p_WB - s.p_WB;
   const Vec3 e_R = vee(R_BD);

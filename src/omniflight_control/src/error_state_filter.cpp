@@ -85,7 +85,7 @@ void ErrorStateFilter::use_up_oldest() {
 }
 
 void ErrorStateFilter::add_imu(double t, const Vec3& f, const Vec3& w) {
-  if (!std::isfinite(t) || !f.allFinite() || !w.allFinite() || (has_imu_ && t <= newest_.t)) {
+  if (!is_usable(t, f, w) || (has_imu_ && t <= newest_.t)) {
     ++refused_;
     return;
   }
@@ -166,8 +166,7 @@ bool ErrorStateFilter::update(const Vec3& e_p, const Vec3& e_R) {
 }
 
 void ErrorStateFilter::add_mocap(double t, const Vec3& p, const Quat& q_measured) {
-  if (!std::isfinite(t) || !p.allFinite() || !q_measured.coeffs().allFinite() || q_measured.norm() < 0.5 ||
-      t <= heard_time_ || (ready_ && t <= base_sample_.t)) {
+  if (!is_usable(t, p, q_measured) || t <= heard_time_ || (ready_ && t <= base_sample_.t)) {
     ++refused_;
     return;
   }

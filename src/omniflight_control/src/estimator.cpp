@@ -5,7 +5,7 @@
 namespace omniflight::control {
 
 void Estimator::add_imu(double t, const Vec3& force, const Vec3& gyro) {
-  if (!std::isfinite(t) || !force.allFinite() || !gyro.allFinite() || (has_imu_ && t <= time_)) {
+  if (!is_usable(t, force, gyro) || (has_imu_ && t <= time_)) {
     ++refused_;
     return;
   }
@@ -29,8 +29,7 @@ void Estimator::add_imu(double t, const Vec3& force, const Vec3& gyro) {
 }
 
 void Estimator::add_mocap(double t, const Vec3& p, const Quat& q_measured) {
-  if (!std::isfinite(t) || !p.allFinite() || !q_measured.coeffs().allFinite() || q_measured.norm() < 0.5 ||
-      t <= mocap_time_) {
+  if (!is_usable(t, p, q_measured) || t <= mocap_time_) {
     ++refused_;
     return;
   }

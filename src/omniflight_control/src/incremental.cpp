@@ -13,7 +13,17 @@ class Incremental final : public Law {
  public:
   explicit Incremental(const LawConfig& config) : config_(config) {}
 
-  Vec6 update(const Reference& r, const RigidState& s, double dt, const Vec6& unachieved) override {
+  /// What is added to the demand against the disturbance, bounded as the integral action of the other laws
+  /// is.
+  Vec6 integral_action() const override {
+    Vec6 out;
+    out << clamp_each(disturbance_.head<3>(), config_.gains.max_integral_acceleration),
+        clamp_each(disturbance_.tail<3>(), config_.gains.max_integral_angular_acceleration);
+    return out;
+  }
+
+ private:
+  Vec6 answer(const Reference& r, const RigidState& s, double dt, const Vec6& unachieved) override {
     const ControllerConfig& g = config_.gains;
     observe(s, dt, unachieved);
     const Vec3 e_p = r.p_WB - s.p_WB, e_v = r.v_WB_W - s.v_WB_W;
@@ -34,22 +44,13 @@ class Incremental final : public Law {
     return demand_;
   }
 
-  /// What is added to the demand against the disturbance, bounded as the integral action of the other laws
-  /// is.
-  Vec6 integral_action() const override {
-    Vec6 out;
-    out << clamp_each(disturbance_.head<3>(), config_.gains.max_integral_acceleration),
-        clamp_each(disturbance_.tail<3>(), config_.gains.max_integral_angular_acceleration);
-    return out;
-  }
-  void reset() override {
+  void forget() override {
     disturbance_.setZero();
     acting_.setZero();
     demand_.setZero();
     asked_ = started_ = false;
   }
 
- private:
   /// The command acts with the actuators' lag, in the body: its direction turns with the vehicle at once. The
   /// velocities' differences are the measured accelerations.
   void observe(const RigidState& s, double dt, const Vec6& unachieved) {

@@ -11,7 +11,10 @@ class ThrustVector final : public Law {
   explicit ThrustVector(const LawConfig& config)
       : config_(config), integrals_(config.gains.ki, config.gains.kI, config.gains) {}
 
-  Vec6 update(const Reference& r, const RigidState& s, double dt, const Vec6& unachieved) override {
+  Vec6 integral_action() const override { return integrals_.action(); }
+
+ private:
+  Vec6 answer(const Reference& r, const RigidState& s, double dt, const Vec6& unachieved) override {
     const ControllerConfig& g = config_.gains;
     const Vec3 e_p = r.p_WB - s.p_WB, e_v = r.v_WB_W - s.v_WB_W;
     const Vec3 feedback = g.kp.cwiseProduct(e_p) + g.kv.cwiseProduct(e_v) + integrals_.position.action();
@@ -33,13 +36,11 @@ class ThrustVector final : public Law {
     return demand(target, turn_limited, s, g.feed_forward);
   }
 
-  Vec6 integral_action() const override { return integrals_.action(); }
-  void reset() override {
+  void forget() override {
     integrals_.reset();
     last_.setZero();
   }
 
- private:
   LawConfig config_;
   LoopIntegrals integrals_;
   Vec3 last_ = Vec3::Zero();  ///< m/s^2, last demand

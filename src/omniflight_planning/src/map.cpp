@@ -1,64 +1,33 @@
 #include "omniflight_planning/map.hpp"
 
-#include <octomap/OcTree.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "omniflight_planning/octree_file.hpp"
+#include "voxel_grid.hpp"
 
 namespace omniflight::planning {
-namespace {
-constexpr double kMaxVoxels = static_cast<double>(kMaxMapVoxels);
-}
 
 Result<DistanceMap> DistanceMap::create(const octomap::OcTree& tree, std::string sha256,
                                         const MapOptions& options) {
-  DistanceMap map;
-  map.sha256_ = std::move(sha256);
-  map.resolution_ = tree.getResolution();
-  map.unknown_ = options.unknown;
   if (!(options.max_distance > 0.0 && options.max_distance <= 100.0))
     return bad_input("max_distance must lie in (0, 100] m", "map options");
-  if (tree.size() == 0) return bad_input("the map is empty", "map");
-  const double res = map.resolution_;
-  Vec3 upper;
-  tree.getMetricMin(map.lower_.x(), map.lower_.y(), map.lower_.z());
-  tree.getMetricMax(upper.x(), upper.y(), upper.z());
-  const Vec3 cells = (upper - map.lower_) / res;
-  if (!cells.allFinite() || cells.minCoeff() < 0.5 || cells.array().round().prod() > kMaxVoxels)
-    return bad_input("the map spans more than 10 million voxels of " + std::to_string(res) + " m", "map",
-                     "Crop it or use a coarser resolution");
-  for (int k = 0; k < 3; ++k)
-    map.size_[static_cast<std::size_t>(k)] = static_cast<int>(std::lround(cells[k]));
-  map.upper_ = map.lower_ + res * Vec3(map.size_[0], map.size_[1], map.size_[2]);
-
-  std::vector<std::uint8_t> occupied(static_cast<std::size_t>(cells.array().round().prod()),
-                                     options.unknown == UnknownSpace::occupied ? 1 : 0);
   const auto late = [&] { return out_of_time(options.deadline, "computing the distances of the map"); };
   if (options.deadline.passed()) return late();
-  bool any = false;
-  for (auto leaf = tree.begin_leafs(), end = tree.end_leafs(); leaf != end; ++leaf) {
-    const bool full = tree.isNodeOccupied(*leaf);
-    any |= full;
-    if (!full && options.unknown == UnknownSpace::free) continue;
-    const double half = 0.5 * leaf.getSize();
-    const Vec3 first =
-        (Vec3(leaf.getX(), leaf.getY(), leaf.getZ()) - Vec3::Constant(half) - map.lower_) / res;
-    const int n = static_cast<int>(std::lround(leaf.getSize() / res));
-    const int x0 = static_cast<int>(std::lround(first.x())), y0 = static_cast<int>(std::lround(first.y())),
-              z0 = static_cast<int>(std::lround(first.z()));
-    for (int z = z0; z < z0 + n; ++z)
-      for (int y = y0; y < y0 + n; ++y)
-        std::fill_n(occupied.begin() + static_cast<std::ptrdiff_t>(map.index(x0, y, z)), n,
-                    static_cast<std::uint8_t>(full));
-  }
-  if (!any) return bad_input("the map has no occupied voxel", "map");
+  auto grid = voxel_grid(tree, options.unknown);
+  if (!grid) return Failure(grid.error());
+  DistanceMap map;
+  map.sha256_ = std::move(sha256);
+  map.unknown_ = options.unknown;
+  map.size_ = grid->size;
+  map.lower_ = grid->lower;
+  const double res = map.resolution_ = grid->resolution;
+  map.upper_ = map.lower_ + res * Vec3(map.size_[0], map.size_[1], map.size_[2]);
 
   const double half_voxels = 2.0 * options.max_distance / res;
-  map.field_ = squared_distances_to_boxes(occupied, map.size_, static_cast<float>(half_voxels * half_voxels),
-                                          options.deadline);
+  map.field_ = squared_distances_to_boxes(grid->occupied, map.size_,
+                                          static_cast<float>(half_voxels * half_voxels), options.deadline);
   if (map.field_.empty()) return late();
   map.max_distance_ = options.max_distance;
   // Rounded down by a few float steps, so that it stays a lower bound.

@@ -6,6 +6,7 @@
 
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/planner.hpp"
+#include "pace.hpp"
 #include "ride_leg.hpp"
 #include "text.hpp"
 #include "tilt.hpp"
@@ -88,6 +89,21 @@ PathResult<Path> find_roomy_path(const StateCheck& check, const Pose& start, con
   return find_path(check, start, goal, part);
 }
 
+/// What the motion of a piece asks at most; nothing when the deadline has passed.
+std::optional<MotionPeaks> peaks_until(const Deadline& deadline, const Knots& all, const AtTilt& here) {
+  constexpr std::size_t kKnotsAtOnce = 20'000;  // between looks at the clock: 5 ms
+  MotionPeaks most;
+  for (std::size_t from = 0; from < all.size(); from += kKnotsAtOnce) {
+    if (deadline.passed()) return {};
+    const Knots some(all.begin() + static_cast<std::ptrdiff_t>(from),
+                     all.begin() + static_cast<std::ptrdiff_t>(std::min(from + kKnotsAtOnce, all.size())));
+    MotionPeaks part = peaks(some, *here.rotors);
+    if (here.flat) part.lean = largest_lean(some, *here.flat);
+    most = larger(part, most, 0.0);
+  }
+  return most;
+}
+
 /// Checks the finished curve, every piece at its own tilt, and fills in what the certificate says of it.
 Status certify(const Trajectory& trajectory, const vehicle::Vehicle& vehicle, Tilts& tilts, double headroom,
                const Deadline& deadline, Certificate& c) {
@@ -134,16 +150,16 @@ Status certify(const Trajectory& trajectory, const vehicle::Vehicle& vehicle, Ti
     c.witnesses += curve.witnesses;
     if (curve.min_clearance < c.min_clearance)
       c.min_clearance = curve.min_clearance, c.min_clearance_at = start + curve.at;
-    if (deadline.passed()) return late();
-    MotionPeaks most = peaks(part.knots(), *(*here)->rotors);
-    if ((*here)->flat) most.lean = largest_lean(part.knots(), *(*here)->flat);
-    c.peak = larger(c.peak, most, start);
+    const auto most = peaks_until(deadline, part.knots(), **here);
+    if (!most) return late();
+    c.peak = larger(c.peak, *most, start);
   }
   return {};
 }
 
 Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const vehicle::Vehicle& vehicle,
                         const DistanceMap& map, const PlanOptions& options) {
+  const Pace pace;
   if (auto ok = vehicle::validate(vehicle); !ok) return Failure(ok.error());
   const auto resolved = with_headings(asked, vehicle);
   if (!resolved) return Failure(resolved.error());
@@ -238,10 +254,10 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   c.thrust_axis_B = axis->value_or(Vec3::Zero());
   if (knots.size() < 2) return bad_input("the mission neither moves nor holds", mission.file);
 
-  // interpolating cannot be interrupted: it is not begun when it would end too late
+  // interpolating cannot be interrupted: it is not begun when it would end too late at the pace so far
   constexpr double kPerKnot =
       4e-7;  // s, measured on one core of a server of 2020, with first use of the memory
-  if (deadline.left() < kPerKnot * static_cast<double>(knots.size()))
+  if (deadline.left() < pace.slowdown() * kPerKnot * static_cast<double>(knots.size()))
     return out_of_time(deadline, "interpolating the curve");
   auto trajectory = Trajectory::create(std::move(knots));
   if (!trajectory) return Failure(trajectory.error());

@@ -5,7 +5,9 @@
 #include <chrono>
 #include <cstdlib>
 #include <iostream>
+#include <thread>
 
+#include "../src/pace.hpp"
 #include "bench.hpp"
 #include "omniflight_planning/plan.hpp"
 
@@ -85,6 +87,13 @@ TEST_P(Budget, IsKeptByTheWholePlan) {
   std::cout << "budget " << 1e3 * budget << " ms: " << runs - late << " of " << runs << " within "
             << 1e3 * kGrace << " ms of it, worst " << 1e3 * worst << " ms beyond; " << planned
             << " planned\n";
+}
+
+TEST(Pace, AThreadThatIsNotServedIsSlow) {
+  const Pace pace;
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_GT(pace.slowdown(), 10.0);
+  EXPECT_LE(pace.slowdown(), 100.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Plans, Budget, testing::ValuesIn(budgets()), [](const auto& budget) {

@@ -13,19 +13,12 @@ std::string words(const char* format, double a, double b = 0) {
   return text;
 }
 
-PoseRefusal of(StampRefusal refusal) {
-  switch (refusal) {
-    case StampRefusal::not_finite:
-      return PoseRefusal::not_finite;
-    case StampRefusal::other_epoch:
-      return PoseRefusal::other_epoch;
-    case StampRefusal::from_future:
-      return PoseRefusal::from_future;
-    case StampRefusal::too_old:
-      break;
-  }
-  return PoseRefusal::too_old;
-}
+/// The reasons of a stamp are the first ones of a pose.
+PoseRefusal of(StampRefusal refusal) { return static_cast<PoseRefusal>(refusal); }
+static_assert(static_cast<int>(PoseRefusal::not_finite) == static_cast<int>(StampRefusal::not_finite));
+static_assert(static_cast<int>(PoseRefusal::other_epoch) == static_cast<int>(StampRefusal::other_epoch));
+static_assert(static_cast<int>(PoseRefusal::from_future) == static_cast<int>(StampRefusal::from_future));
+static_assert(static_cast<int>(PoseRefusal::too_old) == static_cast<int>(StampRefusal::too_old));
 
 }  // namespace
 

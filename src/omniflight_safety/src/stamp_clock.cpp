@@ -86,9 +86,13 @@ void StampClock::take_over(double offset_s, double now_s) {
 
 void StampClock::follow(double delay_s, double now_s) {
   const double length_s = config_.window_s / kBuckets;
-  for (std::size_t k = 0; k < kBuckets && now_s - bucket_since_s_ >= length_s; ++k) {
+  if (now_s - bucket_since_s_ >= config_.window_s) {  // nothing else was heard within the window
+    least_.fill(delay_s);
+    bucket_since_s_ = now_s;
+  }
+  while (now_s - bucket_since_s_ >= length_s) {
     bucket_ = (bucket_ + 1) % kBuckets;
-    bucket_since_s_ = now_s - bucket_since_s_ >= config_.window_s ? now_s : bucket_since_s_ + length_s;
+    bucket_since_s_ += length_s;
     least_[bucket_] = delay_s;
   }
   least_[bucket_] = std::min(least_[bucket_], delay_s);

@@ -56,13 +56,23 @@ TEST(RotorWatch, OnceLostItStaysLostUntilReset) {
   EXPECT_EQ(watch.lost(), 0u);
 }
 
+TEST(RotorWatch, TimesThatDoNotGoOnAreNotCounted) {
+  RotorWatch watch = two_rotors();
+  const std::array command{600.0, 600.0}, speed{0.0, 600.0};
+  EXPECT_FALSE(watch.add(5.0, command, speed));
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(watch.add(5.0 - 0.01 * i, command, speed));
+  EXPECT_TRUE(watch.add(5.2, command, speed)) << "slow since 5.0 s";
+}
+
 TEST(RotorWatch, BrokenSamplesChangeNothing) {
   RotorWatch watch = two_rotors();
   for (int i = 0; i < 1000; ++i) {
     const double t = 0.001 * i;
     EXPECT_FALSE(watch.add(t, std::array{600.0}, std::array{0.0}));
     EXPECT_FALSE(watch.add(t, std::array{600.0, 600.0}, std::array{std::nan(""), 0.0}));
+    EXPECT_FALSE(watch.add(t, std::array{std::nan(""), 600.0}, std::array{0.0, 0.0}));
     EXPECT_FALSE(watch.add(std::nan(""), std::array{600.0, 600.0}, std::array{0.0, 0.0}));
+    EXPECT_FALSE(watch.add(t, std::array{600.0, 600.0}, std::array{0.0}));
   }
   EXPECT_EQ(watch.lost(), 0u);
 }

@@ -58,6 +58,30 @@ TEST(StampClock, UnixTimeIsFollowedAfterAQuarterSecond) {
   EXPECT_NE(s.clock.reset_words().find("1.73e+09"), std::string::npos) << s.clock.reset_words();
 }
 
+TEST(StampClock, OwnStampsThatComeTooLateAreNotFollowedAfterAnotherClock) {
+  Source s;
+  s.run(100);
+  ASSERT_TRUE(s.clock.foreign());
+  double placed = 0;
+  for (int k = 0; k < 200; ++k) {
+    s.t += 0.01;
+    EXPECT_TRUE(s.clock.place(s.t - 2.0, s.t, placed)) << "of flight time, and 2 s late";
+  }
+  EXPECT_TRUE(s.clock.foreign());
+  EXPECT_EQ(s.clock.resets(), 1u);
+}
+
+TEST(StampClock, AfterASilenceLongerThanTheWindowOnlyNewDelaysCount) {
+  Source s;
+  s.jitter = 0;
+  s.run(100);
+  const double before = s.clock.offset_s();
+  s.t += 60;  // in which the clocks part by 9 ms: the stamps come later than any before
+  s.offset -= 0.009;
+  s.run(100);
+  EXPECT_NEAR(s.clock.offset_s() - before, 0.009, 1e-4) << "a delay from before the silence held it back";
+}
+
 TEST(StampClock, DriftIsFollowedWithinItsBound) {
   for (const double skew : {5e-5, -5e-5}) {
     Source s;
@@ -185,6 +209,12 @@ TEST(StampClock, NonsenseIsRefused) {
   c = {};
   c.epoch_s = 0.3;
   EXPECT_FALSE(check(c));
+  c = {};
+  c.old_s = -0.5;
+  EXPECT_NE(check(c).error().text().find("old_s"), std::string::npos);
+  StampClock clock;
+  double placed = 0;
+  EXPECT_EQ(clock.place(20.0, std::nan(""), placed), StampRefusal::not_finite);
 }
 
 }  // namespace

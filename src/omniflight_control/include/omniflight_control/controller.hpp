@@ -22,24 +22,50 @@ struct ControllerConfig {
   double unachieved_angular_tolerance = 0.5;  ///< rad/s^2 an axis
 };
 
+/// What a law takes of reference and state, by each axis: far beyond every flight, and small enough that no
+/// product of them overflows. Quaternions are of unit length to 1 %.
+struct LawInputLimits {
+  static constexpr double position = 1e5;              ///< m
+  static constexpr double velocity = 1e3;              ///< m/s
+  static constexpr double acceleration = 1e4;          ///< m/s^2, of the reference and unachieved
+  static constexpr double rate = 1e3;                  ///< rad/s
+  static constexpr double angular_acceleration = 1e5;  ///< rad/s^2, of the reference and unachieved
+  static constexpr double shortest_dt = 1e-6, longest_dt = 10.0;  ///< s; 0 is taken too: nothing is learnt
+};
+
 /// Reference and state in, desired acceleration out. Implementations hold their integrators, are
 /// deterministic and allocate nothing in update().
 class Law {
  public:
   virtual ~Law() = default;
   /// Desired acceleration: m/s^2 in world axes, then rad/s^2 in body axes. dt [s] since the last call.
-  /// unachieved: last demand minus what the allocator achieved of it, same layout.
-  virtual Vec6 update(const Reference& reference, const RigidState& state, double dt,
-                      const Vec6& unachieved = Vec6::Zero()) = 0;
+  /// unachieved: last demand minus what the allocator achieved of it, same layout. Input that no flight has
+  /// (LawInputLimits, or not finite) is refused and counted: the last demand is repeated and nothing learnt.
+  Vec6 update(const Reference& reference, const RigidState& state, double dt,
+              const Vec6& unachieved = Vec6::Zero());
+  /// Calls of update() that were refused.
+  unsigned long refused() const { return refused_; }
   /// What the law has learnt of the steady part of its demand: m/s^2 world, rad/s^2 body.
   virtual Vec6 integral_action() const = 0;
-  /// Forgets what it has learnt.
-  virtual void reset() = 0;
+  /// Forgets what it has learnt, and its last demand.
+  void reset() {
+    last_demand_.setZero();
+    forget();
+  }
 
  protected:
   Law() = default;
   Law(const Law&) = default;
   Law& operator=(const Law&) = default;
+
+ private:
+  /// update() with input within the limits; the answer is finite then.
+  virtual Vec6 answer(const Reference& reference, const RigidState& state, double dt,
+                      const Vec6& unachieved) = 0;
+  virtual void forget() = 0;
+
+  Vec6 last_demand_ = Vec6::Zero();
+  unsigned long refused_ = 0;
 };
 
 /// PD of thesis eq. 4.1 with feed-forward; with integral gains the saturated PID of eq. 4.4. Anti-windup: the
@@ -49,13 +75,14 @@ class Controller final : public Law {
  public:
   explicit Controller(const ControllerConfig& config) : config_(config) {}
 
-  Vec6 update(const Reference& reference, const RigidState& state, double dt,
-              const Vec6& unachieved = Vec6::Zero()) override;
   /// Integral action as acceleration: m/s^2 world, rad/s^2 body.
   Vec6 integral_action() const override;
-  void reset() override { integral_.setZero(); }
 
  private:
+  Vec6 answer(const Reference& reference, const RigidState& state, double dt,
+              const Vec6& unachieved) override;
+  void forget() override { integral_.setZero(); }
+
   ControllerConfig config_;
   Vec6 integral_ = Vec6::Zero();  ///< m s, then rad s
 };
