@@ -19,17 +19,17 @@ class Prefix(system.SystemTest):
         shutil.copy(system.COMMAND, moved)
         environment = {k: v for k, v in os.environ.items() if k != "OMNIFLIGHT_CONFIGS"}
 
-        def vehicles():
-            return subprocess.run([moved, "vehicles"], cwd=self.dir, env=environment, text=True, capture_output=True, timeout=30)
+        def vehicles(*names):
+            return subprocess.run([moved, "vehicles", *names], cwd=self.dir, env=environment, text=True, capture_output=True, timeout=60)
 
         without = vehicles()
         self.assertEqual((without.returncode, without.stdout), (4, ""))
         self.assertIn("Set OMNIFLIGHT_CONFIGS", without.stderr)
         (self.dir / "prefix/share/omniflight").mkdir(parents=True)
         (self.dir / "prefix/share/omniflight/configs").symlink_to(system.CONFIGS)
-        done = vehicles()
+        done = vehicles("crazyflie_brushless")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("prefix/share/omniflight/configs/vehicles/omnimorph", done.stdout)
+        self.assertIn("prefix/share/omniflight/configs/vehicles/crazyflie_brushless", done.stdout)
 
 
 class Packages(system.SystemTest):
