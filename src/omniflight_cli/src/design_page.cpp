@@ -75,12 +75,13 @@ void design_hulls(report::Page& page, const allocation::DesignResult& design) {
   const auto points = chosen(design);
   if (points.empty()) return;
   using allocation::DesignPoint;
-  page.outlines({.title = "Forces at zero torque, body axes: from above, and from the side",
-                 .views = {view(points, &DesignPoint::force_vertices, "F", "N", 0, 1),
-                           view(points, &DesignPoint::force_vertices, "F", "N", 0, 2)},
-                 .circle = design.mass * kGravity,
-                 .circle_label = fmt::format("weight, {:.3g} N: hovers where the hull reaches it",
-                                             design.mass * kGravity)});
+  page.outlines(
+      {.title = "Forces at zero torque, body axes: from above, and from the side",
+       .views = {view(points, &DesignPoint::force_vertices, "F", "N", 0, 1),
+                 view(points, &DesignPoint::force_vertices, "F", "N", 0, 2)},
+       .circle = design.mass * kGravity,
+       .circle_label = fmt::format("weight, {:.3g} N: a hull around all of it hovers in every attitude",
+                                   design.mass * kGravity)});
   page.outlines({.title = "Torques at zero force, body axes",
                  .views = {view(points, &DesignPoint::torque_vertices, "M", "Nm", 0, 1),
                            view(points, &DesignPoint::torque_vertices, "M", "Nm", 0, 2)}});
