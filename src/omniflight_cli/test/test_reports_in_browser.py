@@ -39,22 +39,6 @@ class ReportsInBrowser(system.SystemTest):
         self.assertGreater(pages_on_paper(self.dir / "design/report.html"), 0)
         self.assertEqual(browser.value("document.querySelectorAll('.outlines polygon').length"), 12, "3 tilts, 2 views, forces and torques")
 
-    def test_long_gallery_is_filtered_by_words_and_keys(self):
-        self.run_command("effects", "--gallery", "--only", "hung_cable", "wind", "gyro_error", "--mission", self.short_mission(), "--out",
-                         "gallery", "--quiet", timeout=200)
-        browser = Browser(self)
-        self.readable(browser, "gallery/gallery.html")
-        shown = "[...document.querySelectorAll('h2.section')].filter(h => !h.hidden).map(h => h.textContent)"
-        self.assertEqual(len(browser.value(shown)), 4)
-        browser.value("document.activeElement.blur()")
-        browser.press("/", 191, "/")
-        self.assertEqual(browser.value("document.activeElement.id"), "filter")
-        for letter in "cable":
-            browser.press(letter, ord(letter.upper()), letter)
-        self.assertIn("hung_cable", browser.value(shown))
-        self.assertNotIn("gyro_error", browser.value(shown))
-        self.assertEqual(browser.value("document.querySelector('.filter output').textContent.split(' ').length"), 3)
-
     def test_long_flights_side_by_side_and_a_campaign(self):
         mission = self.short_mission()
         self.fly(mission, "--in-process", "--seed", "1", out="first")
