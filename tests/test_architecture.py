@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Holds the workspace against docs/architecture.md: dependencies point downward, and the bus does not leak.
+"""Holds the workspace against docs/explanation/architecture.md: dependencies point downward, and the bus does not leak.
 
 Reads every src/*/package.xml, CMakeLists.txt and #include, and fails on
   - an edge between packages that is not downward (nor one of the few named sideways ones),
@@ -162,7 +162,7 @@ def check(workspace):
     for name, folder in packages.items():
         if name not in LEVELS:
             faults.append(f"{PREFIX}{name}: has no level; add it to LEVELS in tests/test_architecture.py and to "
-                          "docs/architecture.md")
+                          "docs/explanation/architecture.md")
             continue
         edges[name] = declared(folder)
         uses[name] = [("CMakeLists.txt", n) for n in sorted(linked(folder, name))]
@@ -237,7 +237,7 @@ def self_test():
          ["omniflight_control -> omniflight_report (package.xml): there is no package omniflight_report in src/"]),
         ("without level", [("extra", [], [], {})],
          ["omniflight_extra: has no level; add it to LEVELS in tests/test_architecture.py and to "
-          "docs/architecture.md"]),
+          "docs/explanation/architecture.md"]),
         ("dds below the bus", [("control", ["core"], [], {"test/t.hpp": '  #include "dds/ddsc.h"\n'})],
          ["src/omniflight_control/test/t.hpp: includes dds/, which only bus, components, msgs may"]),
         ("dds in a public header", [("msgs", [], [], {"include/m.hpp": "#include <dds/dds.h>\n"})],

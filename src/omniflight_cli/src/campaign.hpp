@@ -42,6 +42,8 @@ struct Outcome {
   std::string verdict, reason;  ///< verdict empty: not flown (interrupted)
   nlohmann::json json;          ///< flight.json
   std::string investigation;    ///< what was found, in words; empty: nobody asked
+  std::string cause;            ///< what every flight says together, when one answer is left
+  std::size_t flights = 0;      ///< after which it was
   bool flown() const { return verdict == kFlown; }
   bool survived() const { return flown() || verdict == kFlownBadly; }
 };

@@ -167,40 +167,51 @@ void plot_flights(report::Page& page, const std::vector<Outcome>& outcomes, cons
         fmt::format("The first {} flights are plotted, at most {} a plot.", kMostPlotted, kMostLines));
 }
 
-}  // namespace
-
-Status write_campaign_page(const Campaign& c, const std::vector<Outcome>& outcomes,
-                           const std::vector<Judgement>& judgements, const std::string& out) {
-  const auto flown = static_cast<std::size_t>(
-      std::count_if(outcomes.begin(), outcomes.end(), [](auto& o) { return o.flown(); }));
-  const std::string counted = fmt::format("{} of {} flights flown", flown, c.cases.size());
-  report::Page page("Campaign " + c.name, c.question.empty() ? counted : c.question);
-  const auto rows = ranked(outcomes);
-  if (c.expected.empty()) {
-    std::string best;
-    if (!rows.empty() && rows.back()->survived())
-      best = fmt::format("Best: {} ({}). Worst: {} ({}).", label(*rows.back(), true), in_a_cell(*rows.back()),
-                         label(*rows.front(), true), in_a_cell(*rows.front()));
-    page.verdict(flown == c.cases.size() ? report::Tone::ok : report::Tone::warn, counted, best);
-  } else {
-    const bool all =
-        std::all_of(judgements.begin(), judgements.end(), [](const Judgement& j) { return j.met(); });
-    page.verdict(all ? report::Tone::ok : report::Tone::bad,
-                 all ? "Every flight ended as expected" : "Not every flight ended as expected",
-                 fmt::format("{}; {} expectations.", counted, judgements.size()));
-    report::Table t;
-    t.columns = {{.name = "expectation, and what came"}};
-    for (const Judgement& j : judgements) t.rows.push_back({report::Cell(j.words())});
-    page.table(t);
+/// Of a campaign that looks for causes: in how many cases one was found, which, and after how many flights.
+void cause_verdict(report::Page& page, const std::vector<Outcome>& outcomes) {
+  std::size_t asked = 0, found = 0, most = 0;
+  std::string lines;
+  for (const Outcome& o : outcomes) {
+    if (o.investigation.empty()) continue;
+    ++asked;
+    lines += (lines.empty() ? "" : "\n") + o.flight.name + ": " + o.investigation + ".";
+    if (o.cause.empty()) continue;
+    ++found;
+    most = std::max(most, o.flights);
   }
-  page.section("Side by side").table(side_by_side(outcomes));
-  report::Table found;
-  found.caption = "What all flights of a case say together, and after how many";
-  found.columns = {{.name = "flight"}, {.name = "found"}};
-  for (const Outcome& o : outcomes)
-    if (!o.investigation.empty()) found.rows.push_back({o.flight.name, o.investigation});
-  if (!found.rows.empty()) page.section("What the recordings say").table(found);
-  page.section("Ranking").table(ranking(rows));
+  const std::string flights = fmt::format("{} flight{}", most, most == 1 ? "" : "s");
+  std::string headline =
+      fmt::format("One cause left in {} of {} cases, after {} at most", found, asked, flights);
+  if (asked == 1)
+    for (const Outcome& o : outcomes)
+      if (!o.cause.empty()) headline = fmt::format("Cause found after {}: {}", flights, o.cause);
+  if (found == 0) headline = "No case is down to one cause";
+  page.verdict(found == asked ? report::Tone::ok : report::Tone::warn, headline, lines);
+}
+
+void flown_verdict(report::Page& page, const std::string& counted, bool all,
+                   const std::vector<const Outcome*>& rows) {
+  std::string best;
+  if (!rows.empty() && rows.back()->survived())
+    best = fmt::format("Best: {} ({}). Worst: {} ({}).", label(*rows.back(), true), in_a_cell(*rows.back()),
+                       label(*rows.front(), true), in_a_cell(*rows.front()));
+  page.verdict(all ? report::Tone::ok : report::Tone::warn, counted, best);
+}
+
+void expected_verdict(report::Page& page, const std::string& counted,
+                      const std::vector<Judgement>& judgements) {
+  const bool all =
+      std::all_of(judgements.begin(), judgements.end(), [](const Judgement& j) { return j.met(); });
+  page.verdict(all ? report::Tone::ok : report::Tone::bad,
+               all ? "Every flight ended as expected" : "Not every flight ended as expected",
+               fmt::format("{}; {} expectations.", counted, judgements.size()));
+  report::Table t;
+  t.columns = {{.name = "expectation, and what came"}};
+  for (const Judgement& j : judgements) t.rows.push_back({report::Cell(j.words())});
+  page.table(t);
+}
+
+void bars_of(report::Page& page, const std::vector<const Outcome*>& rows) {
   report::Bars error{.title = "Position RMSE of flights flown to the end", .unit = "mm"},
       power{.title = "Mean power of flights flown to the end", .unit = "W"};
   std::set<std::string> missions;
@@ -214,6 +225,26 @@ Status write_campaign_page(const Campaign& c, const std::vector<Outcome>& outcom
   }
   if (!error.bars.empty()) page.bars(error);
   if (!power.bars.empty()) page.bars(power);
+}
+
+}  // namespace
+
+Status write_campaign_page(const Campaign& c, const std::vector<Outcome>& outcomes,
+                           const std::vector<Judgement>& judgements, const std::string& out) {
+  const auto flown = static_cast<std::size_t>(
+      std::count_if(outcomes.begin(), outcomes.end(), [](auto& o) { return o.flown(); }));
+  const std::string counted = fmt::format("{} of {} flights flown", flown, c.cases.size());
+  report::Page page("Campaign " + c.name, c.question.empty() ? counted : c.question);
+  const auto rows = ranked(outcomes);
+  if (std::any_of(outcomes.begin(), outcomes.end(), [](auto& o) { return !o.investigation.empty(); }))
+    cause_verdict(page, outcomes);
+  if (c.expected.empty())
+    flown_verdict(page, counted, flown == c.cases.size(), rows);
+  else
+    expected_verdict(page, counted, judgements);
+  page.section("Side by side").table(side_by_side(outcomes));
+  page.section("Ranking").table(ranking(rows));
+  bars_of(page, rows);
   plot_flights(page, outcomes, out);
   return page.write(out + "/report.html");
 }

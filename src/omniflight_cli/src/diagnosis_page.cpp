@@ -63,6 +63,41 @@ void mismatches(report::Page& page, const Diagnosis& d) {
   }
 }
 
+/// One line a finding: what is named, and what stands for it on this flight.
+void groups(report::Page& page, const Diagnosis& d) {
+  const bool several = std::any_of(d.findings.begin(), d.findings.end(),
+                                   [](const auto& f) { return !f.cannot_be_told_apart_from.empty(); });
+  if (!several) return;
+  report::Table t;
+  t.caption = "Of each line, one is there: what this flight cannot tell apart";
+  t.columns = {{.name = "named"}, {.name = "explains it as well"}, {.name = "looks nearly the same"}};
+  for (const auto& f : d.findings) {
+    const auto& all = f.cannot_be_told_apart_from;
+    const auto split = all.begin() + std::min<std::ptrdiff_t>(std::max(f.rivals, 0), std::ssize(all));
+    t.rows.push_back({f.effect, list({all.begin(), split}), list({split, all.end()})});
+  }
+  page.table(t);
+}
+
+/// Single effects by evidence, as differences to the best: a ln Bayes factor of 100000 against nothing says
+/// little.
+void candidates(report::Page& page, const Diagnosis& d) {
+  auto sorted = d.candidates;
+  std::erase_if(sorted, [](const auto& c) { return !std::isfinite(c.gain); });
+  if (sorted.empty()) return;
+  std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.gain > b.gain; });
+  if (sorted.size() > 16) sorted.resize(16);
+  report::Table t;
+  t.caption = "Each effect alone: how much worse than the best one";
+  t.columns = {{.name = "effect"},
+               {.name = "ln Bayes factor less", .significant_digits = 3},
+               {.name = "against nothing"}};
+  for (const auto& c : sorted)
+    t.rows.push_back({c.effect, sorted.front().gain - c.gain,
+                      c.gain > c.needed ? "more likely than nothing" : "no more likely than nothing"});
+  page.details("What each effect would explain alone", [&](report::Page& p) { p.table(t); });
+}
+
 void findings(report::Page& page, const Diagnosis& d) {
   page.section("Which physics");
   if (d.findings.empty())
@@ -78,12 +113,13 @@ void findings(report::Page& page, const Diagnosis& d) {
          .note = f.cannot_be_told_apart_from.empty() ? "" : "or " + list(f.cannot_be_told_apart_from)});
   }
   if (!bars.bars.empty()) page.bars(bars);
+  groups(page, d);
   for (const auto& f : d.findings) {
     page.paragraph(f.sentence);
     page.equation(f.latex);
     report::Table t;
-    t.caption = f.effect + " (stage: " + physics::to_string(f.stage) + ", channels: " + list(f.channels) +
-                "); cannot be told apart on this flight from: " + list(f.cannot_be_told_apart_from);
+    t.caption =
+        f.effect + " (stage: " + physics::to_string(f.stage) + ", channels: " + list(f.channels) + ")";
     t.columns = {{.name = "parameter"}, {.name = "symbol"}, {.name = "value"},
                  {.name = "95 % from"}, {.name = "to"},     {.name = "unit"}};
     for (const auto& p : f.parameters) {
@@ -94,16 +130,7 @@ void findings(report::Page& page, const Diagnosis& d) {
     }
     page.table(t);
   }
-  report::Bars gains{.title = "What each candidate gains alone (ln Bayes factor against nothing)"};
-  auto sorted = d.candidates;
-  std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.gain > b.gain; });
-  for (const auto& c : sorted) {
-    if (gains.bars.size() >= 16 || !std::isfinite(c.gain)) continue;
-    gains.bars.push_back({.name = c.effect, .value = std::max(0.0, c.gain)});
-    gains.marker = c.needed;
-    gains.marker_label = "prior odds against it";
-  }
-  if (!gains.bars.empty()) page.bars(gains);
+  candidates(page, d);
 }
 
 void unknown_physics(report::Page& page, const Diagnosis& d) {

@@ -70,6 +70,13 @@ bool Round::open() const {
   return std::any_of(findings.begin(), findings.end(), [](const auto& set) { return set.size() > 1; });
 }
 
+std::string Investigation::cause() const {
+  if (rounds.empty() || rounds.back().open()) return {};
+  std::string out;
+  for (const auto& set : rounds.back().findings) out += (out.empty() ? "" : " and ") + set.front();
+  return out;
+}
+
 nlohmann::json to_json(const Investigation& investigation) {
   nlohmann::json rounds = nlohmann::json::array();
   for (const Round& r : investigation.rounds)

@@ -19,6 +19,9 @@ struct Round {
 struct Investigation {
   std::vector<Round> rounds;  ///< one a diagnosis
   std::string ended;          ///< why no further flight: "one answer is left", ...
+
+  /// Effects of the last diagnosis, "hung_cable and payload_mass"; empty while several explanations are left.
+  std::string cause() const;
 };
 nlohmann::json to_json(const Investigation& investigation);
 /// "payload_mass or thrust_scale after 1 flight; payload_mass after 2 flights: one answer is left"

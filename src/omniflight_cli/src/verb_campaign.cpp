@@ -123,7 +123,11 @@ Result<int> run(const Options& o, const Common& common) {
   const auto investigations = investigate_all(*campaign, outcomes, o.resume, common);
   if (!investigations) return Failure(investigations.error());
   for (std::size_t k = 0; k < outcomes.size(); ++k)
-    if (const auto& found = (*investigations)[k]) outcomes[k].investigation = in_words(*found);
+    if (const auto& found = (*investigations)[k]) {
+      outcomes[k].investigation = in_words(*found);
+      outcomes[k].cause = found->cause();
+      outcomes[k].flights = found->rounds.size();
+    }
   const nlohmann::json j = to_json(*campaign, outcomes, *investigations, judgements, kept.load());
   if (auto ok = files::write_file_atomic(out + "/campaign.json", j.dump(2) + "\n"); !ok)
     return Failure(ok.error());

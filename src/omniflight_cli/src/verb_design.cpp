@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "design_page.hpp"
 #include "hover_power_page.hpp"
 #include "omniflight_allocation/actuation.hpp"
 #include "omniflight_allocation/feasible_set.hpp"
@@ -177,8 +178,10 @@ Action add_design(CLI::App& verb, Common& common) {
     if (auto ok = files::write_file_atomic(common.out + "/design.json", j.dump(2) + "\n"); !ok)
       return Failure(ok.error());
     report::Page page("Feasible wrenches of " + result->vehicle, fmt::format("{:.3f} kg", result->mass));
-    page.section("Actuation").paragraph(actuation->words() + "; " + hover + ".");
-    page.section("Sets").table(table());
+    design_verdict(page, *result, actuation->words() + "; " + hover + ".");
+    page.section("Sets");
+    design_hulls(page, *result);
+    page.table(table());
     if (sweep->points.size() > 1) page.plot(sweep_plot(*sweep));
     if (o->hover_power) hover_power_section(map, half, page);
     if (auto ok = page.write(common.out + "/report.html"); !ok) return Failure(ok.error());

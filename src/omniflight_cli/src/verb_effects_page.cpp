@@ -151,11 +151,14 @@ Status write_gallery(const std::vector<GalleryFlight>& flights, const std::strin
       "and attitude "
       "are true ones. Nominal: position RMSE {:.4f} m, attitude RMSE {:.3f} deg, mean power {:.1f} W.",
       nominal.position_rmse, nominal.attitude_rmse, nominal.mean_power));
+  page.filter("Filter by words: an effect, a stage, a signal (key /)");
   overview(page, flights);
   for (const GalleryFlight& f : flights) {
     if (!f.effect) continue;
     const auto& info = f.effect->info();
-    page.section(info.id).paragraph(info.term + ". " + in_words(f, nominal)).equation(info.latex);
+    page.section(info.id)
+        .paragraph(fmt::format("{}. Acts at: {}. {}", info.term, to_string(info.stage), in_words(f, nominal)))
+        .equation(info.latex);
     report::Table values;
     values.columns = {{.name = "parameter"}, {.name = "symbol"}, {.name = "flown with"}, {.name = "unit"}};
     for (const auto& p : info.parameters)

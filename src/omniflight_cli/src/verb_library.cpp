@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "omniflight_allocation/actuation.hpp"
+#include "omniflight_files/files.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
@@ -30,6 +31,7 @@ Action add_vehicles(CLI::App& verb, Common& common) {
       "vehicle", *names,
       "Names or paths; default: all under configs/vehicles. For instance vehicles omnimorph@table_4_1");
   return [names, &common]() -> Result<int> {
+    if (const auto configs = files::config_dir(); names->empty() && !configs) return Failure(configs.error());
     nlohmann::json all = nlohmann::json::array();
     for (const std::string& name : names->empty() ? vehicle::vehicle_names() : *names) {
       const auto v = vehicle::load_vehicle(name);

@@ -60,7 +60,7 @@ GatewayConfig gateway_config(const Options& o, const std::vector<std::string>& d
 }
 
 /// Ours are command per rad/s; boards count revolutions a second, and take the filter as 1000/s
-/// (docs/motors.md).
+/// (docs/how_to/motors.md).
 Result<std::optional<BoardGains>> board_gains(const std::string& file) {
   if (file.empty()) return std::optional<BoardGains>();
   const auto g = load_gains(file);

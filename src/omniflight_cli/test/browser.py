@@ -63,9 +63,79 @@ class Browser:
         """Of a JavaScript expression; None for undefined."""
         return self.call("Runtime.evaluate", expression=expression, returnByValue=True)["result"].get("value")
 
-    def wait_for(self, expression, timeout=30):
+    def wait_for(self, expression, timeout=120):
         return wait_until(expression, lambda: self.value(f"(() => {{ try {{ return {expression}; }} catch (e) "
                                                          "{ return null; } })()"), timeout)
 
     def picture(self):
         return base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
+
+    def press(self, key, code=0, text=None):
+        """A key, down and up: "Tab" with its code 9, or a character with its text."""
+        for kind in ("keyDown", "keyUp"):
+            self.call("Input.dispatchKeyEvent", type=kind, key=key, windowsVirtualKeyCode=code, **({"text": text} if text and kind == "keyDown"
+                                                                                                   else {}))
+
+    def media(self, scheme="light", kind=""):
+        """The reader's colour scheme, and "print" for paper."""
+        self.call("Emulation.setEmulatedMedia", media=kind, features=[{"name": "prefers-color-scheme", "value": scheme}])
+
+    def wider_than_the_screen(self):
+        """Sentences: the page, or an element of it, is wider than the screen and does not scroll by itself."""
+        return self.value(WIDE)
+
+    def faint_texts(self):
+        """Sentences: texts whose contrast with their ground is below 4.5 (3 where they are large), as WCAG 2.1 AA asks."""
+        return self.value(FAINT)
+
+
+def pages_on_paper(path):
+    """Pages of a file as the browser prints it, by a process of its own: emulated media make a print wait for ever."""
+    with tempfile.TemporaryDirectory(prefix="omniflight_print_", ignore_cleanup_errors=True) as folder:
+        pdf = pathlib.Path(folder) / "page.pdf"
+        subprocess.run([PROGRAM, "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run",
+                        f"--user-data-dir={folder}/profile", f"--print-to-pdf={pdf}", path.as_uri()], check=True, timeout=120,
+                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        document = pdf.read_bytes()
+        return document.count(b"/Type /Page") - document.count(b"/Type /Pages")
+
+
+WIDE = """(() => {
+  const out = [], page = document.documentElement;
+  if (page.scrollWidth > innerWidth) out.push(`the page is ${page.scrollWidth} wide on ${innerWidth}`);
+  for (const e of document.querySelectorAll('main *, nav *')) {
+    if (e.closest('.matrix .scroll, .equation, canvas, svg, .chart')) continue;
+    const box = e.getBoundingClientRect(), style = getComputedStyle(e);
+    if (box.width && box.right > innerWidth + 1) out.push(`${e.tagName} ${e.className} ends at ${Math.round(box.right)}`);
+    if (/auto|scroll/.test(style.overflowX) && e.scrollWidth > e.clientWidth + 1) out.push(`${e.className} scrolls sideways`);
+  }
+  return out.slice(0, 8);
+})()"""
+
+FAINT = """(() => {
+  const numbers = c => {
+    const n = c.match(/[-\\d.]+(e-?\\d+)?%?/g).map(Number);
+    return c.startsWith('color(') ? [...n.slice(0, 3).map(v => 255 * v), n[3] ?? 1] : [...n.slice(0, 3), n[3] ?? 1];
+  };
+  const over = (a, b) => a.slice(0, 3).map((v, i) => a[3] * v + (1 - a[3]) * b[i]).concat(1);
+  const light = c => {
+    const [r, g, b] = c.map(v => (v /= 255) <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const ground = e => {
+    const layers = [];
+    for (; e; e = e.parentElement) layers.unshift(numbers(getComputedStyle(e).backgroundColor));
+    return layers.reduce((below, layer) => over(layer, below), [255, 255, 255, 1]);
+  };
+  const out = new Map(), walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (walk.nextNode()) {
+    const e = walk.currentNode.parentElement;
+    if (!walk.currentNode.data.trim() || e.closest('script, style, noscript, .skip, title, [aria-pressed=false]') || !e.getClientRects().length) continue;
+    const style = getComputedStyle(e), below = ground(e), size = parseFloat(style.fontSize);
+    const ink = over(numbers(e.closest('svg') ? style.fill : style.color), below);
+    const [a, b] = [light(ink.slice(0, 3)), light(below.slice(0, 3))].sort((x, y) => y - x), ratio = (a + 0.05) / (b + 0.05);
+    const large = size >= 24 || (size >= 18.66 && style.fontWeight >= 700);
+    if (ratio < (large ? 3 : 4.5)) out.set(`${e.tagName} ${e.getAttribute('class')}: ${ratio.toFixed(2)}`, e.textContent.trim().slice(0, 30));
+  }
+  return [...out].slice(0, 8).map(([where, text]) => `${where} '${text}'`);
+})()"""

@@ -119,7 +119,7 @@ class Campaigns(system.SystemTest):
         self.assertNotIn("thrust_scale", second["findings"][0])
         self.assertIn("after 2 flights: " + flight["investigation"]["ended"], done.stdout)
         self.assertTrue((self.dir / "campaign" / flight["name"] / "next1/flight.mcap").is_file())
-        self.assertIn("What the recordings say", (self.dir / "campaign/report.html").read_text())
+        self.assertIn("Cause found after 2 flights", (self.dir / "campaign/report.html").read_text())
 
     def test_what_is_not_as_expected_is_told(self):
         text = FOUR.format(mission=self.short_mission()).replace("seeds: [1, 2]", "seeds: [1]")

@@ -27,7 +27,7 @@ class Effects(system.SystemTest):
 
     def test_written_documentation_is_the_committed_one(self):
         self.run_command("effects", "--write-docs", "effects.md")
-        self.assertEqual((self.dir / "effects.md").read_text(), (system.ROOT / "docs" / "effects.md").read_text())
+        self.assertEqual((self.dir / "effects.md").read_text(), (system.ROOT / "docs/reference/effects.md").read_text())
 
     def test_unknown_effect_is_bad_input_and_the_near_one_is_named(self):
         for arguments in (["tilt_ofset"], ["--gallery", "--only", "tilt_ofset"]):

@@ -1,4 +1,4 @@
-"""The tutorial docs/own_airframe.md, followed word by word."""
+"""The tutorial docs/tutorials/own_airframe.md, followed word by word."""
 
 import re
 import shlex
@@ -9,7 +9,7 @@ import system
 
 class OwnAirframe(system.SystemTest):
     def test_the_tutorial_works_as_it_is_written(self):
-        page = (system.ROOT / "docs/own_airframe.md").read_text()
+        page = (system.ROOT / "docs/tutorials/own_airframe.md").read_text()
         commands = [line for block in re.findall(r"```bash\n(.*?)```", page, re.S) for line in block.splitlines() if line]
         self.assertGreaterEqual(len(commands), 9)
         for line in commands:

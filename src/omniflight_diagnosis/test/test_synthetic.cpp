@@ -92,7 +92,7 @@ TEST(Diagnose, FindsRotorDragAndWritesTheContract) {
   const Finding* drag = find(*d, "rotor_drag");
   ASSERT_TRUE(drag) << d->summary;
   EXPECT_NEAR(drag->parameters[0].value, 2e-4, 5e-5)
-      << "noise takes a part of it: see docs/diagnosis_method.md";
+      << "noise takes a part of it: see docs/explanation/diagnosis_method.md";
   EXPECT_FALSE(find(*d, "payload_mass")) << d->summary;
   const auto j = nlohmann::json::parse(to_json(*d));
   EXPECT_EQ(j["schema"], "omniflight.diagnosis/1");

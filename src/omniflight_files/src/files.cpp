@@ -206,7 +206,9 @@ Result<std::filesystem::path> config_dir() {
   for (const fs::path& start :
        {fs::read_symlink("/proc/self/exe", ignored).parent_path(), fs::current_path(ignored)}) {
     for (fs::path at = start; !at.empty(); at = at.parent_path()) {
-      if (fs::is_directory(at / "configs" / "vehicles", ignored)) return at / "configs";
+      // of a checkout; of an installed prefix, wherever that was moved
+      for (const fs::path& configs : {at / "configs", at / "share" / "omniflight" / "configs"})
+        if (fs::is_directory(configs / "vehicles", ignored)) return configs;
       if (at == at.parent_path()) break;
     }
   }

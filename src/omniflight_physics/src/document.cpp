@@ -70,8 +70,9 @@ std::string effects_markdown() {
   std::string out =
       "# The library of effects\n\n"
       "Physics that a simulation may leave out. This file is written by `omniflight effects --write-docs "
-      "docs/effects.md`;\na test compares it with the library. Frames and signs: [notation.md](notation.md), "
-      "derivations: [physics.md](physics.md).\n\n"
+      "docs/reference/effects.md`;\na test compares it with the library. Frames and signs: "
+      "[notation.md](notation.md), "
+      "derivations: [physics.md](../explanation/physics.md).\n\n"
       "`dF` [N] and `dM` [Nm] are added to the nominal wrench about the body origin, in body axes. \"Nothing "
       "at\" is "
       "the value at\nwhich an effect is exactly absent; a dash marks a parameter that only shapes it.\n\n"

@@ -10,19 +10,20 @@ namespace omniflight::physics {
 namespace {
 
 TEST(Document, TheCommittedPageIsWhatTheLibrarySays) {
-  std::ifstream file(OMNIFLIGHT_SOURCE_ROOT "/docs/effects.md");
-  ASSERT_TRUE(file) << "docs/effects.md is missing";
+  std::ifstream file(OMNIFLIGHT_SOURCE_ROOT "/docs/reference/effects.md");
+  ASSERT_TRUE(file) << "docs/reference/effects.md is missing";
   std::stringstream committed;
   committed << file.rdbuf();
   std::istringstream is(committed.str()), should(effects_markdown());
   std::string a, b;
   for (int line = 1; std::getline(should, b); ++line) {
-    ASSERT_TRUE(std::getline(is, a)) << "docs/effects.md ends at line " << line
-                                     << "; write it again: omniflight effects --write-docs docs/effects.md";
-    ASSERT_EQ(a, b) << "docs/effects.md line " << line
-                    << "; write it again: omniflight effects --write-docs docs/effects.md";
+    ASSERT_TRUE(std::getline(is, a))
+        << "docs/reference/effects.md ends at line " << line
+        << "; write it again: omniflight effects --write-docs docs/reference/effects.md";
+    ASSERT_EQ(a, b) << "docs/reference/effects.md line " << line
+                    << "; write it again: omniflight effects --write-docs docs/reference/effects.md";
   }
-  EXPECT_FALSE(std::getline(is, a)) << "docs/effects.md goes on with '" << a << "'";
+  EXPECT_FALSE(std::getline(is, a)) << "docs/reference/effects.md goes on with '" << a << "'";
 }
 
 TEST(Document, EveryEffectHasItsSectionAndItsEquation) {
@@ -34,12 +35,12 @@ TEST(Document, EveryEffectHasItsSectionAndItsEquation) {
 }
 
 TEST(Document, DerivationsNameEveryEffectThatActsOnTheWrench) {
-  std::ifstream file(OMNIFLIGHT_SOURCE_ROOT "/docs/physics.md");
+  std::ifstream file(OMNIFLIGHT_SOURCE_ROOT "/docs/explanation/physics.md");
   std::stringstream text;
   text << file.rdbuf();
   for (const Effect* e : builtin_effects())
     EXPECT_NE(text.str().find("`" + e->info().id + "`"), std::string::npos)
-        << "docs/physics.md says nothing about " << e->info().id;
+        << "docs/explanation/physics.md says nothing about " << e->info().id;
 }
 
 }  // namespace

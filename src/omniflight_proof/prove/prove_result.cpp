@@ -154,12 +154,6 @@ Status write_report(const ProofResult& r, const std::filesystem::path& file) {
                (sealed ? std::string("The analysis could not read the truth. ")
                        : std::string("NOT SEALED: the analysis could have read the truth. ")) +
                    (missed.empty() ? "" : "Short of the must: " + missed + "."));
-  page.facts({{"truth, SHA-256", r.truth_sha256},
-              {"answers, SHA-256", r.answers_sha256},
-              {"confinement", r.probe.value("confinement", "?")},
-              {"parameter boxes", r.box},
-              {"median diagnosis", fmt::format("{:.1f}", r.median_s), "s"},
-              {"longest diagnosis", fmt::format("{:.1f}", r.longest_s), "s"}});
   Table scores{
       {{"score"}, {"over"}, {"came out"}, {"95 % interval"}, {"must"}, {"goal"}, {"verdict"}}, {}, ""};
   for (const auto& s : r.scores.table)
@@ -218,12 +212,20 @@ Status write_report(const ProofResult& r, const std::filesystem::path& file) {
              {"what is wrong"},
              {"held out explained", "%"}},
             {},
-            "Every case, the worst first"};
+            ""};
   for (const Judged& j : cases)
     all.rows.push_back({Cell(j.id), Cell(j.kind), Cell(j.level), Cell(j.flight), Cell(j.magnitude),
                         Cell(j.hidden), Cell(j.named), Cell(j.verdict), Cell(j.why),
                         Cell(100 * j.explained)});
-  page.section("Cases").table(all);
+  page.section("Cases").details(fmt::format("{} cases, the worst first", all.rows.size()),
+                                [&](Page& p) { p.table(all); });
+  page.section("Seal and times");
+  page.facts({{"truth, SHA-256", r.truth_sha256},
+              {"answers, SHA-256", r.answers_sha256},
+              {"confinement", r.probe.value("confinement", "?")},
+              {"parameter boxes", r.box},
+              {"median diagnosis", fmt::format("{:.1f}", r.median_s), "s"},
+              {"longest diagnosis", fmt::format("{:.1f}", r.longest_s), "s"}});
   return page.write(file);
 }
 

@@ -21,6 +21,42 @@ const Report = (() => {
   };
   if (links.size) { addEventListener('scroll', follow, {passive: true}); follow(); }
 
+  // What scrolls sideways inside the page can be reached by keyboard.
+  const scrolling = new ResizeObserver(entries => {
+    for (const {target} of entries)
+      if (target.scrollWidth > target.clientWidth || target.scrollHeight > target.clientHeight) target.tabIndex = 0;
+      else target.removeAttribute('tabindex');
+  });
+  for (const element of document.querySelectorAll('.scroll, .equation, .toc ol')) scrolling.observe(element);
+
+  // A filter hides the sections behind it, and their entries in the contents, that do not have all words that were typed.
+  const filter = document.querySelector('.filter input');
+  if (filter) {
+    const groups = [];
+    for (let node = filter.closest('.filter').nextElementSibling; node; node = node.nextElementSibling) {
+      if (node.matches('h2.section')) groups.push({id: node.id, nodes: []});
+      if (groups.length) groups.at(-1).nodes.push(node);
+    }
+    for (const group of groups) group.text = group.nodes.map(node => node.textContent).join(' ').toLowerCase();
+    const apply = () => {
+      const words = filter.value.toLowerCase().split(/\s+/).filter(Boolean);
+      let shown = 0;
+      for (const group of groups) {
+        const fits = words.every(word => group.text.includes(word));
+        shown += fits;
+        for (const node of group.nodes) node.hidden = !fits;
+        const link = links.get(group.id);
+        if (link) link.parentElement.hidden = !fits;
+      }
+      document.querySelector('.filter output').textContent = shown + ' of ' + groups.length;
+    };
+    filter.addEventListener('input', apply);
+    addEventListener('keydown', event => {
+      if (event.key === '/' && document.activeElement !== filter) { event.preventDefault(); filter.focus(); }
+    });
+    apply();
+  }
+
   // Plots are drawn when they have a width (not inside folded details), again when it changes, and in new colours
   // when the theme changes. Paper has a width of its own, which only the print events announce.
   const redraws = [];

@@ -12,8 +12,8 @@ std::string heat_cell(double value, double largest, bool numbers) {
   const int percent = static_cast<int>(std::lround(80.0 * std::abs(value) / largest));
   const std::string text = number_html(value, 2);
   return std::string("<td class=\"heat ") + (value < 0 ? "worse" : "better") +
-         (percent > 50 ? " strong" : "") + "\" style=\"--a:" + std::to_string(percent) + "%\" title=\"" +
-         text.substr(0, text.find('<')) + "\">" + (numbers ? text : "") + "</td>";
+         "\" style=\"--a:" + std::to_string(percent) + "%\" title=\"" + text.substr(0, text.find('<')) +
+         "\">" + (numbers ? text : "") + "</td>";
 }
 
 }  // namespace

@@ -119,6 +119,24 @@ Page& Page::matrix(const Matrix& matrix) {
   return *this;
 }
 
+Page& Page::outlines(const Outlines& outlines) {
+  add(render(outlines).map_error([&](Error e) { return e.where = "outlines '" + outlines.title + "'", e; }));
+  return *this;
+}
+
+Page& Page::filter(const std::string& label) {
+  if (depth_ > 0 || has_filter_) {
+    refuse(depth_ > 0 ? "a filter cannot be inside details" : "a page has one filter",
+           "filter '" + label + "'");
+    return *this;
+  }
+  has_filter_ = true;
+  add("<div class=\"filter\"><label for=\"filter\">" + escape_html(label) +
+      "</label><input id=\"filter\" type=\"search\" autocomplete=\"off\"><output "
+      "for=\"filter\"></output></div>\n");
+  return *this;
+}
+
 Page& Page::equation(const std::string& latex) {
   has_equation_ = true;
   add("<div class=\"equation\">" + escape_html(latex) + "</div>\n");
@@ -188,13 +206,15 @@ Result<std::string> Page::html() const {
   if (plots) out += assets::dygraphs_css();
   out += std::string(assets::report_css()) + "</style>\n</head>\n<body>\n<div class=\"layout\">\n";
   if (sections_.size() > 1) {
-    out += "<nav class=\"toc\" aria-label=\"Contents\"><ol>";
+    out +=
+        "<a class=\"skip\" href=\"#content\">To the content</a><nav class=\"toc\" "
+        "aria-label=\"Contents\"><ol>";
     for (std::size_t i = 0; i < sections_.size(); ++i) {
       out += "<li><a href=\"#" + anchor(i + 1) + "\">" + escape_html(sections_[i]) + "</a></li>";
     }
     out += "</ol></nav>\n";
   }
-  out += "<main>\n<header><h1>" + escape_html(title_) + "</h1><p class=\"subtitle\">" +
+  out += "<main id=\"content\">\n<header><h1>" + escape_html(title_) + "</h1><p class=\"subtitle\">" +
          escape_html(subtitle_) + "</p></header>\n";
   if (plots || paths)
     out += "<noscript><p class=\"footnote\">The plots of this page need JavaScript.</p></noscript>\n";

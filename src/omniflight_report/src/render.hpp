@@ -16,6 +16,7 @@ const char* tone_class(Tone tone);
 Result<std::string> render(const Table& table);
 Result<std::string> render(const Bars& bars);
 Result<std::string> render(const Matrix& matrix);
+Result<std::string> render(const Outlines& outlines);
 
 /// Checks the lengths, sorts by x, drops samples without x.
 Status prepare(TimePlot& plot);

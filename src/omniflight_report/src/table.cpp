@@ -42,7 +42,8 @@ Result<std::string> render(const Table& table) {
   }
   std::vector<std::string> classes;
   std::vector<bool> whole;
-  std::string out = "<figure class=\"table\">";
+  // narrower than a phone's screen, a row becomes a block of labelled lines
+  std::string out = table.columns.size() > 3 ? "<figure class=\"table wide\">" : "<figure class=\"table\">";
   if (!table.caption.empty()) out += "<figcaption>" + escape_html(table.caption) + "</figcaption>";
   out += "<div class=\"scroll\"><table><thead><tr>";
   for (std::size_t c = 0; c < table.columns.size(); ++c) {
@@ -60,7 +61,12 @@ Result<std::string> render(const Table& table) {
     out += "<tr>";
     for (std::size_t c = 0; c < row.size(); ++c) {
       const auto* number = std::get_if<double>(&row[c].value);
-      out += "<td class=\"" + classes[c] + colour(row[c]) + "\">";
+      const Column& column = table.columns[c];
+      out += "<td class=\"" + classes[c] + colour(row[c]) + "\"";
+      if (table.columns.size() > 3)
+        out += " data-label=\"" + escape_html(column.name) +
+               (column.unit.empty() ? "" : " [" + escape_html(column.unit) + "]") + "\"";
+      out += ">";
       if (number == nullptr) {
         out += escape_html(std::get<std::string>(row[c].value));
       } else if (whole[c] && std::isfinite(*number)) {

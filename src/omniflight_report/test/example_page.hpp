@@ -50,6 +50,7 @@ inline Page example_page() {
               {"attitude RMSE", "0.62", "deg"},
               {"mean power", "212", "W"},
               {"worst rotor margin", "0.41", "N"}});
+  page.filter("Sections with these words");
   page.section("Flight path")
       .path_plot({"Where the vertical error is", f.x, f.y, f.z, f.error, "vertical error [m]", f.t, f.x, f.y,
                   f.z_reference, 340});
@@ -105,6 +106,17 @@ inline Page example_page() {
                "cosine of the signatures",
                "",
                ""});
+  page.outlines({"Feasible forces",
+                 {{"Fx [N]",
+                   "Fy [N]",
+                   {{"0 deg", {{3, 3}, {-3, 3}, {-3, -3}, {3, -3}}},
+                    {"30 deg", {{14, 0}, {0, 14}, {-14, 0}, {0, -14}}}}},
+                  {"Fx [N]",
+                   "Fz [N]",
+                   {{"0 deg", {{3, 40}, {-3, 40}, {-3, -40}, {3, -40}}},
+                    {"30 deg", {{14, 0}, {0, 34}, {-14, 0}, {0, -34}}}}}},
+                 12.9,
+                 "weight"});
   page.section("Details").details("How this was computed", [&](Page& inside) {
     inside.paragraph("The wrench is the measured acceleration times the mass, less what the rotors give.");
     inside.plot({"Position error",

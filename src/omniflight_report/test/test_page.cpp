@@ -19,9 +19,10 @@ std::size_t count(const std::string& text, const std::string& part) {
 TEST(Page, ShowsEveryKindOfBlockInLessThanFourMegabytes) {
   const auto html = example_page().html();
   ASSERT_TRUE(html) << html.error().text();
-  for (const char* part : {"class=\"verdict warn\"", "class=\"facts\"", "figure class=\"path\"",
-                           "figure class=\"plot\"", "figure class=\"bars\"", "figure class=\"table\"",
-                           "figure class=\"matrix\"", "class=\"equation\"", "<details>", "class=\"toc\""}) {
+  for (const char* part :
+       {"class=\"verdict warn\"", "class=\"facts\"", "figure class=\"path\"", "figure class=\"plot\"",
+        "figure class=\"bars\"", "figure class=\"table wide\"", "figure class=\"matrix\"", "class=\"equation\"",
+        "<details>", "class=\"toc\"", "figure class=\"outlines\"", "class=\"filter\""}) {
     EXPECT_NE(html->find(part), std::string::npos) << part;
   }
   EXPECT_LT(html->size(), 4'000'000u);
@@ -37,7 +38,7 @@ TEST(Page, LoadsNothing) {
       std::regex::icase);
   const std::string page_part = html.substr(0, html.find("/*! @license"));  // markup, style and data
   EXPECT_FALSE(std::regex_search(page_part, load));
-  const std::regex reference(R"re((?:src|href)="(?!#section-\d+"))re");
+  const std::regex reference(R"re((?:src|href)="(?!#section-\d+"|#content"))re");
   EXPECT_FALSE(std::regex_search(page_part, reference));
   EXPECT_EQ(html.find("sourceMappingURL"), std::string::npos);
   EXPECT_NE(html.find("default-src 'none'"),
@@ -132,6 +133,51 @@ TEST(Page, NamesTheBlockThatCannotBeShown) {
   EXPECT_FALSE(Page("T", "").matrix({"m", {"a"}, {"a", "b"}, {{1.0}}, "", "", ""}).html());
   EXPECT_FALSE(Page("T", "").details("d", [](Page& inside) { inside.section("no"); }).html());
   EXPECT_FALSE(Page("T", "").bars({"b", "", {{"negative", -1.0, {}, {}, ""}}, 1.0, {}, ""}).html());
+}
+
+TEST(Page, OutlinesAreDrawnInOneScale) {
+  const Outline square{"square", {{1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
+  const Outline large{"large", {{4, 0}, {0, 4}, {-4, 0}}};
+  Page page("Sets", "");
+  page.outlines({.title = "two",
+                 .views = {{"Fx [N]", "Fy [N]", {square}}, {"Fx [N]", "Fz [N]", {large}}},
+                 .circle = 2,
+                 .circle_label = "weight"});
+  const auto html = page.html();
+  ASSERT_TRUE(html) << html.error().text();
+  // 380 wide with a margin of 26: 164 to a side for the largest coordinate, 4
+  EXPECT_NE(html->find("points=\"231.00,149.00 149.00,149.00 149.00,231.00 231.00,231.00\""),
+            std::string::npos);
+  EXPECT_NE(html->find("points=\"354.00,190.00 190.00,26.00 26.00,190.00\""), std::string::npos);
+  EXPECT_NE(html->find("r=\"82.00\""), std::string::npos);
+  EXPECT_NE(html->find("weight"), std::string::npos);
+
+  for (const auto& [outline, complaint] :
+       {std::pair(Outline{"line", {{0, 0}, {1, 1}}}, "outline 'line' has less than 3 points"),
+        {Outline{"far", {{0, 0}, {1, 1}, {std::nan(""), 0}}},
+         "outline 'far' has a point that is not finite"}}) {
+    Page wrong("Sets", "");
+    const auto refused = wrong.outlines({.title = "one", .views = {{"x", "y", {outline}}}}).html();
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().text().find(complaint), std::string::npos) << refused.error().text();
+  }
+}
+
+TEST(Page, RowsOfWideTablesNameTheirColumns) {
+  Page page("Tables", "");
+  page.table({{{"a"}, {"b", "N"}, {"c"}, {"d"}}, {{1, 2, "x", "y"}}, ""})
+      .table({{{"a"}, {"b", "N"}}, {{1, 2}}, ""});
+  const std::string html = *page.html();
+  EXPECT_EQ(count(html, "figure class=\"table wide\""), 1u);
+  EXPECT_NE(html.find("data-label=\"b [N]\""), std::string::npos);
+  EXPECT_EQ(count(html, "data-label=\""), 4u) << "narrow tables need none";
+}
+
+TEST(Page, OneFilterOutsideDetails) {
+  Page page("Filter", "");
+  const auto twice = page.filter("a").filter("b").html();
+  ASSERT_FALSE(twice);
+  EXPECT_NE(twice.error().text().find("a page has one filter"), std::string::npos);
 }
 
 TEST(Page, MissingSamplesAreGapsAndCounted) {

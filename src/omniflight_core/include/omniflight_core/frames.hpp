@@ -1,4 +1,4 @@
-// Vectors, rotations and rigid-body state in monogram notation (docs/notation.md).
+// Vectors, rotations and rigid-body state in monogram notation (docs/reference/notation.md).
 // World W: east, north, up (REP-103). Body B: x forward, y left, z up, origin at the nominal centre of mass.
 // SI units and radians everywhere inside.
 #pragma once

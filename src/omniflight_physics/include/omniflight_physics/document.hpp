@@ -5,8 +5,8 @@
 
 namespace omniflight::physics {
 
-/// docs/effects.md: every effect with equation, parameters, units, bounds, needs, aliases and source, in the
-/// order of the table.
+/// docs/reference/effects.md: every effect with equation, parameters, units, bounds, needs, aliases and
+/// source, in the order of the table.
 std::string effects_markdown();
 
 }  // namespace omniflight::physics

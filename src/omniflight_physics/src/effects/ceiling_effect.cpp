@@ -19,7 +19,7 @@ class CeilingEffect final : public WrenchEffect<CeilingEffect> {
             R"(\Delta T_i = k_z|\Omega_i|\,v_i\Big(1-\tfrac1{\sqrt{1+(R/d_i)^2/32}}\Big)c_i,\quad d_i = h_c-h_i)",
         .source =
             "momentum balance of a disc below a plate with radial inflow through the gap (the idea of Hsiao "
-            "and Chirarattananon 2019; derivation in docs/physics.md), thrust linear in inflow",
+            "and Chirarattananon 2019; derivation in docs/explanation/physics.md), thrust linear in inflow",
         .parameters = {{"coefficient", "k_z", "kg/rad", 0, 0.004, 0.00021, 0, true},
                        {"height", "h_c", "m", 0.2, 20, 2.2, 2.2, false}},
         .signals = {"rotor_speed", "position", "attitude"},

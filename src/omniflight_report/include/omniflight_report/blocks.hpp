@@ -112,4 +112,23 @@ struct Matrix {
   std::string row_title = {}, column_title = {};     ///< what the axes are, for instance "true effect"
 };
 
+/// A closed shape in a plane, for instance the hull of what forces a vehicle can exert.
+struct Outline {
+  std::string name = {};
+  std::vector<std::pair<double, double>> points = {};  ///< in order, 3 at least; in the unit of the labels
+};
+
+struct OutlineView {
+  std::string x_label = {}, y_label = {};  ///< with unit: "Fx [N]"
+  std::vector<Outline> outlines = {};      ///< the same colours and order in every view
+};
+
+/// Shapes about the origin, in one scale in all views.
+struct Outlines {
+  std::string title = {};
+  std::vector<OutlineView> views = {};
+  double circle = 0.0;  ///< radius of a dashed circle about the origin; 0: none
+  std::string circle_label = {};
+};
+
 }  // namespace omniflight::report

@@ -22,11 +22,14 @@ class Page {
   Page& verdict(Tone tone, const std::string& headline, const std::string& paragraph);
   /// Starts a section and adds it to the table of contents. Not inside details.
   Page& section(const std::string& title);
+  /// A field that hides the sections behind it that do not have all words typed into it; one a page.
+  Page& filter(const std::string& label);
   Page& paragraph(const std::string& text);
   Page& facts(const std::vector<Fact>& facts);
   Page& table(const Table& table);
   Page& bars(const Bars& bars);
   Page& matrix(const Matrix& matrix);
+  Page& outlines(const Outlines& outlines);
   /// LaTeX source as KaTeX reads it, shown as MathML; what cannot be read is shown as it is written.
   Page& equation(const std::string& latex);
   /// Zoomable plot. At most 3000 samples a series are kept, extremes and gaps among them; the page says so.
@@ -53,7 +56,7 @@ class Page {
   std::vector<std::string> sections_;
   std::vector<Error> errors_;
   int depth_ = 0;  // of open details
-  bool has_equation_ = false;
+  bool has_equation_ = false, has_filter_ = false;
 };
 
 }  // namespace omniflight::report

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Makes docs/view.png from a recording, as a browser shows it. Needs chromium and the built command.
+"""Makes docs/pictures/view.png from a recording, as a browser shows it. Needs chromium and the built command.
 
-Example: PATH=$PWD/install/omniflight_cli/bin:$PATH docs/make_view_picture.py runs/demo-*/tethered/flight.mcap 25
+Example: PATH=$PWD/install/omniflight_cli/bin:$PATH docs/pictures/make_view_picture.py runs/demo-*/tethered/flight.mcap 25
 """
 import json
 import os
@@ -11,7 +11,7 @@ import sys
 import time
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 os.environ.update(OMNIFLIGHT_COMMAND="omniflight", OMNIFLIGHT_PROGRAMS="", OMNIFLIGHT_SOURCE_ROOT=str(ROOT))
 sys.path.insert(0, str(ROOT / "src/omniflight_cli/test"))
 from browser import Browser  # noqa: E402
@@ -31,7 +31,7 @@ try:
     browser.wait_for("window.omniflightView && omniflightView.frames")
     browser.value(f"omniflightView.seek({at})")
     time.sleep(9)  # the camera glides to the vehicle
-    picture = ROOT / "docs/view.png"
+    picture = ROOT / "docs/pictures/view.png"
     picture.write_bytes(browser.picture())
     print(f"{picture}: {picture.stat().st_size} bytes")
 finally:

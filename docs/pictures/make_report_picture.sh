@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Makes docs/report.png, the README's picture, from the report of a demo. Needs chromium.
-# Example: ./launch_scripts/demo.sh && docs/make_report_picture.sh runs/demo-*/diagnosis/report.html
+# Makes docs/pictures/report.png, the README's picture, from the report of a demo. Needs chromium.
+# Example: ./launch_scripts/demo.sh && docs/pictures/make_report_picture.sh runs/demo-*/diagnosis/report.html
 set -euo pipefail
 report="$(realpath "${1:?give the report.html of a demo}")"
 picture="$(dirname "$(realpath "$0")")/report.png"

@@ -1,0 +1,55 @@
+"""Pages in a real browser: on a phone, on paper, in the dark, by keyboard, with contrast; and what each says first."""
+
+import time
+import unittest
+
+import system
+from browser import Browser, pages_on_paper
+
+
+class ReportsInBrowser(system.SystemTest):
+    def readable(self, browser, path):
+        """Opens a page: 390 px without sideways scrolling, contrast in both colour schemes, paper, first key, no errors."""
+        browser.size(390, 844, phone=True)
+        browser.media("light")
+        browser.go((self.dir / path).as_uri())
+        browser.wait_for("document.readyState === 'complete' && !!document.querySelector('main')")
+        browser.value("document.querySelectorAll('details').forEach(d => d.open = true)")
+        time.sleep(0.3)  # plots are drawn when they have a width
+        self.assertEqual(browser.wider_than_the_screen(), [], path)
+        for scheme in ("light", "dark"):
+            browser.media(scheme)
+            self.assertEqual(browser.faint_texts(), [], f"{path}, {scheme}")
+        browser.size(1280, 800)
+        browser.media("light")
+        self.assertEqual(browser.wider_than_the_screen(), [], path)
+        browser.size(720, 1000)
+        browser.media("light", "print")
+        self.assertEqual(browser.wider_than_the_screen(), [], path + ", on paper")
+        browser.media("light")
+        browser.press("Tab", 9)
+        self.assertNotEqual(browser.value("getComputedStyle(document.activeElement).outlineStyle"), "none", path)
+        self.assertEqual(browser.errors, [], path)
+
+    def test_design_shows_hulls(self):
+        self.run_command("design", "omnimorph", "--alpha", 0, "--alpha", 30, "--alpha", 54.7356, "--hover-power", "--out", "design",
+                         "--quiet", timeout=120)
+        browser = Browser(self)
+        self.readable(browser, "design/report.html")
+        self.assertGreater(pages_on_paper(self.dir / "design/report.html"), 0)
+        self.assertEqual(browser.value("document.querySelectorAll('.outlines polygon').length"), 12, "3 tilts, 2 views, forces and torques")
+
+    def test_long_flights_side_by_side_and_a_campaign(self):
+        mission = self.short_mission()
+        self.fly(mission, "--in-process", "--seed", "1", out="first")
+        self.fly(mission, "--in-process", "--seed", "2", "--effects", system.CONFIGS / "effects/light_load.yaml", out="second")
+        self.run_command("compare", "first/flight.mcap", "second/flight.mcap", "--vehicle", "omnimorph", "--out", "compare", "--quiet")
+        self.write("campaign.yaml", "schema: omniflight.campaign/1\nname: two\nmissions: [short.yaml]\neffects: [none]\nseeds: [1, 2]\n")
+        self.run_command("campaign", "campaign.yaml", "--out", "many", "--quiet", timeout=200)
+        browser = Browser(self)
+        for page in ("first/report.html", "compare/report.html", "many/report.html"):
+            self.readable(browser, page)
+
+
+if __name__ == "__main__":
+    unittest.main()
