@@ -115,5 +115,24 @@ TEST(SlungLoad, ASwingKeepsItsEnergyWithoutDampingAndOnlyLosesWithIt) {
   }
 }
 
+// A wide swing replayed at the rate of a recording: the tension follows from the direction by the energy.
+TEST(SlungLoad, AtTheRateOfARecordingTheTensionIsThatOfTheSwing) {
+  const double widest = 1.0, mass = 0.3;
+  const std::vector<Situation> motion(240, hover(2.0));
+  const std::vector<double> p = theta(0), offset{std::sin(widest), 0, 1 - std::cos(widest), 0, 0, 0};
+  std::vector<double> wrench(6 * motion.size());
+  find_effect(kId)->replay_from(motion, 0.025, p.data(), offset.data(), wrench.data());
+  double least = 1e9, most = 0;
+  for (std::size_t i = 0; i < motion.size(); ++i) {
+    const Vec3 pull(wrench[6 * i], wrench[6 * i + 1], wrench[6 * i + 2]);
+    const double tension = mass * kGravity * (3 * -pull.normalized().z() - 2 * std::cos(widest));
+    EXPECT_NEAR(pull.norm(), tension, 0.05 * mass * kGravity) << "sample " << i;
+    least = std::min(least, pull.norm());
+    most = std::max(most, pull.norm());
+  }
+  EXPECT_LT(least, 0.6 * mass * kGravity);
+  EXPECT_GT(most, 1.8 * mass * kGravity);
+}
+
 }  // namespace
 }  // namespace omniflight::physics::testing
