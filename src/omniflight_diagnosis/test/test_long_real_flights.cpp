@@ -102,6 +102,32 @@ TEST(RealFlights, SpinUpExplainsTheYawOfQuickFlights) {
   EXPECT_GE(1 - after / all, 0.8);
 }
 
+// Eight flights with a ball on a thread, 4 to 9 s, up to 60 degrees of swing. Its own track, which no fit
+// sees, is 0.522 m away from the vehicle's.
+TEST(RealFlights, ABallOnAThreadIsASlungLoadOfItsLength) {
+  if (!std::filesystem::exists(flights() / "crazyflie_payload/eckart07"))
+    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
+  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+  const auto v = vehicle::load_vehicle("crazyflie_brushless");
+  ASSERT_TRUE(v) << v.error().text();
+  Options o;
+  o.rollouts = false;
+  int named = 0;
+  for (const char* flight : {"07", "13", "24", "30", "46", "58", "69", "78"}) {
+    const auto d = diagnose(load_all({std::string("crazyflie_payload/eckart") + flight}), {}, *v, o);
+    ASSERT_TRUE(d) << d.error().text();
+    const auto load = std::find_if(d->findings.begin(), d->findings.end(),
+                                   [](const Finding& x) { return x.effect == "slung_load"; });
+    if (load == d->findings.end()) continue;
+    const double mass = load->parameters[0].value;
+    const double distance = load->parameters[1].value - load->parameters[5].value;
+    std::printf("%s: %.2f g, %.3f m\n", flight, 1e3 * mass, distance);
+    EXPECT_NEAR(distance, 0.522, 0.15 * 0.522) << flight;
+    ++named;
+  }
+  EXPECT_GE(named, 7);
+}
+
 /// A finding that is called `effect`, or that cannot be told apart from it.
 const Finding* said(const Diagnosis& d, const std::string& effect) {
   for (const Finding& f : d.findings) {
