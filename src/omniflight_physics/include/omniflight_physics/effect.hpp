@@ -166,7 +166,9 @@ class WrenchEffect : public Effect {
 /// WrenchT<T>& out) const` and `... rate(const Situation&, const T* theta, const T* x, T* dx) const` once;
 /// value, replay and exact derivative follow. With Discrete states, which lie behind the continuous ones,
 /// also `template <class T> void settle(const Situation&, const T* theta, T* x) const`: it may change them
-/// once a step, in a situation with accelerations.
+/// once a step, in a situation with accelerations. Where the states obey a constraint, `template <class T>
+/// void restore_constraint(T* x) const` puts them back on it after every step of a replay: at the rate of a
+/// recording steps are long.
 template <class Derived, int States, int Discrete = 0>
 class MemoryEffect : public Effect {
  public:
@@ -224,6 +226,7 @@ class MemoryEffect : public Effect {
         for (int j = 0; j < States; ++j) x[j] += T(0.5) * h * (first[j] + second[j]);
       }
       if constexpr (Discrete > 0) self().settle(motion[i], parameters, x);
+      if constexpr (requires { self().restore_constraint(x); }) self().restore_constraint(x);
       WrenchT<T> out;
       self().wrench(motion[i], parameters, x, out);
       if constexpr (std::is_same_v<T, double>)

@@ -44,7 +44,7 @@ class SlungLoad final : public MemoryEffect<SlungLoad, 6, 1> {
   }
 
   // memory: q, from the attachment to the load in world axes, as a share of the length: a unit vector while
-  // the cable is taut; its rate [1/s]; and whether it is slack (0), taut (1) or catching the load (2)
+  // the cable is taut; its rate [1/s]; and whether it is taut (1) or slack (0)
   template <class T>
   void start(const Situation&, const T*, T* x) const {
     for (int k = 0; k < 6; ++k) x[k] = T(k == 2 ? -1.0 : 0.0);
@@ -87,29 +87,30 @@ class SlungLoad final : public MemoryEffect<SlungLoad, 6, 1> {
   template <class T>
   void settle(const Situation& s, const T* theta, T* x) const {
     using V = Eigen::Matrix<T, 3, 1>;
+    const Eigen::Map<const V> q(x), dq(x + 3);
+    if (taut(x))
+      x[6] = T(tension_per_mass(s, theta, x) < T(0) ? 0 : 1);
+    else
+      x[6] = T(q.squaredNorm() >= T(1) && q.dot(dq) > T(0) ? 1 : 0);
+  }
+  /// What a step as long as a recording's leaves of the constraint would be tension, and in a wide swing more
+  /// than there is. A load that falls into the cable parts faster, and the spring catches it.
+  template <class T>
+  void restore_constraint(T* x) const {
+    using V = Eigen::Matrix<T, 3, 1>;
+    constexpr double kCaught = 0.5;  // 1/s
     Eigen::Map<V> q(x), dq(x + 3);
-    if (!taut(x)) {
-      if (q.squaredNorm() >= T(1) && q.dot(dq) > T(0)) x[6] = T(2);
-    } else if (tension_per_mass(s, theta, x) < T(0)) {
-      x[6] = T(0);
-    } else if (!catches(x) || q.dot(dq) <= T(0)) {
-      // onto the constraint: what a step of the integrator leaves of it would be tension, and in a wide swing
-      // at the rate of a recording more than there is
-      x[6] = T(1);
-      const V n = q.normalized();
-      q = n;
-      dq -= V(n.dot(dq) * n);
-    }
+    const T parting = q.dot(dq);
+    if (!taut(x) || parting > T(kCaught)) return;
+    const V n = q.normalized();
+    q = n;
+    dq -= V(n.dot(dq) * n);
   }
 
  private:
   template <class T>
   static bool taut(const T* x) {
     return x[6] > T(0.5);
-  }
-  template <class T>
-  static bool catches(const T* x) {
-    return x[6] > T(1.5);
   }
   /// How the cable turns against the vehicle, across itself, world axes [1/s].
   template <class T>
@@ -129,14 +130,14 @@ class SlungLoad final : public MemoryEffect<SlungLoad, 6, 1> {
         s.memory_acceleration().cast<T>() + s.memory_turn().cast<T>().cross(r) + w.cross(w.cross(r));
     return s.R_WB.cast<T>() * V(s.g_B.cast<T>() - a_A);
   }
-  /// What keeps |q| = 1 [1/s^2]: the centripetal part, and a spring and damper that catch a load which falls
-  /// into the cable, until it parts no more; load and vehicle feel the same.
+  /// What keeps |q| = 1 [1/s^2]: the centripetal part, and a spring and damper that vanish on it. These catch
+  /// a load that falls into the cable; load and vehicle feel the same.
   template <class T>
   static T bound(const T* x) {
     using V = Eigen::Matrix<T, 3, 1>;
     const Eigen::Map<const V> q(x), dq(x + 3);
-    const T parting = q.dot(dq), square = dq.squaredNorm() - parting * parting / q.squaredNorm();
-    return catches(x) ? T(square + T(100) * parting + T(1250) * (q.squaredNorm() - T(1))) : square;
+    const T stretch = T(0.5) * (q.squaredNorm() - T(1)), parting = q.dot(dq);
+    return dq.squaredNorm() + T(100) * parting + T(2500) * stretch;
   }
   /// Tension per mass of the load [m/s^2].
   template <class T>
