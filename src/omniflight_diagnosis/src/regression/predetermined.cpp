@@ -13,10 +13,6 @@ namespace {
 /// some samples, so that sensor noise in it is small, and short against the motion.
 constexpr double kResidualMemory = 0.1;
 
-/// Apart from a sample [s], from which on others are taken to predict it: turbulence about a multirotor
-/// forgets most of itself meanwhile.
-constexpr double kApart = 0.3;
-
 /// The motion of a vehicle follows its reference with some delay: shifts at which it predicts, s.
 constexpr double kReferenceStep = 0.075;
 constexpr int kReferenceShifts = 4;  ///< from one step ahead
@@ -29,7 +25,7 @@ Vec6 acceleration_of(const physics::Situation& x) {
 
 /// Speeds and accelerations of rotors as expected from their own past and from what a controller acts on.
 template <class Seen>
-void predict_rotors(std::vector<physics::Situation>& out, int lag, int apart, const Seen& seen,
+void predict_rotors(std::vector<physics::Situation>& out, int lag, const Seen& seen,
                     const Eigen::MatrixXd& asked) {
   const auto n = static_cast<Eigen::Index>(out.size());
   constexpr Eigen::Index kState = 15, kOwn = 4;
@@ -49,7 +45,7 @@ void predict_rotors(std::vector<physics::Situation>& out, int lag, int apart, co
           rotor(i - lag - 1).speed, rotor(i - lag - 2).speed;
       targets.row(i) << rotor(i).speed, rotor(i).acceleration;
     }
-    const Eigen::MatrixXd predicted = predict_linearly(known, targets, apart);
+    const Eigen::MatrixXd predicted = predict_linearly(known, targets);
     for (Eigen::Index i = 0; i < n; ++i) {
       physics::RotorSituation& x = out[static_cast<std::size_t>(i)].rotors[static_cast<std::size_t>(r)];
       x.speed = predicted(i, 0);
@@ -87,7 +83,6 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
                                               const Vec3& center_of_mass, double period, int lag) {
   const int n = segment.end - segment.begin;
   const double ahead = lag * period;
-  const int apart = lag + static_cast<int>(std::lround(kApart / period));
   const Eigen::PartialPivLU<Mat6> mass(inertia);
   const auto measured = [&](int i) -> const physics::Situation& {
     return f.situation[static_cast<std::size_t>(segment.begin + std::max(0, i))];
@@ -103,7 +98,7 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
   }
   std::vector<physics::Situation> out(f.situation.begin() + segment.begin, f.situation.begin() + segment.end);
   const Eigen::MatrixXd asked = reference_around(f.reference, segment, period);
-  predict_rotors(out, lag, apart, seen, asked);
+  predict_rotors(out, lag, seen, asked);
   Eigen::MatrixXd known(n, 24 + asked.cols()), targets(n, 9);
   known.rightCols(asked.cols()) = asked;
   for (int i = 0; i < n; ++i) {
@@ -127,11 +122,7 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
     s.observed_dw_B = now.dw_WB_B;
     s.a_WB_B = modelled.head<3>();
   }
-  // An angular acceleration that followed the residual so far would make an inertia of any sign predict it.
-  Eigen::MatrixXd motion(n, 12 + asked.cols());
-  motion << known.middleCols(6, 6), known.middleCols(18, 6), asked;
-  const Eigen::MatrixXd predicted = predict_linearly(known, targets.leftCols(6), apart),
-                        turning = predict_linearly(motion, targets.rightCols(3), apart);
+  const Eigen::MatrixXd predicted = predict_linearly(known, targets);
   for (int i = lag; i < n; ++i) {
     physics::Situation& s = out[static_cast<std::size_t>(i)];
     const physics::Situation& last = seen(i - lag);
@@ -141,7 +132,7 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
     s.body.q_WB = last.body.q_WB * exp_rotation(0.5 * ahead * (last.body.w_WB_B + s.body.w_WB_B));
     s.R_WB = s.body.q_WB.toRotationMatrix();
     s.v_WB_B = s.R_WB.transpose() * s.body.v_WB_W;
-    s.dw_WB_B = turning.row(i).transpose();
+    s.dw_WB_B = predicted.row(i).segment<3>(6).transpose();
     // The specific force is that of the predicted rotors, and gravity turns with the predicted attitude. With
     // what the residual lets expect, a mass of any sign would predict the residual.
     const Vec3 g_B = s.R_WB.transpose() * Vec3(0, 0, -s.environment.gravity);
