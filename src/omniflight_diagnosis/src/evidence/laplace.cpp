@@ -219,14 +219,14 @@ double Evidence::log_integral(const Layout& layout, const Eigen::VectorXd& u,
 }
 
 /// How wrong a law is, is unknown itself: a mass is exact, a wake is not. The mean over RMS errors that are
-/// equally likely; the likeliest of them stays in the fit's columns and precision.
+/// equally likely. Deviations are with the largest of them: an estimate is not surer than its law.
 double Evidence::log_integral_over_law_errors(const Layout& layout, const Eigen::VectorXd& u,
                                               const Eigen::VectorXd& gradient, Eigen::Index law,
                                               SetFit& fit) {
   if (law == 0) return log_integral(layout, u, fit.precision, gradient);
   const Eigen::Index size = u.size();
   std::array<double, kLawErrors.size()> value{};
-  double best = -1e300, best_share = 1;
+  double best = -1e300;
   const auto shares = [&](double share) {
     Eigen::VectorXd d = Eigen::VectorXd::Ones(size);
     d.tail(law).setConstant(share);
@@ -241,12 +241,10 @@ double Evidence::log_integral_over_law_errors(const Layout& layout, const Eigen:
   for (std::size_t k = 0; k < kLawErrors.size(); ++k) {
     const Eigen::VectorXd d = shares(kLawErrors[k]);
     value[k] = log_integral(layout, u, scaled(d), d.cwiseProduct(gradient));
-    if (value[k] > best) best = value[k], best_share = kLawErrors[k];
+    best = std::max(best, value[k]);
   }
   double sum = 0;
   for (const double v : value) sum += std::exp(v - best);
-  fit.precision = scaled(shares(best_share));
-  fit.columns.rightCols(law) *= best_share;
   return best + std::log(sum / static_cast<double>(value.size()));
 }
 
