@@ -11,6 +11,8 @@ export JOBS
 
 say() { printf '\n== %s\n' "$*"; }
 
+omniflight_version() { sed -n 's/^project(.* VERSION \([0-9.]*\).*/\1/p' "$OMNIFLIGHT_ROOT/src/omniflight_cli/CMakeLists.txt"; }
+
 # omniflight_build BASE [cmake arguments]: configures and builds the workspace into BASE/build and BASE/install;
 # OMNIFLIGHT_COLCON_SELECT may select packages ("--packages-up-to a b").
 omniflight_build() {

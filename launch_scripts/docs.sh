@@ -18,7 +18,7 @@ mkdir -p "$base"
 python3 docs/site/stage.py "$base"
 {
   cat docs/site/Doxyfile
-  echo "PROJECT_NUMBER = $(sed -n 's/^project(.* VERSION \([0-9.]*\).*/\1/p' src/omniflight_cli/CMakeLists.txt)"
+  echo "PROJECT_NUMBER = $(omniflight_version)"
   echo "OUTPUT_DIRECTORY = \"$base/pages\""
   echo "WARN_LOGFILE = \"$base/doxygen_warnings.txt\""
 } >"$base/Doxyfile"

@@ -18,7 +18,7 @@ command -v dpkg-shlibdeps >/dev/null || { echo "package.sh: dpkg-shlibdeps is mi
 for package in omniflight_cli omniflight_components omniflight_cmake; do
   [ -d "$installed/$package" ] || { echo "package.sh: $package is not in $installed: run ./launch_scripts/build.sh first" >&2; exit 4; }
 done
-version="$(sed -n 's/^project(.* VERSION \([0-9.]*\).*/\1/p' src/omniflight_cli/CMakeLists.txt)"
+version="$(omniflight_version)"
 architecture="$(dpkg --print-architecture)"
 work="$(mktemp -d)"
 trap 'rm -rf "$work"' EXIT

@@ -170,21 +170,20 @@ void plot_flights(report::Page& page, const std::vector<Outcome>& outcomes, cons
 /// Of a campaign that looks for causes: in how many cases one was found, which, and after how many flights.
 void cause_verdict(report::Page& page, const std::vector<Outcome>& outcomes) {
   std::size_t asked = 0, found = 0, most = 0;
-  std::string lines;
+  std::string lines, cause;
   for (const Outcome& o : outcomes) {
     if (o.investigation.empty()) continue;
     ++asked;
     lines += (lines.empty() ? "" : "\n") + o.flight.name + ": " + o.investigation + ".";
     if (o.cause.empty()) continue;
     ++found;
+    cause = o.cause;
     most = std::max(most, o.flights);
   }
   const std::string flights = fmt::format("{} flight{}", most, most == 1 ? "" : "s");
   std::string headline =
       fmt::format("One cause left in {} of {} cases, after {} at most", found, asked, flights);
-  if (asked == 1)
-    for (const Outcome& o : outcomes)
-      if (!o.cause.empty()) headline = fmt::format("Cause found after {}: {}", flights, o.cause);
+  if (asked == 1) headline = fmt::format("Cause found after {}: {}", flights, cause);
   if (found == 0) headline = "No case is down to one cause";
   page.verdict(found == asked ? report::Tone::ok : report::Tone::warn, headline, lines);
 }

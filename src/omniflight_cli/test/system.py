@@ -79,6 +79,16 @@ class SystemTest(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.dir = pathlib.Path(folder.name)
 
+    def small_disk(self, megabytes):
+        """A file system of that size, self.dir/disk, until the test ends; the test is skipped where it cannot be mounted."""
+        disk = self.dir / "disk"
+        disk.mkdir()
+        if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={megabytes}m", "tmpfs", str(disk)],
+                                               capture_output=True).returncode != 0:
+            self.skipTest("mounting a small tmpfs needs root")
+        self.addCleanup(subprocess.run, ["umount", str(disk)], check=True)
+        return disk
+
     def run_command(self, *arguments, timeout=60, expect=0, **options):
         """Runs `omniflight ARGUMENTS`; the completed process. Fails when the exit code is not `expect`."""
         done = subprocess.run([COMMAND, *map(str, arguments)], cwd=self.dir, text=True, capture_output=True,

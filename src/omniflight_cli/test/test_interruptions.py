@@ -3,7 +3,6 @@
 import os
 import resource
 import signal
-import subprocess
 import time
 import unittest
 
@@ -116,12 +115,7 @@ class FullDisk(system.SystemTest):
         return output + error
 
     def test_file_system_without_space(self):
-        disk = self.dir / "disk"
-        disk.mkdir()
-        if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=3m", "tmpfs", str(disk)],
-                                               capture_output=True).returncode != 0:
-            self.skipTest("mounting a small tmpfs needs root")
-        self.addCleanup(subprocess.run, ["umount", str(disk)], check=True)
+        disk = self.small_disk(3)
         fly = self.start_command("fly", "trajectory_1", "--out", disk / "flight")
         text = self.check(fly, disk / "flight")
         self.assertIn("No space left", text)

@@ -99,12 +99,7 @@ class BlockedWrites(test_rotor_line.EndsOnTheLine):
         self.compare("hung recorder", hang)
 
     def test_long_a_recorder_on_a_full_disk(self):
-        disk = self.dir / "disk"
-        disk.mkdir()
-        if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64m", "tmpfs", str(disk)],
-                                               capture_output=True).returncode != 0:
-            self.skipTest("mounting a small tmpfs needs root")
-        self.addCleanup(subprocess.run, ["umount", str(disk)], check=True)
+        disk = self.small_disk(64)
 
         def fill(_, folder):
             ballast = folder / "ballast"

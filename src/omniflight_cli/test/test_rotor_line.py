@@ -93,12 +93,7 @@ class EndsOnTheLine(system.SystemTest):
         self.check_ramp(ended)
 
     def test_long_full_disk_ends_no_flight(self):
-        disk = self.dir / "disk"
-        disk.mkdir()
-        if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=3m", "tmpfs", str(disk)],
-                                               capture_output=True).returncode != 0:
-            self.skipTest("mounting a small tmpfs needs root")
-        self.addCleanup(subprocess.run, ["umount", str(disk)], check=True)
+        disk = self.small_disk(3)
         fly, pids = self.take_off(disk / "flight", parameters=["-p", "gateway.least_free_MB=0"])
         began = time.monotonic()
         output = fly.communicate(timeout=40)

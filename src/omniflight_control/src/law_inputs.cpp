@@ -1,11 +1,9 @@
 // Which inputs a control law takes.
 #include "omniflight_control/controller.hpp"
+#include "within.hpp"
 
 namespace omniflight::control {
 namespace {
-
-/// False for what is not finite, too.
-bool within(const Vec3& v, double most) { return (v.array().abs() <= most).all(); }
 
 bool is_unit(const Quat& q) {
   constexpr double kTolerance = 0.01;

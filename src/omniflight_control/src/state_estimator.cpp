@@ -2,13 +2,9 @@
 
 #include <cmath>
 
+#include "within.hpp"
+
 namespace omniflight::control {
-namespace {
-
-/// False for what is not finite, too.
-bool within(const Vec3& v, double most) { return (v.array().abs() <= most).all(); }
-
-}  // namespace
 
 bool is_usable(double t, const Vec3& specific_force_B, const Vec3& gyro_B) {
   return std::abs(t) <= SensorLimits::time && within(specific_force_B, SensorLimits::specific_force) &&

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 
 #include "omniflight_diagnosis/diagnosis.hpp"
 #include "omniflight_diagnosis/neighbour_file.hpp"
@@ -25,17 +26,28 @@ std::vector<recording::Recording> load_all(const std::vector<std::string>& names
   return out;
 }
 
+/// The vehicle that flew this recording; nothing, and the test is skipped, where the recording is not at
+/// hand.
+std::optional<vehicle::Vehicle> vehicle_of(const std::string& recording, const std::string& name) {
+  if (!std::filesystem::exists(flights() / recording)) {
+    [] { GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA"; }();
+    return {};
+  }
+  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+  auto v = vehicle::load_vehicle(name);
+  EXPECT_TRUE(v) << v.error().text();
+  if (!v) return {};
+  return std::move(*v);
+}
+
 bool named(const Diagnosis& d, const std::string& effect) {
   return std::any_of(d.findings.begin(), d.findings.end(),
                      [&](const Finding& f) { return f.effect == effect; });
 }
 
 TEST(RealFlights, RotorDragIsNamedAndNoLoad) {
-  if (!std::filesystem::exists(flights() / "crazyflie_brushless/eckart00"))
-    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  const auto v = vehicle::load_vehicle("crazyflie_brushless");
-  ASSERT_TRUE(v) << v.error().text();
+  const auto v = vehicle_of("crazyflie_brushless/eckart00", "crazyflie_brushless");
+  if (!v) return;
   const std::string f = "crazyflie_brushless/eckart";
   const auto fit = load_all({f + "00", f + "06", f + "12", f + "17", f + "22"});
   const auto held_out = load_all({f + "01", f + "07", f + "13", f + "18"});
@@ -71,11 +83,8 @@ TEST(RealFlights, RotorDragIsNamedAndNoLoad) {
 }
 
 TEST(RealFlights, SpinUpExplainsTheYawOfQuickFlights) {
-  if (!std::filesystem::exists(flights() / "crazyflie_brushless/eckart30"))
-    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  const auto v = vehicle::load_vehicle("crazyflie_brushless");
-  ASSERT_TRUE(v) << v.error().text();
+  const auto v = vehicle_of("crazyflie_brushless/eckart30", "crazyflie_brushless");
+  if (!v) return;
   const std::string f = "crazyflie_brushless/eckart";
   Options o;
   o.rollouts = false;
@@ -105,11 +114,8 @@ TEST(RealFlights, SpinUpExplainsTheYawOfQuickFlights) {
 // Eight flights with a ball on a thread, 4 to 9 s, up to 60 degrees of swing. Its own track, which no fit
 // sees, is 0.522 m away from the vehicle's.
 TEST(RealFlights, ABallOnAThreadIsASlungLoadOfItsLength) {
-  if (!std::filesystem::exists(flights() / "crazyflie_payload/eckart07"))
-    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  const auto v = vehicle::load_vehicle("crazyflie_brushless");
-  ASSERT_TRUE(v) << v.error().text();
+  const auto v = vehicle_of("crazyflie_payload/eckart07", "crazyflie_brushless");
+  if (!v) return;
   Options o;
   o.rollouts = false;
   int named = 0;
@@ -138,11 +144,8 @@ const Finding* said(const Diagnosis& d, const std::string& effect) {
 }
 
 TEST(RealFlights, AVehicleFileSetWrongIsSaid) {
-  if (!std::filesystem::exists(flights() / "crazyflie_brushless/eckart01"))
-    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  const auto nominal = vehicle::load_vehicle("crazyflie_brushless");
-  ASSERT_TRUE(nominal) << nominal.error().text();
+  const auto nominal = vehicle_of("crazyflie_brushless/eckart01", "crazyflie_brushless");
+  if (!nominal) return;
   Options o;
   o.rollouts = false;
   for (const char* flight : {"01", "07", "13", "18", "23"}) {
@@ -219,11 +222,8 @@ struct Swap {
 };
 
 TEST(RealFlights, TheWashOfANeighbourIsNamedAndHalvesTheForceError) {
-  if (!std::filesystem::exists(flights() / "crazyflie_pairs/swapSS_cf50_00.csv.gz"))
-    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  auto v = vehicle::load_vehicle("crazyflie_brushed");
-  ASSERT_TRUE(v) << v.error().text();
+  auto v = vehicle_of("crazyflie_pairs/swapSS_cf50_00.csv.gz", "crazyflie_brushed");
+  if (!v) return;
   constexpr Swap kSmall[] = {{"swapSS_cf50_00", "swapSS_cf51_00"}, {"swapSS_cf50_02", "swapSS_cf51_02"}};
   constexpr Swap kLarge[] = {{"swapLL_cf102_00", "swapLL_cf101_00"}, {"swapLL_cf101_06", "swapLL_cf102_06"}};
   Options o;
@@ -250,11 +250,8 @@ TEST(RealFlights, TheWashOfANeighbourIsNamedAndHalvesTheForceError) {
 }
 
 TEST(RealFlights, ANeighbourThatWasElsewhereIsNoFinding) {
-  if (!std::filesystem::exists(flights() / "crazyflie_pairs/swapSS_cf50_00.csv.gz"))
-    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  auto v = vehicle::load_vehicle("crazyflie_brushed");
-  ASSERT_TRUE(v) << v.error().text();
+  auto v = vehicle_of("crazyflie_pairs/swapSS_cf50_00.csv.gz", "crazyflie_brushed");
+  if (!v) return;
   Options o;
   o.rollouts = false;
   for (const auto& [upper, mass] : {std::pair{Swap{"swapSS_cf51_02", "swapSS_cf50_02"}, 0.033},
@@ -272,11 +269,8 @@ TEST(RealFlights, ANeighbourThatWasElsewhereIsNoFinding) {
 }
 
 TEST(RealFlights, AWashOfNobodyIsAForceFromOutside) {
-  if (!std::filesystem::exists(flights() / "crazyflie_pairs/swapSS_cf50_00.csv.gz"))
-    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  auto v = vehicle::load_vehicle("crazyflie_brushed");
-  ASSERT_TRUE(v) << v.error().text();
+  auto v = vehicle_of("crazyflie_pairs/swapSS_cf50_00.csv.gz", "crazyflie_brushed");
+  if (!v) return;
   v->mass = 0.033;
   Options o;
   o.rollouts = false;
@@ -292,11 +286,8 @@ TEST(RealFlights, AWashOfNobodyIsAForceFromOutside) {
 }
 
 TEST(RealFlights, TakeOffsShowTheGroundEffectWithItsHeightLaw) {
-  if (!std::filesystem::exists(flights() / "crazyflie_pairs/takeoffS19_cf50_00.csv.gz"))
-    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  auto v = vehicle::load_vehicle("crazyflie_brushed");
-  ASSERT_TRUE(v) << v.error().text();
+  auto v = vehicle_of("crazyflie_pairs/takeoffS19_cf50_00.csv.gz", "crazyflie_brushed");
+  if (!v) return;
   for (const auto& [name, mass] : {std::pair{"takeoffS19_cf50_00", 0.033}, {"takeoffL19_cf101_00", 0.065}}) {
     v->mass = mass;
     for (vehicle::Rotor& r : v->rotors) r.max_thrust = 5 * mass;
@@ -314,11 +305,8 @@ TEST(RealFlights, TakeOffsShowTheGroundEffectWithItsHeightLaw) {
 }
 
 TEST(RealFlights, AMotorThatIsSlowerOrQuickerThanTheFileIsNamed) {
-  if (!std::filesystem::exists(flights() / "crazyflie_brushless/eckart01"))
-    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  auto v = vehicle::load_vehicle("crazyflie_brushless");
-  ASSERT_TRUE(v) << v.error().text();
+  auto v = vehicle_of("crazyflie_brushless/eckart01", "crazyflie_brushless");
+  if (!v) return;
   for (const auto& [name, told] :
        {std::pair{"eckart01", 0.015}, {"eckart08", 0.015}, {"eckart18", 0.015}, {"eckart18", 0.07}}) {
     for (vehicle::Rotor& r : v->rotors) r.time_constant = told;
@@ -338,11 +326,8 @@ TEST(RealFlights, AMotorThatIsSlowerOrQuickerThanTheFileIsNamed) {
 }
 
 TEST(RealFlights, AStuckSpeedSensorIsNamed) {
-  if (!std::filesystem::exists(flights() / "crazyflie_brushed/jana20"))
-    GTEST_SKIP() << "no recordings at " << flights() << "; set OMNIFLIGHT_REAL_DATA";
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  const auto v = vehicle::load_vehicle("crazyflie_brushed");
-  ASSERT_TRUE(v) << v.error().text();
+  const auto v = vehicle_of("crazyflie_brushed/jana20", "crazyflie_brushed");
+  if (!v) return;
   const auto good = load_all({"crazyflie_brushed/jana00"}), bad = load_all({"crazyflie_brushed/jana20"});
   ASSERT_EQ(good.size() + bad.size(), 2u);
   Options options;

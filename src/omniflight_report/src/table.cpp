@@ -42,8 +42,8 @@ Result<std::string> render(const Table& table) {
   }
   std::vector<std::string> classes;
   std::vector<bool> whole;
-  // narrower than a phone's screen, a row becomes a block of labelled lines
-  std::string out = table.columns.size() > 3 ? "<figure class=\"table wide\">" : "<figure class=\"table\">";
+  const bool wide = table.columns.size() > 3;  // on a phone's screen a row becomes a block of labelled lines
+  std::string out = wide ? "<figure class=\"table wide\">" : "<figure class=\"table\">";
   if (!table.caption.empty()) out += "<figcaption>" + escape_html(table.caption) + "</figcaption>";
   out += "<div class=\"scroll\"><table><thead><tr>";
   for (std::size_t c = 0; c < table.columns.size(); ++c) {
@@ -63,7 +63,7 @@ Result<std::string> render(const Table& table) {
       const auto* number = std::get_if<double>(&row[c].value);
       const Column& column = table.columns[c];
       out += "<td class=\"" + classes[c] + colour(row[c]) + "\"";
-      if (table.columns.size() > 3)
+      if (wide)
         out += " data-label=\"" + escape_html(column.name) +
                (column.unit.empty() ? "" : " [" + escape_html(column.unit) + "]") + "\"";
       out += ">";

@@ -221,28 +221,21 @@ double Evidence::log_integral(const Layout& layout, const Eigen::VectorXd& u,
 /// How wrong a law is, is unknown itself: a mass is exact, a wake is not. The mean over RMS errors that are
 /// equally likely. Deviations are with the largest of them: an estimate is not surer than its law.
 double Evidence::log_integral_over_law_errors(const Layout& layout, const Eigen::VectorXd& u,
-                                              const Eigen::VectorXd& gradient, Eigen::Index law,
-                                              SetFit& fit) {
-  if (law == 0) return log_integral(layout, u, fit.precision, gradient);
-  const Eigen::Index size = u.size();
+                                              const Eigen::MatrixXd& precision,
+                                              const Eigen::VectorXd& gradient, Eigen::Index law) {
+  if (law == 0) return log_integral(layout, u, precision, gradient);
   std::array<double, kLawErrors.size()> value{};
-  double best = -1e300;
-  const auto shares = [&](double share) {
-    Eigen::VectorXd d = Eigen::VectorXd::Ones(size);
-    d.tail(law).setConstant(share);
-    return d;
-  };
-  const auto scaled = [&](const Eigen::VectorXd& d) {
-    Eigen::MatrixXd precision = fit.precision - Eigen::MatrixXd::Identity(size, size);
-    precision = d.asDiagonal() * precision * d.asDiagonal();
-    precision.diagonal().array() += 1;
-    return precision;
-  };
   for (std::size_t k = 0; k < kLawErrors.size(); ++k) {
-    const Eigen::VectorXd d = shares(kLawErrors[k]);
-    value[k] = log_integral(layout, u, scaled(d), d.cwiseProduct(gradient));
-    best = std::max(best, value[k]);
+    const double share = kLawErrors[k];
+    Eigen::MatrixXd scaled = precision;
+    scaled.bottomRows(law) *= share;
+    scaled.rightCols(law) *= share;
+    scaled.diagonal().tail(law).array() += 1 - share * share;  // the prior stays one
+    Eigen::VectorXd slope = gradient;
+    slope.tail(law) *= share;
+    value[k] = log_integral(layout, u, scaled, slope);
   }
+  const double best = *std::max_element(value.begin(), value.end());
   double sum = 0;
   for (const double v : value) sum += std::exp(v - best);
   return best + std::log(sum / static_cast<double>(value.size()));
@@ -387,8 +380,8 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
     gradient.tail(law.cols()) = law.transpose() * beyond;
   }
   for (const Eigen::Index k : free) gradient[k] = 0;
-  out.log_evidence = -objective + log_integral_over_law_errors(layout, u, gradient, law.cols(), out);
-  factor.compute(out.precision);
+  out.log_evidence =
+      -objective + log_integral_over_law_errors(layout, u, out.precision, gradient, law.cols());
   const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(u.size(), u.size()));
   for (std::size_t m = 0; m < members.size(); ++m)
     for (std::size_t k = 0; k < layout.theta[m].size(); ++k) {

@@ -77,7 +77,8 @@ class Evidence {
   static double log_integral(const Layout& layout, const Eigen::VectorXd& u, const Eigen::MatrixXd& precision,
                              const Eigen::VectorXd& gradient);
   static double log_integral_over_law_errors(const Layout& layout, const Eigen::VectorXd& u,
-                                             const Eigen::VectorXd& gradient, Eigen::Index law, SetFit& fit);
+                                             const Eigen::MatrixXd& precision,
+                                             const Eigen::VectorXd& gradient, Eigen::Index law);
   double first_stage_of(const SetMember& member) const;
   Eigen::MatrixXd law_error_columns(const std::vector<SetMember>& members) const;
 

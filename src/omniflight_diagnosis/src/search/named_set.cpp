@@ -31,8 +31,7 @@ bool does_something(const Inference& in, const SetMember& member) {
 
 SetFit named_set(const Inference& in, const Options& o) {
   const Posterior& p = in.posterior;
-  const Evidence evidence(*in.problem, *in.noise, in.hypotheses, o.law_error, in.tolerances);
-  if (!p.alarm()) return evidence.fit({});
+  if (!p.alarm()) return p.nothing;
   std::vector<std::pair<double, std::size_t>> members;
   for (std::size_t k = 0; k < p.best.members.size(); ++k) {
     if (!does_something(in, p.best.members[k])) continue;
@@ -48,7 +47,8 @@ SetFit named_set(const Inference& in, const Options& o) {
     if (!(at_least >= 1 - kAlarm)) break;
     named.push_back(p.best.members[k]);
   }
-  return named.size() == p.best.members.size() ? p.best : evidence.fit(std::move(named));
+  if (named.size() == p.best.members.size()) return p.best;
+  return Evidence(*in.problem, *in.noise, in.hypotheses, o.law_error, in.tolerances).fit(std::move(named));
 }
 
 double deviation_over_sets(const Posterior& posterior, const std::vector<Hypothesis>& hypotheses,
