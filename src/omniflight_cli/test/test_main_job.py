@@ -1,6 +1,7 @@
 """The main job: a nominal and a tethered flight of trajectory 2, compared, diagnosed, and the model flown again."""
 
 import csv
+import json
 import re
 import unittest
 
@@ -71,14 +72,16 @@ class MainJob(system.SystemTest):
         self.assertGreater(abs(power["simulated_before_W"] / power["real_W"] - 1), 0.2)
 
     def test_a_proposal_that_fits_nowhere_loses_nothing_of_the_diagnosis(self):
-        # only torques tell a load from a weak thrust
+        # a light load, where thrust has been found weak before: only torques tell them apart
+        (self.dir / "prior.json").write_text(json.dumps({
+            "schema": "omniflight.diagnosis/1", "findings": [{"effect": "thrust_scale", "probability": 0.9}]}))
         (self.dir / "load.yaml").write_text(
-            "schema: omniflight.model/1\neffects:\n  - {id: payload_mass, parameters: {mass: 0.15}}\n")
+            "schema: omniflight.model/1\neffects:\n  - {id: payload_mass, parameters: {mass: 0.1}}\n")
         self.run_command("plan", "trajectory_1", "--out", "plan", "--quiet")
         self.fly("trajectory_1", "--plan", "plan", "--sensors", "laboratory", "--in-process", "--effects", "load.yaml",
                  out="load")
         self.run_command("diagnose", "load/flight.mcap", "--vehicle", "omnimorph", "--out", "diagnosis", "--quiet",
-                         "--test-bed", "nowhere", timeout=80)
+                         "--test-bed", "nowhere", "--prior", "prior.json", timeout=80)
         found = self.json("diagnosis/diagnosis.json")
         self.assertEqual(found["verdict"], "ambiguous", "then no flight is proposed, and this test tells nothing")
         self.assertIn("no test bed map 'nowhere'", " ".join(found["left_out"]))

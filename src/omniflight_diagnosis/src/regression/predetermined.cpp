@@ -13,6 +13,13 @@ namespace {
 /// some samples, so that sensor noise in it is small, and short against the motion.
 constexpr double kResidualMemory = 0.1;
 
+/// Apart from a sample [s], from which on others are taken to predict it: turbulence about a multirotor
+/// forgets most of itself meanwhile.
+constexpr double kApart = 0.3;
+/// Longest stretch that is left out at once [s]: short against a manoeuvre, since a flight that never repeats
+/// one is predicted by what is before and after it.
+constexpr double kBlock = 1.0;
+
 /// The motion of a vehicle follows its reference with some delay: shifts at which it predicts, s.
 constexpr double kReferenceStep = 0.075;
 constexpr int kReferenceShifts = 4;  ///< from one step ahead
@@ -24,28 +31,29 @@ Vec6 acceleration_of(const physics::Situation& x) {
 }
 
 /// Speeds and accelerations of rotors as expected from their own past and from what a controller acts on.
-template <class Seen>
-void predict_rotors(std::vector<physics::Situation>& out, int lag, const Seen& seen,
-                    const Eigen::MatrixXd& asked) {
+template <class Measured>
+void predict_rotors(std::vector<physics::Situation>& out, int lag, int block, int apart,
+                    const Measured& measured, const Eigen::MatrixXd& asked) {
   const auto n = static_cast<Eigen::Index>(out.size());
   constexpr Eigen::Index kState = 15, kOwn = 4;
   Eigen::MatrixXd known(n, kState + asked.cols() + kOwn), targets(n, 2);
   known.middleCols(kState, asked.cols()) = asked;
   for (Eigen::Index i = 0; i < n; ++i) {
-    const physics::Situation &a = seen(static_cast<int>(i) - lag), &b = seen(static_cast<int>(i) - lag - 1);
+    const physics::Situation &a = measured(static_cast<int>(i) - lag),
+                             &b = measured(static_cast<int>(i) - lag - 1);
     known.row(i).head<kState>() << a.body.w_WB_B.transpose(), b.body.w_WB_B.transpose(), a.g_B.transpose(),
         a.v_WB_B.transpose(), a.body.p_WB.transpose();
   }
   for (int r = 0; r < out[0].rotor_count; ++r) {
     const auto rotor = [&](Eigen::Index i) -> const physics::RotorSituation& {
-      return seen(static_cast<int>(i)).rotors[static_cast<std::size_t>(r)];
+      return measured(static_cast<int>(i)).rotors[static_cast<std::size_t>(r)];
     };
     for (Eigen::Index i = 0; i < n; ++i) {
       known.row(i).tail<kOwn>() << rotor(i - lag).speed, rotor(i - lag).acceleration,
           rotor(i - lag - 1).speed, rotor(i - lag - 2).speed;
       targets.row(i) << rotor(i).speed, rotor(i).acceleration;
     }
-    const Eigen::MatrixXd predicted = predict_linearly(known, targets);
+    const Eigen::MatrixXd predicted = predict_linearly(known, targets, block, apart);
     for (Eigen::Index i = 0; i < n; ++i) {
       physics::RotorSituation& x = out[static_cast<std::size_t>(i)].rotors[static_cast<std::size_t>(r)];
       x.speed = predicted(i, 0);
@@ -83,11 +91,10 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
                                               const Vec3& center_of_mass, double period, int lag) {
   const int n = segment.end - segment.begin;
   const double ahead = lag * period;
+  const int apart = lag + static_cast<int>(std::lround(kApart / period)),
+            block = std::max(1, static_cast<int>(std::lround(kBlock / period)));
   const Eigen::PartialPivLU<Mat6> mass(inertia);
   const auto measured = [&](int i) -> const physics::Situation& {
-    return f.situation[static_cast<std::size_t>(segment.begin + std::max(0, i))];
-  };
-  const auto seen = [&](int i) -> const physics::Situation& {
     return f.situation[static_cast<std::size_t>(segment.begin + std::max(0, i))];
   };
   std::vector<Vec6> rest, slow;  // wrench residual, and its average up to this sample
@@ -98,12 +105,12 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
   }
   std::vector<physics::Situation> out(f.situation.begin() + segment.begin, f.situation.begin() + segment.end);
   const Eigen::MatrixXd asked = reference_around(f.reference, segment, period);
-  predict_rotors(out, lag, seen, asked);
+  predict_rotors(out, lag, block, apart, measured, asked);
   Eigen::MatrixXd known(n, 24 + asked.cols()), targets(n, 9);
   known.rightCols(asked.cols()) = asked;
   for (int i = 0; i < n; ++i) {
     physics::Situation& s = out[static_cast<std::size_t>(i)];
-    const physics::Situation &now = measured(i), &then = measured(i - lag), &last = seen(i - lag);
+    const physics::Situation &now = measured(i), &then = measured(i - lag), &last = measured(i - lag);
     // acceleration: what the rotors are expected to do, and what was left over so far
     const Vec6 modelled =
         acceleration_of(now) +
@@ -114,25 +121,29 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
     const Vec3 v = last.v_WB_B + ahead * mean.head<3>();  // along the axes of then
     known.row(i).head<24>() << w.transpose(), v.transpose(), last.body.w_WB_B.transpose(),
         last.v_WB_B.transpose(), left.transpose(), modelled.transpose();
-    targets.row(i) << seen(i).body.w_WB_B.transpose(),
-        (last.R_WB.transpose() * seen(i).body.v_WB_W).transpose(), now.dw_WB_B.transpose();
+    targets.row(i) << measured(i).body.w_WB_B.transpose(),
+        (last.R_WB.transpose() * measured(i).body.v_WB_W).transpose(), now.dw_WB_B.transpose();
     // what loads remember of the motion is driven by the measured acceleration
     s.observed = true;
     s.observed_a_B = now.a_WB_B;
     s.observed_dw_B = now.dw_WB_B;
     s.a_WB_B = modelled.head<3>();
   }
-  const Eigen::MatrixXd predicted = predict_linearly(known, targets);
+  // An angular acceleration that followed the residual so far would make an inertia of any sign predict it.
+  Eigen::MatrixXd motion(n, 12 + asked.cols());
+  motion << known.middleCols(6, 6), known.middleCols(18, 6), asked;
+  const Eigen::MatrixXd predicted = predict_linearly(known, targets.leftCols(6), block, apart),
+                        turning = predict_linearly(motion, targets.rightCols(3), block, apart);
   for (int i = lag; i < n; ++i) {
     physics::Situation& s = out[static_cast<std::size_t>(i)];
-    const physics::Situation& last = seen(i - lag);
+    const physics::Situation& last = measured(i - lag);
     s.body.w_WB_B = predicted.row(i).segment<3>(0).transpose();
     s.body.v_WB_W = last.R_WB * Vec3(predicted.row(i).segment<3>(3).transpose());
     s.body.p_WB = last.body.p_WB + 0.5 * ahead * (last.body.v_WB_W + s.body.v_WB_W);
     s.body.q_WB = last.body.q_WB * exp_rotation(0.5 * ahead * (last.body.w_WB_B + s.body.w_WB_B));
     s.R_WB = s.body.q_WB.toRotationMatrix();
     s.v_WB_B = s.R_WB.transpose() * s.body.v_WB_W;
-    s.dw_WB_B = predicted.row(i).segment<3>(6).transpose();
+    s.dw_WB_B = turning.row(i).transpose();
     // The specific force is that of the predicted rotors, and gravity turns with the predicted attitude. With
     // what the residual lets expect, a mass of any sign would predict the residual.
     const Vec3 g_B = s.R_WB.transpose() * Vec3(0, 0, -s.environment.gravity);

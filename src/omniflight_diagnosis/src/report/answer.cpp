@@ -16,15 +16,17 @@ namespace omniflight::diagnosis {
 namespace {
 
 constexpr double kCredible = 0.95;  ///< posterior mass of a credible set
-constexpr double kExplained = 0.8;  ///< of one set, that it is called the explanation
+constexpr double kExplained = 0.8;  ///< from which on something is taken as decided in the verdict
 /// Standard deviation over that of the prior from which on a flight says nothing of a parameter.
 constexpr double kUninformed = 0.95;
+const std::string kUnknown = "unknown";  ///< any function of the state, outside the library
+
 /// Effects by id: rotors of one effect are one.
 std::set<std::string> names_of(const Inference& in, const std::vector<int>& hypotheses) {
   std::set<std::string> out;
   for (const int h : hypotheses) {
     const Hypothesis& x = in.hypotheses[static_cast<std::size_t>(h)];
-    out.insert(x.pattern ? "unknown" : x.id);
+    out.insert(x.pattern ? kUnknown : x.id);
   }
   return out;
 }
@@ -235,6 +237,20 @@ void add_series(const Inference& in, std::span<const Flight* const> flights, con
   }
 }
 
+/// Whether all that is named holds together, and every further effect of the library is absent, each with
+/// kExplained. Physics outside the library is told where it is likelier than not.
+bool is_decided(const std::map<std::set<std::string>, double>& sets, const std::set<std::string>& named) {
+  double hold = 0;
+  std::map<std::string, double> further;
+  for (const auto& [names, probability] : sets) {
+    if (std::includes(names.begin(), names.end(), named.begin(), named.end())) hold += probability;
+    for (const std::string& name : names)
+      if (!named.contains(name) && name != kUnknown) further[name] += probability;
+  }
+  return hold >= kExplained && std::all_of(further.begin(), further.end(),
+                                           [](const auto& x) { return x.second <= 1 - kExplained; });
+}
+
 }  // namespace
 
 void add_posterior(const Inference& in, const SetFit& fit, std::span<const Flight* const> flights,
@@ -285,14 +301,12 @@ void add_posterior(const Inference& in, const SetFit& fit, std::span<const Fligh
   for (int c = 0; c < 6; ++c)
     d.fit.in_sample.push_back({"", kChannels[static_cast<std::size_t>(c)], channel_unit(c),
                                rms(problem.residual().segment(c * n, n)), rms(rest.segment(c * n, n))});
-  const auto said = sets.find(named);
-  const double mass = said == sets.end() ? 0.0 : said->second;
   if (!something)
     d.verdict = Verdict::nothing_missing;
   else if (!d.unexplained.empty())
     d.verdict = Verdict::unexplained;
   else
-    d.verdict = mass >= kExplained ? Verdict::explained : Verdict::ambiguous;
+    d.verdict = is_decided(sets, named) ? Verdict::explained : Verdict::ambiguous;
 }
 
 }  // namespace omniflight::diagnosis
