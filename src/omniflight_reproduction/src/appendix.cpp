@@ -100,6 +100,7 @@ Result<Finding> runs(const Inputs& in) {
     }
     f.rows.push_back(shown("mean error of all rotors, " + name, "rad/s", overall));
   }
+  if (t.rows.empty()) return fail(ErrorCode::incomplete, "the flights were not flown", "A.5");
   f.tables = {t};
   f.notes = {
       "The columns of runs.csv, to which `omniflight compare-runs` appends a line a run, with gains and "

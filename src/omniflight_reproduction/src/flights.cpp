@@ -13,8 +13,8 @@ std::string model(const std::string& effects) { return "schema: omniflight.model
 /// nothing there takes mass away; the yaw gain is lowered in the controller.
 constexpr const char* kOtherWorld = R"(schema: omniflight.proof_world/1
 name: thesis_laboratory
-floor_z_m: 0.86
-cable: {linear_density_kgpm: 1.15, length_m: 1.28, links: 16, diameter_m: 0.012, attachment_m: [0, 0, -0.12], floor_friction: 0.5}
+floor_z_m: 0.595
+cable: {linear_density_kgpm: 0.53, length_m: 1.44, links: 16, diameter_m: 0.012, attachment_m: [0, 0, -0.12], floor_friction: 0.5}
 pulls:
   - {force_N: [0, 0, 0.863]}
   - {force_N: [0.5, -0.8, 0]}
@@ -68,9 +68,9 @@ const std::vector<Cause>& causes() {
       {"battery", "battery on the table: 0.088 kg less than the model's 1.315 kg",
        "Table 4.1 less its battery is 1.227 kg; section 6.1",
        "  - {id: payload_mass, parameters: {mass: -0.088}}\n"},
-      {"tether", "cables of 1.15 kg/m that are lifted from 0.98 m on",
+      {"tether", "cables of 0.53 kg/m that are lifted from 0.715 m on",
        "section 8.1 ('approximately 500 g'); density and height chosen so that both printed powers come out",
-       "  - {id: hung_cable, parameters: {linear_density: 1.15, start_height: 0.98, length: 5.0}}\n"},
+       "  - {id: hung_cable, parameters: {linear_density: 0.53, start_height: 0.715, length: 5.0}}\n"},
       {"delays", "commands 4 ms late on the upper board, 12 ms on the lower",
        "section 8.1.1 names delays per board and gives none; chosen within what keeps it flying",
        "  - {id: transport_delay, parameters: {board_0: 0.004, board_1: 0.012}}\n"},

@@ -189,6 +189,7 @@ Status write_page(const std::vector<Computed>& all, const std::string& version,
                "was computed by this program; every printed one has its place below its figure.");
   for (const std::string& remark : remarks) page.paragraph(remark);
   page.section("Overview").table(overview(all));
+  if (all.size() > 3) page.filter("Show only figures that mention");
   for (const Computed& one : all) show(page, one);
   return page.write(path);
 }

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "omniflight_reproduction/figure.hpp"
+#include "omniflight_reproduction/flights.hpp"
 #include "omniflight_reproduction/printed.hpp"
 
 namespace omniflight::reproduction {
@@ -78,6 +79,33 @@ TEST(Figures, AreAllThereAndFoundByAnyName) {
     EXPECT_EQ(ids.count(id), 1u) << id;
   EXPECT_EQ(find_figure("figure a.2"), find_figure("A.2"));
   EXPECT_EQ(find_figure("9.9"), nullptr);
+}
+
+TEST(Figures, ThatNeedFlightsSaySoWithoutThem) {
+  for (const Figure& f : figures()) {
+    EXPECT_EQ(f.fast, f.flights.empty()) << f.id;
+    for (const std::string& name : f.flights) EXPECT_NE(find_flight(name), nullptr) << f.id << " " << name;
+    if (f.fast) continue;
+    const auto found_nothing = f.compute(inputs());
+    ASSERT_FALSE(found_nothing) << f.id;
+    EXPECT_EQ(found_nothing.error().code, ErrorCode::incomplete) << f.id;
+  }
+}
+
+TEST(Flights, HaveEachCauseAloneAndAllTogether) {
+  for (const char* t : {"t1_", "t2_"}) {
+    const Flight* all = find_flight(std::string(t) + "hidden_boards");
+    ASSERT_NE(all, nullptr);
+    EXPECT_EQ(all->plant, "emulator");
+    EXPECT_EQ(all->model, find_flight(std::string(t) + "hidden")->model) << "the same world in both";
+    for (const Cause& cause : causes()) {
+      const Flight* alone = find_flight(t + std::string(cause.id));
+      ASSERT_NE(alone, nullptr) << cause.id;
+      EXPECT_NE(all->model.find(cause.effects), std::string::npos) << cause.id;
+      EXPECT_NE(alone->model.find(cause.effects), std::string::npos) << cause.id;
+    }
+    EXPECT_TRUE(find_flight(std::string(t) + "nominal")->model.empty());
+  }
 }
 
 TEST(Finding, ComesBackFromItsFile) {
