@@ -30,6 +30,12 @@ laws:
   - {kind: torsion, gain: 0.03, axis: [0, 0, 1], center_m: [0.5, 0, 0]}
 )";
 
+/// The thesis prints no gains. With the shipped ones integral action takes a pull out within seconds; these
+/// were chosen by trajectory 1's printed errors in x and y.
+const std::map<std::string, std::string> kSofterGains{{"controller.kp", "[3.0, 3.0, 12.0]"},
+                                                      {"controller.kv", "[3.0, 3.0, 6.0]"},
+                                                      {"controller.ki", "[0.5, 0.5, 4.0]"}};
+
 std::vector<Flight> made() {
   std::string everything;
   for (const Cause& c : causes()) everything += c.effects;
@@ -50,6 +56,8 @@ std::vector<Flight> made() {
     add("nominal", "simulator", "");
     for (const Cause& c : causes()) add(c.id, "simulator", model(c.effects));
     add("hidden", "simulator", model(everything));
+    add("hidden_soft", "simulator", model(everything));
+    out.back().parameters = kSofterGains;
     add("hidden_boards", "emulator", model(everything));
     add("nominal_mujoco", "mujoco", "");
     add("hidden_mujoco", "mujoco", "");
