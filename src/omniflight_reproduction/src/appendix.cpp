@@ -70,38 +70,48 @@ Result<Finding> at_50_deg(const Inputs& in) {
   return f;
 }
 
-/// |commanded - measured speed| of every rotor while the reference moves: what compare-runs appends to
-/// runs.csv.
+/// Mean and largest |commanded - measured speed| [rad/s] of a rotor while the reference moves.
+std::pair<double, double> speed_error(const Flown& flight, Eigen::Index rotor) {
+  const auto *speed = flight.recording->find("rotor_speed"),
+             *command = flight.recording->find("rotor_command");
+  const double none = std::nan("");
+  if (!speed || !command || rotor >= std::min(speed->width(), command->width())) return {none, none};
+  const recording::Signal moving = recording::window(*speed, flight.metrics.from, flight.metrics.to);
+  const Eigen::VectorXd error =
+      (recording::resample(*command, moving.t_s).col(rotor) - moving.values.col(rotor)).cwiseAbs();
+  double sum = 0, most = 0, used = 0;
+  for (const double e : error)
+    if (std::isfinite(e)) sum += e, most = std::max(most, e), ++used;
+  return used > 0 ? std::pair{sum / used, most} : std::pair{none, none};
+}
+
+/// What compare-runs appends to runs.csv.
 Result<Finding> runs(const Inputs& in) {
   Finding f;
-  report::Table t;
-  t.caption = "Mean and largest |commanded - measured speed| of each rotor [rad/s]";
-  t.columns = {{.name = "run"}};
-  for (int k = 0; k < in.omnimorph.rotor_count(); ++k) {
-    t.columns.push_back({.name = fmt::format("rotor {} mean", k + 1), .significant_digits = 3});
-    t.columns.push_back({.name = fmt::format("rotor {} largest", k + 1), .significant_digits = 3});
+  report::Table t, largest;
+  t.caption = "Mean |commanded - measured speed| of each rotor [rad/s]";
+  largest.caption = "The largest [rad/s]";
+  for (report::Table* table : {&t, &largest}) {
+    table->columns = {{.name = "rotor"}};
+    for (int k = 0; k < in.omnimorph.rotor_count(); ++k)
+      table->rows.push_back({report::Cell(std::to_string(k + 1))});
   }
-  for (const auto& [name, recording] : in.flights) {
+  for (const char* name : {"t1_nominal", "t1_hidden_boards", "t2_nominal", "t2_hidden_boards"}) {
     const auto x = flown(in, name);
     if (!x) return Failure(x.error());
-    const auto *speed = recording.find("rotor_speed"), *command = recording.find("rotor_command");
-    if (!*x || !speed || !command) continue;
-    const recording::Signal moving = recording::window(*speed, (*x)->metrics.from, (*x)->metrics.to);
-    const Eigen::MatrixXd error = (recording::resample(*command, moving.t_s) - moving.values).cwiseAbs();
-    auto& row = t.rows.emplace_back(std::vector<report::Cell>{name});
+    if (!*x) return fail(ErrorCode::incomplete, "the flight was not flown", name);
+    for (report::Table* table : {&t, &largest})
+      table->columns.push_back({.name = name, .significant_digits = 3});
     double overall = 0;
-    for (Eigen::Index k = 0; k < in.omnimorph.rotor_count(); ++k) {
-      double sum = 0, most = 0, used = 0;
-      for (Eigen::Index i = 0; k < error.cols() && i < error.rows(); ++i)
-        if (std::isfinite(error(i, k))) sum += error(i, k), most = std::max(most, error(i, k)), ++used;
-      row.emplace_back(used > 0 ? sum / used : std::nan(""));
-      row.emplace_back(used > 0 ? most : std::nan(""));
-      overall += used > 0 ? sum / used / in.omnimorph.rotor_count() : 0;
+    for (std::size_t k = 0; k < t.rows.size(); ++k) {
+      const auto [mean, most] = speed_error(**x, static_cast<Eigen::Index>(k));
+      t.rows[k].emplace_back(mean);
+      largest.rows[k].emplace_back(most);
+      overall += mean / static_cast<double>(t.rows.size());
     }
-    f.rows.push_back(shown("mean error of all rotors, " + name, "rad/s", overall));
+    f.rows.push_back(shown(std::string("mean error of all rotors, ") + name, "rad/s", overall));
   }
-  if (t.rows.empty()) return fail(ErrorCode::incomplete, "the flights were not flown", "A.5");
-  f.tables = {t};
+  f.tables = {t, largest};
   f.notes = {
       "The columns of runs.csv, to which `omniflight compare-runs` appends a line a run, with gains and "
       "time."};
