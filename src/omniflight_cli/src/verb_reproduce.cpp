@@ -96,8 +96,9 @@ class Run {
       keys_.push_back(*key);
       if (!o_.force) keep(one, *key);
     }
+    compute(true);  // first what takes no flight: an interrupted run has it
     fly_and_diagnose();
-    compute();
+    compute(false);
     return conclude();
   }
 
@@ -164,13 +165,14 @@ class Run {
       remarks_.push_back("Not diagnosed: " + text.error().text());
   }
 
-  void compute() {
+  void compute(bool fast) {
     std::atomic<std::size_t> next{0}, done{0};
     std::mutex mutex;
-    Progress progress("figures", static_cast<double>(all_.size()), "figures", common_.quiet);
+    Progress progress(fast ? "figures without flights" : "figures", static_cast<double>(all_.size()),
+                      "figures", common_.quiet);
     const auto work = [&] {
       for (std::size_t k = next++; k < all_.size(); k = next++) {
-        if (!all_[k].finding) compute_one(all_[k], keys_[k]);
+        if (!all_[k].finding && all_[k].figure->fast == fast) compute_one(all_[k], keys_[k]);
         const std::lock_guard lock(mutex);
         progress.update(static_cast<double>(++done));
       }
@@ -183,7 +185,8 @@ class Run {
 
   void compute_one(Computed& one, const std::string& key) {
     if (time_.over()) {
-      one.why_not = "the time was over; the same command goes on";
+      one.why_not = interrupted() ? "interrupted; the same command goes on"
+                                  : "the time was over; the same command goes on";
       return;
     }
     const auto begin = std::chrono::steady_clock::now();
