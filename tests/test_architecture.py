@@ -22,7 +22,7 @@ LEVELS = {
     "vehicle": 1, "physics": 1,
     "allocation": 2, "control": 2, "planning": 2, "recording": 2, "identification": 2, "gateway": 2, "safety": 2,
     "simulation": 3, "diagnosis": 3, "report": 3, "view": 3,
-    "bus": 4,
+    "bus": 4, "reproduction": 4,
     "components": 5, "cli": 5, "proof": 5, "python": 5,
 }
 # Within a level only these; everything may use the build conventions of omniflight_cmake.

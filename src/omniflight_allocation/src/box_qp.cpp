@@ -3,6 +3,12 @@
 #include "box_qp_workspace.hpp"
 
 namespace omniflight::allocation {
+namespace {
+
+/// KKT residual above which kept pivots are not trusted; what they give is below 1e-13.
+constexpr double kTrusted = 1e-10;
+
+}  // namespace
 
 const char* to_string(QpStatus status) {
   switch (status) {
@@ -35,6 +41,18 @@ BoxQpSolution BoxQpSolver::solve(const QpVector& g, const QpVector& lower, const
   const auto n = g.size();
   if (n < 1 || n != workspace_.n || lower.size() != n || upper.size() != n) return out;
   qp_kernel::solve({g.data(), lower.data(), upper.data(), start.data()}, workspace_, out);
+  const bool ended = out.status == QpStatus::solved || out.status == QpStatus::iteration_limit;
+  if (ended && !(out.kkt_residual < kTrusted)) {
+    // Kept pivots of a nearly singular matrix, and a minimum that all but touches a bound: refinement has
+    // stalled there. From nothing the same program is solved to rounding.
+    workspace_.swept = false;
+    workspace_.pivoted = 0;
+    workspace_.exchanges = 0;
+    const ActiveSet none{};
+    const int before = out.iterations;
+    qp_kernel::solve({g.data(), lower.data(), upper.data(), none.data()}, workspace_, out = {});
+    out.iterations += before;
+  }
   return out;
 }
 

@@ -3,7 +3,8 @@
 // at 60 deg).
 #include <gtest/gtest.h>
 
-#include "closed_loop.hpp"
+#include "omniflight_allocation/closed_loop.hpp"
+#include "omnimorph.hpp"
 
 namespace omniflight::allocation {
 namespace {

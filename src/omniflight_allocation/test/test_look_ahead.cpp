@@ -2,8 +2,10 @@
 // period to period loses the vehicle.
 #include <gtest/gtest.h>
 
-#include "closed_loop.hpp"
+#include "omniflight_allocation/allocator.hpp"
+#include "omniflight_allocation/closed_loop.hpp"
 #include "omniflight_allocation/look_ahead.hpp"
+#include "omnimorph.hpp"
 
 namespace omniflight::allocation {
 namespace {

@@ -4,33 +4,12 @@
 
 #include <algorithm>
 
+#include "omniflight_allocation/outline.hpp"
+
 namespace omniflight::cli {
 namespace {
 
-using Point = std::pair<double, double>;
-
 constexpr std::size_t kMostHulls = 6;  // more lines in one drawing are not told apart
-
-/// Corners of the convex hull, counterclockwise (Andrew's monotone chain); of points on a line, its ends.
-std::vector<Point> convex_hull(std::vector<Point> points) {
-  std::sort(points.begin(), points.end());
-  std::vector<Point> hull;
-  const auto left_turn = [&](const Point& c) {
-    const Point &a = hull[hull.size() - 2], &b = hull.back();
-    return (b.first - a.first) * (c.second - a.second) - (b.second - a.second) * (c.first - a.first) > 0;
-  };
-  for (const bool upper : {false, true}) {
-    const std::size_t kept = hull.size();
-    for (const Point& p : points) {
-      while (hull.size() >= kept + 2 && !left_turn(p)) hull.pop_back();
-      hull.push_back(p);
-    }
-    if (!hull.empty()) hull.pop_back();  // where the other chain begins
-    std::reverse(points.begin(), points.end());
-    if (upper) break;
-  }
-  return hull;
-}
 
 /// The first and the last tilt, and some between.
 std::vector<const allocation::DesignPoint*> chosen(const allocation::DesignResult& design) {
@@ -47,15 +26,9 @@ report::OutlineView view(const std::vector<const allocation::DesignPoint*>& poin
   constexpr const char* kAxes[] = {"x", "y", "z"};
   report::OutlineView out{.x_label = fmt::format("{}{} [{}]", quantity, kAxes[across], unit),
                           .y_label = fmt::format("{}{} [{}]", quantity, kAxes[up], unit)};
-  for (const allocation::DesignPoint* p : points) {
-    std::vector<Point> flat;
-    for (const Vec3& v : p->*vertices) flat.emplace_back(v[across], v[up]);
-    if (flat.empty()) flat.emplace_back(0, 0);
-    auto corners = convex_hull(flat);
-    if (corners.empty()) corners.push_back(flat.front());
-    while (corners.size() < 3) corners.push_back(corners.back());  // a set that is a line or a point
-    out.outlines.push_back({fmt::format("{:.4g} deg", to_degrees(p->alpha)), std::move(corners)});
-  }
+  for (const allocation::DesignPoint* p : points)
+    out.outlines.push_back(
+        {fmt::format("{:.4g} deg", to_degrees(p->alpha)), allocation::outline(p->*vertices, across, up)});
   return out;
 }
 

@@ -67,6 +67,8 @@ constexpr Verb verbs[] = {
      "omniflight new vehicle my_quad --from flight.ulg --out here", add_new},
     {"prove", "Hidden effects on an independent plant: what does the diagnosis find?",
      "omniflight prove --cases 24 --nulls 24 --out proof", add_prove},
+    {"reproduce", "The figures of the OmniMorph thesis beside ours, on one page",
+     "omniflight reproduce 5.3 A.4 --out reproduction", add_reproduce},
     {"completion", "Completion of verbs, options and names for a shell",
      "omniflight completion bash > ~/.local/share/bash-completion/completions/omniflight", add_completion},
     {"man", "Manual pages of every verb, for man", "omniflight man --out man1", add_man},

@@ -42,6 +42,7 @@ Action add_completion(CLI::App& verb, Common& common);
 Action add_man(CLI::App& verb, Common& common);
 Action add_new(CLI::App& verb, Common& common);
 Action add_prove(CLI::App& verb, Common& common);
+Action add_reproduce(CLI::App& verb, Common& common);
 Action add_estop(CLI::App& verb, Common& common);
 Action add_arm(CLI::App& verb, Common& common);
 Action add_keys(CLI::App& verb, Common& common);

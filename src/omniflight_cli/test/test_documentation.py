@@ -145,6 +145,9 @@ class RunPages(system.SystemTest):
         self.write("sweep.csv", "rpm,Thrust (g)\n" + "".join(f"{n},{1.2e-5 * n * n / 1000:.3f}\n" for n in range(2000, 9000, 500)))
         self.run_page("how_to/motors.md")
 
+    def test_long_page_reproduce(self):
+        self.run_page("how_to/reproduce.md")
+
     def test_long_page_boards(self):
         self.run_page("how_to/boards.md")
 

@@ -39,6 +39,13 @@ class ReportsInBrowser(system.SystemTest):
         self.assertGreater(pages_on_paper(self.dir / "design/report.html"), 0)
         self.assertEqual(browser.value("document.querySelectorAll('.outlines polygon').length"), 12, "3 tilts, 2 views, forces and torques")
 
+    def test_the_thesis_figure_by_figure(self):
+        self.run_command("reproduce", "--fast", "--out", "thesis", "--quiet")
+        browser = Browser(self)
+        self.readable(browser, "thesis/report.html")
+        self.assertGreater(browser.value("document.querySelectorAll('.outlines polygon').length"), 100, "rotors and hulls are drawn")
+        self.assertIn("contradicted", browser.value("document.querySelector('main').innerText.slice(0, 600)"), "the conclusion comes first")
+
     def test_long_flights_side_by_side_and_a_campaign(self):
         mission = self.short_mission()
         self.fly(mission, "--in-process", "--seed", "1", out="first")
