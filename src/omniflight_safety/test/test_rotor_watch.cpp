@@ -47,6 +47,22 @@ TEST(RotorWatch, AReversalIsNoLoss) {
   }
 }
 
+/// A rotor about zero thrust, as OmniMorph's rotor 4 once rotor 1 is lost: noise of the demand reverses its
+/// command, a quarter of the largest speed in size, more often than it can turn round.
+TEST(RotorWatch, ARotorThatIsReversedQuickerThanItTurnsIsNotLost) {
+  RotorWatch watch = two_rotors();
+  double speed = 0;
+  int k = 0;
+  for (double t = 0; t < 4; t += kPeriod, ++k) {
+    const double command = k % 4 < 2 ? 250 : -250;
+    speed += (command - speed) * -std::expm1(-kPeriod / kLag);
+    ASSERT_LT(std::abs(speed), 0.25 * 250) << "the test asks nothing";
+    EXPECT_FALSE(watch.add(t, std::array{command, 600.0}, std::array{speed, 600.0})) << t;
+  }
+  EXPECT_GT(lost_after(watch, {250, 600}, {0, 600}, 4), 0) << "commanded to one side it tells";
+  EXPECT_EQ(watch.lost(), 1u);
+}
+
 TEST(RotorWatch, OnceLostItStaysLostUntilReset) {
   RotorWatch watch = two_rotors();
   EXPECT_GT(lost_after(watch, {600, 600}, {0, 600}), 0);
