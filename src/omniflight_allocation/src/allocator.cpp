@@ -143,6 +143,12 @@ Status Allocator::drop_rotor(int rotor) {
   lower_[rotor] = std::min(lower_[rotor], 0.0);
   gap_[rotor] = 0;
   u_previous_[rotor] = 0;
+  // What the others cannot give is taken from the rotation or from the translation. From here on a rad/s^2
+  // counts for as much as the m/s^2 that it is at the rotors: the usual weights let the vehicle turn over in
+  // order to stay in its place.
+  double square = 0;  // m^2, mean distance from the centre of mass
+  for (const auto& r : rotors_) square += (r.p_BR - com_).squaredNorm() / n_;
+  weight_.tail<3>().setConstant(std::max(config_.w_angular, square * config_.w_linear));
   assemble_products();
   warm_ = {};
   lanes_at_low_ = lanes_at_high_ = {};

@@ -15,7 +15,11 @@ AllocationInput some_input(Random& rng) {
   return in;
 }
 
-/// The same thrusts as of a vehicle that never had the rotor, in all modes and units.
+/// m^2, of the rotors of OmniMorph from its centre of mass
+constexpr double kSquareArm = 3 * 0.125 * 0.125;
+
+/// The same thrusts as of a vehicle that never had the rotor and weighs rotation as translation at the
+/// rotors, in all modes and units.
 TEST(LostRotor, IsAsIfItHadNeverBeenThere) {
   const vehicle::Vehicle v = omnimorph();
   for (const TiltMode mode : {TiltMode::fixed, TiltMode::search}) {
@@ -27,7 +31,9 @@ TEST(LostRotor, IsAsIfItHadNeverBeenThere) {
       for (const int lost : {0, 5}) {
         vehicle::Vehicle rest = v;
         rest.rotors.erase(rest.rotors.begin() + lost);
-        auto with = Allocator::create(v, config).value(), without = Allocator::create(rest, config).value();
+        AllocatorConfig weighed = config;
+        weighed.w_angular = kSquareArm * config.w_linear;
+        auto with = Allocator::create(v, config).value(), without = Allocator::create(rest, weighed).value();
         ASSERT_TRUE(with.drop_rotor(lost));
         Random rng(7);
         for (int i = 0; i < 100; ++i) {
@@ -46,6 +52,22 @@ TEST(LostRotor, IsAsIfItHadNeverBeenThere) {
       }
     }
   }
+}
+
+/// What the controller asks 0.13 s after rotor 1 has died, in a flight that turned over: with the usual
+/// weights the others keep the vehicle in its place and turn it the other way about z.
+TEST(LostRotor, TheOthersTurnTheVehicleBackBeforeTheyKeepItInItsPlace) {
+  AllocationInput in;
+  in.qdd_ref << -0.9, 0.4, 1.6, 38.8, -60.0, 30.2;
+  in.alpha = to_radians(30);
+  auto allocator = Allocator::create(omnimorph(), AllocatorConfig::case_a()).value();
+  ASSERT_TRUE(allocator.drop_rotor(0));
+  const auto out = allocator.allocate(in);
+  ASSERT_TRUE(out);
+  for (int k = 3; k < 6; ++k) EXPECT_GT(out->qdd[k] / in.qdd_ref[k], 0.5) << k;
+  EXPECT_LT((out->qdd - in.qdd_ref).head<3>().norm(), 6.0) << "m/s^2";
+  in.qdd_ref.setZero();
+  EXPECT_LT(allocator.allocate(in)->qdd.norm(), 1e-3) << "hovering needs no such choice";
 }
 
 TEST(LostRotor, OneThatMustTurnForwardStandsToo) {

@@ -103,6 +103,7 @@ void read_periods(const fs::path& file, FlightResult& result) {
   result.json["periods"] = said["periods"];
   result.json["periods_missed"] = said["periods_missed"];
   result.json["period_latest_ms"] = *latest;
+  if (count("page_faults")) result.json["page_faults"] = said["page_faults"];
   result.remarks.push_back(fmt::format("{:.0f} of {:.0f} control periods missed, the latest {:.1f} ms late",
                                        *missed, *periods, *latest));
 }

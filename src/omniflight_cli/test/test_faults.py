@@ -54,6 +54,14 @@ class Faults(system.SystemTest):
         self.assertTrue(all(u == 0 for t, u in thrust if t - start > 6.5))
         self.assertTrue(any(abs(u) > 0.5 for t, u in thrust if t - start < 6))
 
+    def test_an_upper_rotor_that_dies_in_motion_does_not_turn_the_vehicle_over(self):
+        # an instant at which the others used to keep the vehicle in its place, and turned it by 112 deg about z meanwhile
+        lost = self.schedule("at_s: 10.592, kind: rotor_loss, rotor: 1")
+        flight = self.fly("trajectory_1", "--in-process", "--sensors", "laboratory", "--faults", lost)
+        self.assertEqual(flight["verdict"], "flown", flight["reason"])
+        self.assertLess(flight["metrics"]["true"]["worst_position_m"], 0.1)
+        self.assertLess(max(flight["metrics"]["true"]["attitude_rmse_deg"].values()), 2)
+
     def test_a_coaxial_octorotor_flies_on_and_a_hexarotor_cannot(self):
         lost = self.schedule("at_s: 6, kind: rotor_loss, rotor: 3")
         flight = self.fly("sideways", "--vehicle", "coaxial_x8", "--in-process", "--faults", lost, out="eight")

@@ -9,9 +9,9 @@
 #include "failsafe_message.hpp"
 #include "omniflight_bus/heartbeat.hpp"
 #include "omniflight_bus/parameters.hpp"
+#include "omniflight_bus/say.hpp"
 #include "omniflight_gateway/gateway.hpp"
 #include "omniflight_gateway/safety_gate.hpp"
-#include "omniflight_planning/plan.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
 #include "period_keeper.hpp"
 #include "period_summary.hpp"
@@ -141,17 +141,6 @@ class GatewayComponent final : public ThreadedComponent {
     return {};
   }
 
-  /// A plan is for one vehicle; whoever starts components by hand may mix them up.
-  static Status check_plan(const std::string& folder, const vehicle::Vehicle& vehicle) {
-    if (folder.empty()) return {};
-    const auto plan = planning::read_plan(folder);
-    if (!plan) return Failure(plan.error());
-    if (plan->certificate.vehicle_sha256 == vehicle.sha256) return {};
-    return bad_input(
-        "is of another vehicle, or of other overrides, than '" + vehicle.name + "' of the gateway", folder,
-        "Plan for this vehicle, or give the plan's vehicle and vehicle_set");
-  }
-
   Status check_start() const {
     if (publisher_.tick_publisher().peers() == 0)
       return fail(ErrorCode::incomplete, "no controller follows the ticks", "gateway",
@@ -192,7 +181,8 @@ class GatewayComponent final : public ThreadedComponent {
   }
 
   PeriodCounts count_periods() const {
-    return {keeper_->periods(), keeper_->missed(), keeper_->longest_late_s(), gate_->refused()};
+    return {keeper_->periods(), keeper_->missed(), keeper_->longest_late_s(), gate_->refused(),
+            faults_armed_ ? thread_page_faults() - *faults_armed_ : 0};
   }
 
   Status fly(const WallPace& pace) {
@@ -269,6 +259,7 @@ class GatewayComponent final : public ThreadedComponent {
         if (!armed_at && believed) {
           if (auto ok = gate_->arm(now); !ok) return ok;
           armed_at = now;
+          faults_armed_ = thread_page_faults();
         }
         if (armed_at) (void)gate_->offer({command.speed.data(), command.count}, taken_s, now);
       }
@@ -290,13 +281,15 @@ class GatewayComponent final : public ThreadedComponent {
   /// periods were missed, at most once a second.
   void tell_gate(double now) {
     const bool missed = keeper_ && keeper_->missed() != missed_told_ && now >= next_missed_s_;
-    if (told_ == gate_->state() && !missed) return;
+    const bool changed = told_ != gate_->state();
+    if (!changed && !missed) return;
     told_ = gate_->state();
     if (keeper_) missed_told_ = keeper_->missed();
     next_missed_s_ = now + 1.0;
     std::string words(gateway::to_string(gate_->state()));
     if (gate_->trip_reason() != gateway::Trip::none)
       words += ": " + std::string(gateway::to_string(gate_->trip_reason()));
+    if (changed) bus::say("gateway", fmt::format("gate {} at {:.4f} s", words, now));
     tell(words, now);
   }
 
@@ -375,6 +368,7 @@ class GatewayComponent final : public ThreadedComponent {
   CommandInbox inbox_;
   StartPermission permission_;
   std::optional<PeriodKeeper> keeper_;
+  std::optional<std::uint64_t> faults_armed_;  ///< page faults of this thread when the rotors were armed
   std::optional<gateway::GateState> told_;
   std::uint64_t missed_told_ = 0;
   double next_missed_s_ = -1e300;

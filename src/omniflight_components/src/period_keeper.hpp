@@ -48,6 +48,13 @@ class PeriodKeeper {
   std::uint64_t periods_ = 0, missed_ = 0;
 };
 
+/// Page faults of the calling thread, minor and major, since it began.
+inline std::uint64_t thread_page_faults() {
+  rusage use{};
+  if (getrusage(RUSAGE_THREAD, &use) != 0) return 0;
+  return static_cast<std::uint64_t>(use.ru_minflt + use.ru_majflt);
+}
+
 /// Gives the calling thread a real-time priority and keeps the process's memory in RAM, where the system
 /// allows it; says on stderr what it does not.
 inline void ask_for_real_time(const char* name) {

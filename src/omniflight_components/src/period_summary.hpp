@@ -19,23 +19,26 @@ struct PeriodCounts {
   std::uint64_t missed = 0;            ///< of them
   double latest_s = 0;                 ///< s, the longest that one began late
   std::uint64_t commands_refused = 0;  ///< by the gate
+  std::uint64_t page_faults = 0;       ///< of the loop's thread since the rotors were armed
 };
 
 inline std::string words(const PeriodCounts& c) {
-  return fmt::format("{} of {} control periods missed, the latest {:.1f} ms late; {} commands refused",
-                     c.missed, c.periods, 1e3 * c.latest_s, c.commands_refused);
+  return fmt::format(
+      "{} of {} control periods missed, the latest {:.1f} ms late; {} commands refused, {} page faults",
+      c.missed, c.periods, 1e3 * c.latest_s, c.commands_refused, c.page_faults);
 }
 
 /// Key and value pairs of a diagnostic status.
 template <class Values>
 void fill(Values& values, const PeriodCounts& c) {
-  bus::resize(values, 4);
+  bus::resize(values, 5);
   auto pairs = bus::view(values);
   const std::pair<const char*, std::string> said[] = {
       {"periods", std::to_string(c.periods)},
       {"periods_missed", std::to_string(c.missed)},
       {"latest_ms", fmt::format("{:.3f}", 1e3 * c.latest_s)},
-      {"commands_refused", std::to_string(c.commands_refused)}};
+      {"commands_refused", std::to_string(c.commands_refused)},
+      {"page_faults", std::to_string(c.page_faults)}};
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     bus::set_text(pairs[k].key, said[k].first);
     bus::set_text(pairs[k].value, said[k].second);
@@ -54,6 +57,7 @@ inline Status write_summary(const PeriodCounts& c, const std::vector<Silence>& s
                             {"periods_missed", c.missed},
                             {"latest_ms", 1e3 * c.latest_s},
                             {"commands_refused", c.commands_refused},
+                            {"page_faults", c.page_faults},
                             {"silent", silent}};
   return files::write_file_atomic(file, j.dump(2) + "\n");
 }

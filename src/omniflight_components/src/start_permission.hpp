@@ -10,10 +10,22 @@
 #include "omniflight_bus/parameters.hpp"
 #include "omniflight_bus/subscription.hpp"
 #include "omniflight_components/topics.hpp"
+#include "omniflight_planning/plan.hpp"
 #include "omniflight_safety/missed_share.hpp"
 #include "omniflight_safety/preflight.hpp"
+#include "omniflight_vehicle/vehicle.hpp"
 
 namespace omniflight::components {
+
+/// A plan is for one vehicle; whoever starts components by hand may mix them up. folder: empty for no plan.
+inline Status check_plan(const std::string& folder, const vehicle::Vehicle& vehicle) {
+  if (folder.empty()) return {};
+  const auto plan = planning::read_plan(folder);
+  if (!plan) return Failure(plan.error());
+  if (plan->certificate.vehicle_sha256 == vehicle.sha256) return {};
+  return bad_input("is of another vehicle, or of other overrides, than '" + vehicle.name + "' of the gateway",
+                   folder, "Plan for this vehicle, or give the plan's vehicle and vehicle_set");
+}
 
 class StartPermission {
  public:

@@ -21,13 +21,26 @@ double lost_after(RotorWatch& watch, std::array<double, 2> command, std::array<d
   return -1;
 }
 
-TEST(RotorWatch, ARotorThatStandsIsLostOnceAReversalWouldBeOver) {
+TEST(RotorWatch, ARotorThatStandsIsLostOnceItsLagIsOver) {
   RotorWatch watch = two_rotors();
   EXPECT_NEAR(lost_after(watch, {600, 600}, {600, 100}), 0.05 + kLag, 2 * kPeriod);
   EXPECT_EQ(watch.lost(), 2u);
-  EXPECT_NEAR(lost_after(watch, {600, 600}, {100, 100}, 1), 0.10 + kLag, 2 * kPeriod)
-      << "it could be reversing";
+  EXPECT_NEAR(lost_after(watch, {600, 600}, {100, 100}, 1), 0.05 + kLag, 2 * kPeriod)
+      << "commanded to one side for a second it cannot be reversing";
   EXPECT_EQ(watch.lost(), 3u);
+}
+
+TEST(RotorWatch, ARotorThatCouldBeReversingIsLostOnceThatWouldBeOver) {
+  RotorWatch begins = two_rotors();
+  EXPECT_NEAR(lost_after(begins, {600, 600}, {100, 600}), 0.10 + kLag, 2 * kPeriod)
+      << "its sense is not known";
+  EXPECT_EQ(begins.lost(), 1u);
+  RotorWatch turns = two_rotors();
+  EXPECT_LT(lost_after(turns, {600, 600}, {600, 600}, 0, 1), 0);
+  // it is to pass 200 rad/s, slow commands tell nothing below, after its lag times ln 2, and 200 again after
+  // ln 3
+  const double due = kLag * std::log((600.0 + 600.0) / (600.0 - 200.0));
+  EXPECT_NEAR(lost_after(turns, {-600, 600}, {0, 600}, 1), due + 0.10 + kLag, 3 * kPeriod);
 }
 
 TEST(RotorWatch, SlowCommandsAndSpeedsWithoutASenseTellNothing) {
@@ -45,6 +58,22 @@ TEST(RotorWatch, AReversalIsNoLoss) {
     speed += (command - speed) * -std::expm1(-kPeriod / kLag);
     EXPECT_FALSE(watch.add(t, std::array{command, 600.0}, std::array{speed, 600.0})) << t;
   }
+}
+
+/// A rotor about zero thrust, as OmniMorph's rotor 4 once rotor 1 is lost: noise of the demand reverses its
+/// command, a quarter of the largest speed in size, more often than it can turn round.
+TEST(RotorWatch, ARotorThatIsReversedQuickerThanItTurnsIsNotLost) {
+  RotorWatch watch = two_rotors();
+  double speed = 0;
+  int k = 0;
+  for (double t = 0; t < 4; t += kPeriod, ++k) {
+    const double command = k % 4 < 2 ? 250 : -250;
+    speed += (command - speed) * -std::expm1(-kPeriod / kLag);
+    ASSERT_LT(std::abs(speed), 0.25 * 250) << "the test asks nothing";
+    EXPECT_FALSE(watch.add(t, std::array{command, 600.0}, std::array{speed, 600.0})) << t;
+  }
+  EXPECT_GT(lost_after(watch, {250, 600}, {0, 600}, 4), 0) << "commanded to one side it tells";
+  EXPECT_EQ(watch.lost(), 1u);
 }
 
 TEST(RotorWatch, OnceLostItStaysLostUntilReset) {

@@ -8,10 +8,10 @@
 namespace omniflight::safety {
 
 struct RotorWatchConfig {
-  double commanded_share = 0.2;  ///< of the largest speed; slower commands tell nothing
-  double reached_share = 0.25;   ///< of the command; less for `patience` is a lost rotor
+  double commanded_share = 0.2;  ///< of the largest speed; a rotor that is to be slower tells nothing
+  double reached_share = 0.25;   ///< of the speed it is to have; less for `patience` is a lost rotor
   double patience = 0.05;        ///< s, beyond the time constant of the rotor
-  double reversal = 0.05;        ///< s more of a rotor that reverses: it may rest between two directions
+  double reversal = 0.05;  ///< s more of a rotor that has just reversed: it may rest between two directions
 };
 
 struct WatchedRotor {
@@ -20,9 +20,11 @@ struct WatchedRotor {
   bool reverses = false;
 };
 
-/// A rotor is lost once it has been slower than reached_share of its command, whatever the sense (many speed
-/// sensors do not know it), for longer than a reversal takes; it stays lost until reset(): a rotor that is no
-/// longer commanded cannot tell.
+/// A rotor is to have the speed of a first-order lag of its time constant behind its commands: one that
+/// hovers about zero thrust, as the opposite one of a lost rotor does, is commanded to and fro faster than it
+/// can turn. It is lost once it has been slower than reached_share of that speed, whatever the sense (many
+/// speed sensors do not know it), for longer than its lag takes, or a reversal where there was one; it stays
+/// lost until reset(): a rotor that is no longer commanded cannot tell.
 class RotorWatch {
  public:
   /// At most 32 rotors.
@@ -37,8 +39,12 @@ class RotorWatch {
 
  private:
   RotorWatchConfig config_;
-  std::vector<double> max_speed_, patience_;
-  std::vector<double> slow_since_;  ///< s; NaN: turns as commanded
+  bool could_be_reversing(std::size_t rotor) const;
+
+  std::vector<WatchedRotor> rotors_;
+  std::vector<double> expected_;     ///< rad/s, signed
+  std::vector<double> reversed_at_;  ///< s, when its sense was last another one, or not known
+  std::vector<double> slow_since_;   ///< s; NaN: turns as commanded
   double last_ = 0;
   bool begun_ = false;
   std::uint32_t lost_ = 0;
