@@ -22,6 +22,11 @@ bool dispensable(const Child& child) {
          child.name() == "omniflight_monitor";
 }
 
+/// Whose loss the failsafe in the controller answers: poses are missing, and it descends.
+bool answered_by_failsafe(const Child& child) {
+  return child.name() == "omniflight_natnet" || child.name() == "omniflight_natnet_emulator";
+}
+
 }  // namespace
 
 Supervised supervise(std::vector<Child>& children, const Supervision& how) {
@@ -47,7 +52,8 @@ Supervised supervise(std::vector<Child>& children, const Supervision& how) {
       const bool planned = child.name() == "omniflight_planner" && !how.lockstep && !would_not_start(words);
       if (!planned && flight.reason.empty()) flight.reason = lost;
       flight.refused = flight.refused || would_not_start(words);
-      if (!how.lockstep && dispensable(child) && !would_not_start(words)) continue;
+      if (!how.lockstep && (dispensable(child) || answered_by_failsafe(child)) && !would_not_start(words))
+        continue;
       give_up = std::min(give_up, wall() + (flight.refused || k == 0 ? kGraceShort : kGrace));
     }
     if (interrupted()) {

@@ -3,8 +3,11 @@
 import os
 import pathlib
 import re
+import signal
+import time
 import unittest
 
+import board_line
 import system
 
 CONFIG = """schema: omniflight.natnet/1
@@ -49,6 +52,26 @@ class NatNetFlight(system.SystemTest):
             for left in self.dir.glob("flight/*.mcap"):
                 left.unlink()
             self.fly_over_natnet(version, up=up, unit=unit)
+
+    def test_without_its_receiver_the_vehicle_descends_and_is_not_dropped(self):
+        """The descent lasts longer than the rest of the plan and than other losses are given."""
+        log = self.dir / "line.txt"
+        fly = self.start_command("fly", self.short_mission(), "--plant", "emulator", "--sensors", "laboratory", "--natnet",
+                                 self.config(), "--out", "flight", "-p", f"emulator.line_log={log}", "-p",
+                                 "controller.descend_speed_mps=0.05")
+        system.wait_until("commands on the line", lambda: log.exists() and log.stat().st_size > 20_000, 30)
+        time.sleep(3)
+        os.kill(system.children(fly.pid)["omniflight_natnet"], signal.SIGKILL)
+        killed = time.monotonic()
+        said = "".join(fly.communicate(timeout=90))
+        self.assertEqual(fly.returncode, 2, said)
+        landed = pathlib.Path(self.dir / "flight/log/gateway.log").read_text()
+        print(f"\n{time.monotonic() - killed:.1f} s from the loss to the end; {landed.strip()}; "
+              + self.json("flight/flight.json")["reason"])
+        self.assertIn("gate ramping: failsafe", landed)
+        speeds = [(t, largest) for t, largest, _ in board_line.Line(log).board(0)]
+        flown_s = max(t for t, largest in speeds if largest > 150) - killed
+        self.assertGreater(flown_s, 6, "rotors wound down in the air")
 
     def test_a_body_that_is_not_streamed_starts_no_rotor(self):
         config = self.config()

@@ -82,12 +82,13 @@ class GatewayComponent final : public ThreadedComponent {
         participant(), topics::failsafe, bus::Qos::latched_last(4),
         [this](const DiagnosticArray& m, std::int64_t) {
           const auto action = failsafe_action(m);
-          if (!action || *action < safety::Action::ramp_down) return;
+          if (!action || failsafe_action_.load() >= safety::Action::ramp_down) return;
+          failsafe_action_.store(*action);
+          if (*action < safety::Action::ramp_down) return;
           const auto statuses = bus::view(m.status);
           const std::lock_guard lock(failsafe_mutex_);
           failsafe_words_ = bus::text(statuses[0].message);
           if (const auto wish = wish_of_ladder(m); wish > wish_.load()) wish_.store(wish);
-          failsafe_action_.store(*action);
         });
     if (!failsafe) return Failure(failsafe.error());
     failsafe_.emplace(std::move(*failsafe));
@@ -234,6 +235,8 @@ class GatewayComponent final : public ThreadedComponent {
     }
   }
 
+  static constexpr double kLongestDescent = 50.0;  ///< s, beyond the planned end
+
   /// From idle rotors to the end of the flight, at each control period: telemetry, tick, command. The caller
   /// winds the rotors down.
   Status follow_commands(const WallPace& pace, double first_command_by) {
@@ -248,7 +251,7 @@ class GatewayComponent final : public ThreadedComponent {
         return ok;
       }
       publish_telemetry();
-      if (free_at && now > *free_at + flight_) return {};
+      if (free_at && now > *free_at + flight_ + (descends() ? kLongestDescent : 0.0)) return {};
       const FlightPhase phase = free_at ? FlightPhase::free : FlightPhase::held;
       if (auto ok = publisher_.tick(now, period_, phase); !ok) return ok;
       const RotorCommand command = inbox_.newest();
@@ -305,6 +308,9 @@ class GatewayComponent final : public ThreadedComponent {
     // who listens does so to know; the rotors do not wait for it
     (void)gate_publisher_->publish(m, to_ns(now));
   }
+
+  /// Then the failsafe ends the flight, on the ground, and not the plan's end above it.
+  bool descends() const { return failsafe_action_.load() >= safety::Action::descend; }
 
   /// The worst that the controller's ladder and the operator ask for.
   void obey_failsafe(double now) {
