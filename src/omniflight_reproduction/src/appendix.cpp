@@ -11,8 +11,6 @@
 namespace omniflight::reproduction {
 namespace {
 
-std::vector<double> compared_tilts() { return {to_radians(30), to_radians(45), isotropic_tilt()}; }
-
 Result<Finding> drawn(const Inputs& in) {
   Finding f;
   f.outlines = {drawing(choice_1(in.omnimorph), 0, "Choice 1 at 0 deg"),
@@ -38,7 +36,7 @@ Result<Finding> uniformity(const Inputs& in, bool torques, const std::vector<std
   judge_together(f.rows);
   auto hull = hulls({{"choice 1, ", choice_1(in.omnimorph)}}, tilts, torques);
   if (!hull) return Failure(hull.error());
-  f.outlines = *hull;
+  f.outlines = {*hull};
   f.notes = {
       "One definition has to give all three numbers. None that was tried does; the one that comes nearest is "
       "shown."};
@@ -56,7 +54,7 @@ Result<Finding> at_50_deg(const Inputs& in) {
   Finding f;
   Row row = compared("A.4/inradius_50", {});
   for (const double f_max : {6.25, kChapter5Limit, 6.25 - 0.15}) {
-    const auto set = wrench_set(without_drag(in.omnimorph), to_radians(50), f_max);
+    const auto set = allocation::WrenchSet::create(without_drag(in.omnimorph), to_radians(50), f_max);
     if (!set) return Failure(set.error());
     row.readings.push_back(
         {fmt::format("largest thrust {:.2f} N{}", f_max, f_max == 6.1 ? ", 6.25 less the least thrust" : ""),
@@ -65,7 +63,7 @@ Result<Finding> at_50_deg(const Inputs& in) {
   f.rows = {row};
   auto hull = hulls({{"", in.omnimorph}}, {to_radians(50)}, false);
   if (!hull) return Failure(hull.error());
-  f.outlines = *hull;
+  f.outlines = {*hull};
   f.notes = {"4 f sin(50 deg) is 18.67 N for f = 6.093 N, a limit that stands nowhere in the thesis."};
   return f;
 }

@@ -11,10 +11,6 @@
 namespace omniflight::reproduction {
 namespace {
 
-constexpr double kTableMass = 1.595;  // kg, Table 4.1
-
-std::vector<double> compared_tilts() { return {to_radians(30), to_radians(45), isotropic_tilt()}; }
-
 Result<Finding> drawn_choice_1(const Inputs& in) {
   Finding f;
   const vehicle::Vehicle v = choice_1(in.omnimorph);
@@ -57,7 +53,7 @@ Result<Finding> uniformity(const Inputs& in, bool torques, const std::vector<std
   judge_together(f.rows);
   auto drawn = hulls({{"", in.omnimorph}, {"omnicopter", omnicopter}}, tilts, torques);
   if (!drawn) return Failure(drawn.error());
-  f.outlines = *drawn;
+  f.outlines = {*drawn};
   return f;
 }
 
@@ -100,8 +96,7 @@ Result<Finding> orthogonal(const Inputs& in) {
   return f;
 }
 
-/// rad, the tilt at which the three singular values of the force map are the same: least spread, by bisection
-/// on the sign of its slope.
+/// rad, the tilt at which the three singular values of the force map are the same: least spread.
 double most_isotropic(const vehicle::Vehicle& v) {
   const auto spread = [&](double alpha) {
     const Eigen::MatrixXd forces = v.allocation_matrix(alpha).topRows(3);
@@ -144,7 +139,7 @@ Result<report::TimePlot> inradius_plot(const Inputs& in) {
   for (const double f_max : {kChapter5Limit, 6.25}) {
     report::Series s{.name = fmt::format("rotors of {:.2f} N", f_max), .dashed = f_max > 6};
     for (int deg = 0; deg <= 60; ++deg) {
-      const auto set = wrench_set(without_drag(in.omnimorph), to_radians(deg), f_max);
+      const auto set = allocation::WrenchSet::create(without_drag(in.omnimorph), to_radians(deg), f_max);
       if (!set) return Failure(set.error());
       s.x.push_back(deg);
       s.y.push_back(set->omnidirectional_force());
@@ -166,7 +161,8 @@ Result<Finding> weakest_force(const Inputs& in) {
       mass = compared("5.7/mass_30", {}), tilt = compared("5.7/omnidirectional", {});
   for (const double f_max : {6.25, kChapter5Limit}) {
     const std::string with = fmt::format("largest thrust {:.2f} N", f_max);
-    const auto at = wrench_set(v, isotropic_tilt(), f_max), fixed = wrench_set(omnicopter, 0, f_max);
+    const auto at = allocation::WrenchSet::create(v, isotropic_tilt(), f_max),
+               fixed = allocation::WrenchSet::create(omnicopter, 0, f_max);
     const auto at_30 = allocation::design(v, {to_radians(30)}, f_max, kTableMass);
     if (!at || !fixed || !at_30) return Failure(!at ? at.error() : !fixed ? fixed.error() : at_30.error());
     inradius.readings.push_back({with, at->omnidirectional_force()});
@@ -199,8 +195,8 @@ Result<Finding> weakest_torque(const Inputs& in) {
     less.readings.push_back({how, fixed > 0 ? 100 * (tilted / fixed - 1) : std::nan("")});
   };
   for (const double f_max : {6.25, kChapter5Limit}) {
-    const auto a = wrench_set(without_drag(omnicopter), 0, f_max),
-               b = wrench_set(without_drag(in.omnimorph), isotropic_tilt(), f_max);
+    const auto a = allocation::WrenchSet::create(without_drag(omnicopter), 0, f_max),
+               b = allocation::WrenchSet::create(without_drag(in.omnimorph), isotropic_tilt(), f_max);
     if (!a || !b) return Failure(!a ? a.error() : b.error());
     const auto inner = [](const allocation::Polytope& p) { return allocation::measure(p).d_min_surface; };
     const double weight = kTableMass * kGravity;
@@ -212,8 +208,8 @@ Result<Finding> weakest_torque(const Inputs& in) {
         inner(b->torque_at_force(weight * Vec3::UnitZ())));
   }
   const double lever = 0.1768 / 0.2165;  // half the diagonal of a face instead of the corner's distance
-  const auto a = wrench_set(without_drag(omnicopter), 0, kChapter5Limit),
-             b = wrench_set(without_drag(in.omnimorph), isotropic_tilt(), kChapter5Limit);
+  const auto a = allocation::WrenchSet::create(without_drag(omnicopter), 0, kChapter5Limit),
+             b = allocation::WrenchSet::create(without_drag(in.omnimorph), isotropic_tilt(), kChapter5Limit);
   if (!a || !b) return Failure(!a ? a.error() : b.error());
   add("zero force, 5.95 N, lever 0.1768 m (half a face's diagonal)",
       lever * allocation::measure(a->torque_at_force(Vec3::Zero())).d_min_surface,
@@ -222,7 +218,7 @@ Result<Finding> weakest_torque(const Inputs& in) {
   judge_together(f.rows);
   auto drawn = hulls({{"", in.omnimorph}, {"omnicopter", omnicopter}}, {isotropic_tilt()}, true);
   if (!drawn) return Failure(drawn.error());
-  f.outlines = *drawn;
+  f.outlines = {*drawn};
   f.notes = {
       "At zero force the torque is larger than printed, with a lever of half a face's diagonal instead of "
       "the corner's "

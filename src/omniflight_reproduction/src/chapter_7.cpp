@@ -72,7 +72,7 @@ Result<Finding> positions(const Inputs& in) {
 report::Series error_curve(const std::string& label, const Flown& flown, int column, bool dashed) {
   report::Series s{.name = label, .dashed = dashed};
   const auto& m = flown.metrics.measured;
-  const auto step = std::max<std::size_t>(1, m.t.size() / 900);
+  const auto step = step_of_curve(m.t.size());
   for (std::size_t i = 0; i < m.t.size(); i += step) {
     s.x.push_back(m.t[i] - flown.metrics.from);
     s.y.push_back(m.error(static_cast<Eigen::Index>(i), column));
@@ -122,7 +122,7 @@ Result<Finding> power(const Inputs& in) {
     for (const Flown* x : {&p->simulated, &p->hidden}) {
       const auto curve = report::mechanical_power(*x->recording, in.omnimorph);
       report::Series s{.name = x == &p->simulated ? "simulated" : "hidden", .dashed = x == &p->simulated};
-      const auto step = std::max<std::size_t>(1, curve.t.size() / 900);
+      const auto step = step_of_curve(curve.t.size());
       for (std::size_t i = 0; i < curve.t.size(); i += step) {
         if (curve.t[i] < x->metrics.from || curve.t[i] > x->metrics.to) continue;
         s.x.push_back(curve.t[i] - x->metrics.from);

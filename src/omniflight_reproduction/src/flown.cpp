@@ -18,13 +18,15 @@ Result<std::optional<Flown>> flown(const Inputs& inputs, const std::string& name
   return std::optional<Flown>(Flown{&at->second, std::move(*metrics)});
 }
 
+std::size_t step_of_curve(std::size_t samples) { return std::max<std::size_t>(1, samples / kMostPoints); }
+
 std::vector<report::Series> curves(const Flown& flight, const std::string& signal,
                                    const std::vector<std::string>& names, int first, double scale,
                                    bool dashed) {
   std::vector<report::Series> out;
   const recording::Signal* s = flight.recording->find(signal);
   if (!s) return out;
-  const auto step = std::max<std::size_t>(1, s->t_s.size() / kMostPoints);
+  const auto step = step_of_curve(s->t_s.size());
   for (std::size_t k = 0; k < names.size(); ++k) {
     const Eigen::Index column = first + static_cast<Eigen::Index>(k);
     if (column >= s->width()) break;

@@ -16,6 +16,9 @@ struct Flown {
 /// nullopt: it was not flown. An error: it cannot be assessed.
 Result<std::optional<Flown>> flown(const Inputs& inputs, const std::string& name);
 
+/// Step that thins so many samples to the points that a curve of the page has.
+std::size_t step_of_curve(std::size_t samples);
+
 /// Columns `first`... of a signal over time from the first motion on, one series a name.
 std::vector<report::Series> curves(const Flown& flight, const std::string& signal,
                                    const std::vector<std::string>& names, int first, double scale,

@@ -41,6 +41,8 @@ Points rotor_shape(const vehicle::Rotor& r, const Vec3& n, int across, int up) {
 
 double isotropic_tilt() { return std::acos(1 / std::sqrt(3.0)); }
 
+std::vector<double> compared_tilts() { return {to_radians(30), to_radians(45), isotropic_tilt()}; }
+
 vehicle::Vehicle without_drag(vehicle::Vehicle v) {
   for (auto& rotor : v.rotors) rotor.drag_ratio = 0;
   return v;

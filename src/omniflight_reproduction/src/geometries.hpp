@@ -7,8 +7,11 @@ namespace omniflight::reproduction {
 
 /// N, the limit on which the absolute figures of chapter 5 agree; Table 4.1 has 6.25 N.
 inline constexpr double kChapter5Limit = 5.95;
+inline constexpr double kTableMass = 1.595;  ///< kg, Table 4.1
 /// rad, the tilt at which OmniMorph has the axes of the omnicopter: cos(alpha) = 1/sqrt(3).
 double isotropic_tilt();
+/// rad, the tilts at which the thesis compares sets.
+std::vector<double> compared_tilts();
 
 /// OmniMorph without drag torque: the sets of the thesis have none.
 vehicle::Vehicle without_drag(vehicle::Vehicle v);

@@ -10,8 +10,8 @@ namespace {
 
 using allocation::measure;
 using allocation::SetMeasures;
+using allocation::WrenchSet;
 
-constexpr double kTableMass = 1.595;  // kg, Table 4.1
 // The sliced set nearest to the printed numbers, of four spin patterns, drag ratios of 0.012 to 0.025 m and
 // thrusts of 4.2 to 15.6 N: fitted here, within 2 points, and not unique.
 constexpr double kFittedDragRatio = 0.012;  // m
@@ -21,12 +21,8 @@ double percent(double share) { return 100 * share; }
 
 }  // namespace
 
-Result<allocation::WrenchSet> wrench_set(const vehicle::Vehicle& v, double alpha, double f_max) {
-  return allocation::WrenchSet::create(v, alpha, f_max);
-}
-
 Result<std::vector<Reading>> force_uniformity(const vehicle::Vehicle& v, double alpha) {
-  const auto set = wrench_set(without_drag(v), alpha, kChapter5Limit);
+  const auto set = WrenchSet::create(without_drag(v), alpha, kChapter5Limit);
   if (!set) return Failure(set.error());
   const SetMeasures m = measure(set->force_at_torque(Vec3::Zero()));
   const double mean = 0.5 * (m.uniformity_surface + m.uniformity_vertex);
@@ -37,14 +33,14 @@ Result<std::vector<Reading>> force_uniformity(const vehicle::Vehicle& v, double 
 }
 
 Result<std::vector<Reading>> torque_uniformity(const vehicle::Vehicle& v, double alpha) {
-  const auto bare = wrench_set(without_drag(v), alpha, kChapter5Limit);
+  const auto bare = WrenchSet::create(without_drag(v), alpha, kChapter5Limit);
   if (!bare) return Failure(bare.error());
   vehicle::Vehicle dragging = v;
   for (auto& rotor : dragging.rotors) {
     rotor.drag_ratio = kFittedDragRatio;
     rotor.spin = rotor.p_BR.prod() > 0 ? 1 : -1;
   }
-  const auto drag = wrench_set(dragging, alpha, kChapter5Limit);
+  const auto drag = WrenchSet::create(dragging, alpha, kChapter5Limit);
   if (!drag) return Failure(drag.error());
   const SetMeasures any = measure(bare->torque_at_any_attitude(kTableMass * kGravity)),
                     zero = measure(bare->torque_at_force(Vec3::Zero())),
@@ -61,9 +57,8 @@ Result<std::vector<Reading>> torque_uniformity(const vehicle::Vehicle& v, double
        percent(sliced.uniformity_vertex)}};
 }
 
-Result<std::vector<report::Outlines>> hulls(
-    const std::vector<std::pair<std::string, vehicle::Vehicle>>& vehicles, const std::vector<double>& alphas,
-    bool torques) {
+Result<report::Outlines> hulls(const std::vector<std::pair<std::string, vehicle::Vehicle>>& vehicles,
+                               const std::vector<double>& alphas, bool torques) {
   const std::string quantity = torques ? "M" : "F", unit = torques ? "Nm" : "N";
   report::Outlines out{.title =
                            torques ? "Torques at zero force, body axes" : "Forces at zero torque, body axes"};
@@ -72,7 +67,7 @@ Result<std::vector<report::Outlines>> hulls(
                          .y_label = fmt::format("{}{} [{}]", quantity, up == 1 ? "y" : "z", unit)});
   for (const auto& [name, v] : vehicles)
     for (const double alpha : v.tilt.kind == vehicle::TiltKind::none ? std::vector<double>{0} : alphas) {
-      const auto set = wrench_set(without_drag(v), alpha, kChapter5Limit);
+      const auto set = WrenchSet::create(without_drag(v), alpha, kChapter5Limit);
       if (!set) return Failure(set.error());
       const auto body = torques ? set->torque_at_force(Vec3::Zero()) : set->force_at_torque(Vec3::Zero());
       const std::string label = v.tilt.kind == vehicle::TiltKind::none
@@ -82,7 +77,7 @@ Result<std::vector<report::Outlines>> hulls(
         out.views[k].outlines.push_back(
             {label, allocation::outline(body.vertices, 0, static_cast<int>(k) + 1)});
     }
-  return std::vector<report::Outlines>{out};
+  return out;
 }
 
 }  // namespace omniflight::reproduction

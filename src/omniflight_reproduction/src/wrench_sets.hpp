@@ -6,9 +6,6 @@
 
 namespace omniflight::reproduction {
 
-/// The set at one tilt [rad] with the limit [N] on every rotor; a failure is a fault of the geometry.
-Result<allocation::WrenchSet> wrench_set(const vehicle::Vehicle& v, double alpha, double f_max);
-
 /// Uniformity of forces at zero torque [%]: nearest surface as printed, nearest vertex, their mean.
 Result<std::vector<Reading>> force_uniformity(const vehicle::Vehicle& v, double alpha);
 /// Uniformity of torques [%]: in every attitude while 1.595 kg is carried (the caption), at zero force, and
@@ -16,8 +13,7 @@ Result<std::vector<Reading>> force_uniformity(const vehicle::Vehicle& v, double 
 Result<std::vector<Reading>> torque_uniformity(const vehicle::Vehicle& v, double alpha);
 
 /// Hulls of forces and torques at several tilts, from above and from the side.
-Result<std::vector<report::Outlines>> hulls(
-    const std::vector<std::pair<std::string, vehicle::Vehicle>>& vehicles, const std::vector<double>& alphas,
-    bool torques);
+Result<report::Outlines> hulls(const std::vector<std::pair<std::string, vehicle::Vehicle>>& vehicles,
+                               const std::vector<double>& alphas, bool torques);
 
 }  // namespace omniflight::reproduction
