@@ -1,6 +1,7 @@
 #include "supervision.hpp"
 
 #include <chrono>
+#include <set>
 #include <thread>
 
 #include "omniflight_core/progress.hpp"
@@ -16,15 +17,11 @@ constexpr double kWindDown = 12.0;
 
 bool would_not_start(const std::string& words) { return words.find("] not configured") != std::string::npos; }
 
-/// What a flight through boards goes on without.
+/// What a flight through boards goes on without; without poses the controller's failsafe descends.
 bool dispensable(const Child& child) {
-  return child.name() == "omniflight_recorder" || child.name() == "omniflight_planner" ||
-         child.name() == "omniflight_monitor";
-}
-
-/// Whose loss the failsafe in the controller answers: poses are missing, and it descends.
-bool answered_by_failsafe(const Child& child) {
-  return child.name() == "omniflight_natnet" || child.name() == "omniflight_natnet_emulator";
+  static const std::set<std::string> names{"omniflight_recorder", "omniflight_planner", "omniflight_monitor",
+                                           "omniflight_natnet", "omniflight_natnet_emulator"};
+  return names.contains(child.name());
 }
 
 }  // namespace
@@ -52,8 +49,7 @@ Supervised supervise(std::vector<Child>& children, const Supervision& how) {
       const bool planned = child.name() == "omniflight_planner" && !how.lockstep && !would_not_start(words);
       if (!planned && flight.reason.empty()) flight.reason = lost;
       flight.refused = flight.refused || would_not_start(words);
-      if (!how.lockstep && (dispensable(child) || answered_by_failsafe(child)) && !would_not_start(words))
-        continue;
+      if (!how.lockstep && dispensable(child) && !would_not_start(words)) continue;
       give_up = std::min(give_up, wall() + (flight.refused || k == 0 ? kGraceShort : kGrace));
     }
     if (interrupted()) {

@@ -7,8 +7,9 @@ import signal
 import time
 import unittest
 
+import board_flight
 import board_line
-import system
+import test_rotor_line
 
 CONFIG = """schema: omniflight.natnet/1
 server: 127.0.0.1
@@ -24,7 +25,7 @@ bodies:
 """
 
 
-class NatNetFlight(system.SystemTest):
+class NatNetFlight(board_flight.BoardFlight):
     def config(self, **values):
         port = 20000 + os.getpid() % 10000 * 4
         return self.write("natnet.yaml", CONFIG.format(**({"group": 1 + os.getpid() % 200, "data": port, "command": port + 1,
@@ -55,13 +56,8 @@ class NatNetFlight(system.SystemTest):
 
     def test_without_its_receiver_the_vehicle_descends_and_is_not_dropped(self):
         """The descent lasts longer than the rest of the plan and than other losses are given."""
-        log = self.dir / "line.txt"
-        fly = self.start_command("fly", self.short_mission(), "--plant", "emulator", "--sensors", "laboratory", "--natnet",
-                                 self.config(), "--out", "flight", "-p", f"emulator.line_log={log}", "-p",
-                                 "controller.descend_speed_mps=0.05")
-        system.wait_until("commands on the line", lambda: log.exists() and log.stat().st_size > 20_000, 30)
-        time.sleep(3)
-        os.kill(system.children(fly.pid)["omniflight_natnet"], signal.SIGKILL)
+        fly, pids = self.take_off(parameters=["--natnet", self.config(), "-p", "controller.descend_speed_mps=0.05"])
+        os.kill(pids["omniflight_natnet"], signal.SIGKILL)
         killed = time.monotonic()
         said = "".join(fly.communicate(timeout=90))
         self.assertEqual(fly.returncode, 2, said)
@@ -69,8 +65,8 @@ class NatNetFlight(system.SystemTest):
         print(f"\n{time.monotonic() - killed:.1f} s from the loss to the end; {landed.strip()}; "
               + self.json("flight/flight.json")["reason"])
         self.assertIn("gate ramping: failsafe", landed)
-        speeds = [(t, largest) for t, largest, _ in board_line.Line(log).board(0)]
-        flown_s = max(t for t, largest in speeds if largest > 150) - killed
+        speeds = [(t, largest) for t, largest, _ in board_line.Line(self.log).board(0)]
+        flown_s = max(t for t, largest in speeds if largest > test_rotor_line.HOVER_RADPS) - killed
         self.assertGreater(flown_s, 6, "rotors wound down in the air")
 
     def test_a_body_that_is_not_streamed_starts_no_rotor(self):

@@ -12,6 +12,7 @@ import subprocess
 import time
 import unittest
 
+import board_flight
 import board_line
 import system
 
@@ -23,26 +24,7 @@ HOVER_RADPS = 150.0  # less than any rotor turns at in hover
 LATE_S = 0.05
 
 
-class EndsOnTheLine(system.SystemTest):
-    def take_off(self, out="flight", parameters=(), **options):
-        """A flight through emulated boards that flies freely: (process, {component: pid})."""
-        self.log = self.dir / "line.txt"
-        fly = self.start_command("fly", self.short_mission(), "--plant", "emulator", "--sensors", "laboratory", "--out", out,
-                                 "-p", f"emulator.line_log={self.log}", *parameters, **options)
-        try:
-            # 2 s of the gateway's hold after the first command
-            system.wait_until("commands on the line",
-                              lambda: self.log.exists() and self.log.stat().st_size > 20_000 or fly.poll() is not None, 30)
-        except AssertionError as late:
-            fly.terminate()
-            said = "".join(fly.communicate(timeout=20))
-            logs = "".join(f"\n{log.name}: {log.read_text()[-2000:]}" for log in sorted((self.dir / out / "log").glob("*.log")))
-            raise AssertionError(f"{late}; the flight said: {said}{logs}") from None
-        time.sleep(2.5)
-        if fly.poll() is not None:
-            self.fail("the flight ended early: " + "".join(fly.communicate()))
-        return fly, system.children(fly.pid)
-
+class EndsOnTheLine(board_flight.BoardFlight):
     def wait_for_silence(self, pids, limit=15):
         system.wait_until("the components to end", lambda: not any(map(system.alive, pids.values())), limit)
 

@@ -83,12 +83,12 @@ class GatewayComponent final : public ThreadedComponent {
         [this](const DiagnosticArray& m, std::int64_t) {
           const auto action = failsafe_action(m);
           if (!action || failsafe_action_.load() >= safety::Action::ramp_down) return;
-          failsafe_action_.store(*action);
-          if (*action < safety::Action::ramp_down) return;
-          const auto statuses = bus::view(m.status);
-          const std::lock_guard lock(failsafe_mutex_);
-          failsafe_words_ = bus::text(statuses[0].message);
-          if (const auto wish = wish_of_ladder(m); wish > wish_.load()) wish_.store(wish);
+          if (*action >= safety::Action::ramp_down) {
+            const std::lock_guard lock(failsafe_mutex_);
+            failsafe_words_ = bus::text(bus::view(m.status)[0].message);
+            if (const auto wish = wish_of_ladder(m); wish > wish_.load()) wish_.store(wish);
+          }
+          failsafe_action_.store(*action);  // last: whoever obeys it says why
         });
     if (!failsafe) return Failure(failsafe.error());
     failsafe_.emplace(std::move(*failsafe));
