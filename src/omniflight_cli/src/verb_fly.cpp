@@ -7,6 +7,7 @@
 #include "flight.hpp"
 #include "folder.hpp"
 #include "omniflight_control/law.hpp"
+#include "omniflight_physics/effect_ids.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
@@ -36,9 +37,10 @@ Action add_fly(CLI::App& verb, Common& common) {
                   "Simulator: what breaks when; name under configs/faults or a path (rotor_loss, bad_day)");
   verb.add_option(
       "--neighbour", o->neighbours,
-      "Simulator: track of another multirotor whose wash presses on this one (neighbour_downwash): "
-      "a CSV of t_s,px_m,py_m,pz_m over simulated seconds, or any recording; one row: it hovers "
-      "there. For instance fly trajectory_1 --neighbour above.csv");
+      std::string("Simulator: track of another multirotor whose wash presses on this one (") +
+          physics::effect_id::neighbour_downwash +
+          "): a CSV of t_s,px_m,py_m,pz_m over simulated seconds, or any recording; one row: it hovers "
+          "there. For instance fly trajectory_1 --neighbour above.csv");
   verb.add_option(
       "--natnet", o->natnet,
       "Poses of OptiTrack over NatNet: name under configs/natnet (optitrack) or a path; with the "

@@ -8,6 +8,7 @@
 #include "motor_report.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
+#include "omniflight_physics/effect_ids.hpp"
 #include "omniflight_recording/formats.hpp"
 #include "vehicle_update.hpp"
 #include "verbs.hpp"
@@ -135,9 +136,9 @@ Status write_results(const MotorReport& report, const Options& o, const Common& 
   lag.provenance = fmt::format(
       "omniflight identify-motor: {} to speed of {} recording(s), first sha256 {}; mean of lag up and down; "
       "delay of "
-      "{:.1f} ms beside it (effect transport_delay); fit {:.0f} % on data not fitted to",
+      "{:.1f} ms beside it (effect {}); fit {:.0f} % on data not fitted to",
       report.signals.command, report.recordings.size(), report.sha256.front().substr(0, 12), 1000 * delay,
-      fit);
+      physics::effect_id::transport_delay, fit);
   const auto file = update_vehicle(o.update, {lag});
   if (!file) return Failure(file.error());
   say(common, "updated: " + *file + " (time_constant)");

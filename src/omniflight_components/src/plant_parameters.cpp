@@ -3,13 +3,14 @@
 #include "conversions.hpp"
 
 #include "omniflight_diagnosis/neighbour_file.hpp"
+#include "omniflight_physics/effect_ids.hpp"
 
 namespace omniflight::components {
 namespace {
 
 /// A neighbour blows, whether the model says how strongly or not.
 void add_downwash(physics::Model& model) {
-  const physics::Effect* const downwash = physics::find_effect("neighbour_downwash");
+  const physics::Effect* const downwash = physics::find_effect(physics::effect_id::neighbour_downwash);
   for (const auto& e : model.effects)
     if (e.effect == downwash) return;
   physics::ActiveEffect blows{downwash, {}};

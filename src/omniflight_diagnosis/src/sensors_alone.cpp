@@ -6,6 +6,7 @@
 #include "conditioning/sensor_faults.hpp"
 #include "experiment_design/without_rotor_speeds.hpp"
 #include "numerics/text.hpp"
+#include "omniflight_physics/effect_ids.hpp"
 #include "report/intake.hpp"
 #include "sensor_checks/findings.hpp"
 #include "sensor_checks/inverse_dynamics.hpp"
@@ -61,7 +62,8 @@ Diagnosis judge_sensors_of(const recording::Recording& r, const vehicle::Vehicle
   add_sensor_health(r, o, d, d.inputs[0].excluded);
   if (auto errors = judge_kinematics(r, o)) {
     for (Kinematics::Part& part : errors->parts)  // only forces tell which of the two is off the origin
-      if (part.effect == "imu_lever_arm") part.as_well.emplace_back("mocap_offset");
+      if (part.effect == physics::effect_id::imu_lever_arm)
+        part.as_well.emplace_back(physics::effect_id::mocap_offset);
     add_kinematics(*errors, d);
   }
   if (const auto needed = inverse_dynamics(r, vehicle, o))

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "../numerics/text.hpp"
+#include "omniflight_physics/effect_ids.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -39,7 +40,7 @@ bool far(const Alignment* a) { return a && std::abs(a->lag_s) > kFar && std::abs
 void name_clock(Repaired& r, const char* channel, const char* whose, double lag_s, double se_s,
                 const char* ruler) {
   const double wide = 1.96 * se_s;
-  r.faults.push_back({"clock_offset",
+  r.faults.push_back({physics::effect_id::clock_offset,
                       channel,
                       format("the clock of the %s %.3f +- %.3f s %s on that of the %s; corrected.", whose,
                              std::abs(lag_s), se_s, lag_s > 0 ? "late" : "early", ruler),

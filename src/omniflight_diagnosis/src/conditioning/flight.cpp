@@ -9,6 +9,7 @@
 #include "neighbours.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 #include "omniflight_diagnosis/residual.hpp"
+#include "omniflight_physics/effect_ids.hpp"
 #include "outliers.hpp"
 #include "repair.hpp"
 #include "segments.hpp"
@@ -321,7 +322,7 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   f.faults.insert(f.faults.end(), repaired.faults.begin(), repaired.faults.end());
   if (voltage_never_changes(recording) &&
       std::none_of(f.faults.begin(), f.faults.end(),
-                   [](const SensorFault& x) { return x.effect == "battery_sensor_fault"; }))
+                   [](const SensorFault& x) { return x.effect == physics::effect_id::battery_sensor_fault; }))
     f.notes.push_back("The battery voltage never changes: a supply holds it, or its sensor is frozen.");
   std::vector<char> use(grid.t.size(), 1);
   if (const Signal* phase = recording.find("phase"))
@@ -431,7 +432,7 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
         push_at(speed, i, vehicle) < 0.25 * vehicle.mass * o.environment.gravity;
   exclude(ground, grid, contact.known ? 0.15 : 1.0, "rotors too slow to fly", use, f.excluded);
   for (const SensorFault& fault : f.faults) {
-    if (fault.effect != "rotor_speed_sensor_fault" || f.speed_from_command) continue;
+    if (fault.effect != physics::effect_id::rotor_speed_sensor_fault || f.speed_from_command) continue;
     // listed only: the wrench of such a flight is not judged at all
     std::vector<char> untouched = use;
     exclude(frozen_samples(*rotor, fault.channel, grid.t), grid, o.margin_s, fault.channel + " is stuck",

@@ -7,6 +7,7 @@
 #include "analysis_scope.hpp"
 #include "clocks.hpp"
 #include "imu_place.hpp"
+#include "omniflight_physics/effect_ids.hpp"
 #include "repeats.hpp"
 
 namespace omniflight::diagnosis {
@@ -155,7 +156,7 @@ void cut_freezes(Repaired& r) {
         (again ? format(" and %zu times in all (%.1f s)", windows.size(), length(windows)) : "") +
         "; cut out.";
     if (longest > kSubstantialFreeze || share > kSubstantialShare)
-      r.faults.push_back({"stale_samples", names.front(), sentence, share});
+      r.faults.push_back({physics::effect_id::stale_samples, names.front(), sentence, share});
     else
       r.notes.push_back(sentence);
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "omniflight_physics/effect_ids.hpp"
 #include "quantisation.hpp"
 #include "rotor_limits.hpp"
 
@@ -78,7 +79,7 @@ void compare_with_duty(const recording::Recording& r, std::vector<SensorFault>& 
     if (std::abs(e) < kMotorsDiffer ||
         std::any_of(faults.begin(), faults.end(), [&](const SensorFault& f) { return f.channel == name; }))
       continue;
-    faults.push_back({"rotor_speed_sensor_fault", name,
+    faults.push_back({physics::effect_id::rotor_speed_sensor_fault, name,
                       "The speed of rotor " + std::to_string(c + 1) + " reads " +
                           std::to_string(static_cast<int>(std::lround(100 * (1 + e)))) +
                           " % of what its duty cycle gives on the other rotors: its sensor's scale is wrong.",
@@ -121,7 +122,7 @@ std::vector<SensorFault> find_sensor_faults(const recording::Recording& recordin
       const double share = static_cast<double>(bad) / static_cast<double>(columns[c].size());
       if (share < 0.02) continue;
       const std::string name = "rotor" + std::to_string(c + 1) + "_speed";
-      faults.push_back({"rotor_speed_sensor_fault", name,
+      faults.push_back({physics::effect_id::rotor_speed_sensor_fault, name,
                         "The speed of rotor " + std::to_string(c + 1) + " stands still for " +
                             std::to_string(static_cast<int>(std::lround(100 * share))) +
                             " % of the flight while the other rotors move: its sensor is stuck.",
@@ -139,7 +140,7 @@ std::vector<SensorFault> find_sensor_faults(const recording::Recording& recordin
     const recording::Signal& vbat = *recording.find("vbat");
     const std::string span = std::to_string(static_cast<int>(vbat.t_s.back() - vbat.t_s.front()));
     // speeds in a loop of their own, and a supply on the ground: only motors driven by duty cycle tell surely
-    faults.push_back({"battery_sensor_fault", "vbat",
+    faults.push_back({physics::effect_id::battery_sensor_fault, "vbat",
                       "The battery voltage never changes in " + span +
                           " s of flight, whatever the motors draw: its sensor is frozen" +
                           (by_duty ? "." : ", or a supply holds it to the last digit."),

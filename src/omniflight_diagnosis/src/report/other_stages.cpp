@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "omniflight_physics/effect_ids.hpp"
 #include "omniflight_physics/prior.hpp"
 
 namespace omniflight::diagnosis {
@@ -39,8 +40,9 @@ double probability_of(const Finding& f, const physics::VehicleSize& size) {
 std::vector<const Flight*> with_honest_speeds(const std::vector<Flight>& flights) {
   std::vector<const Flight*> out;
   for (const Flight& f : flights)
-    if (std::none_of(f.faults.begin(), f.faults.end(),
-                     [](const SensorFault& fault) { return fault.effect == "rotor_speed_sensor_fault"; }))
+    if (std::none_of(f.faults.begin(), f.faults.end(), [](const SensorFault& fault) {
+          return fault.effect == physics::effect_id::rotor_speed_sensor_fault;
+        }))
       out.push_back(&f);
   return out;
 }

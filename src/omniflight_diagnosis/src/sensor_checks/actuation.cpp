@@ -8,6 +8,7 @@
 #include "../numerics/text.hpp"
 #include "omniflight_diagnosis/alignment_report.hpp"
 #include "omniflight_diagnosis/filter.hpp"
+#include "omniflight_physics/effect_ids.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -316,8 +317,8 @@ void add_actuation(const std::vector<std::vector<ActuationFit>>& flights, Diagno
     for (const ActuationFit& a : f) boards.insert(a.board);
   Finding lag, delay;
   double extra_lag = 0, extra_lag_se = 0;
-  const physics::Effect* lag_effect = physics::find_effect("motor_lag");
-  const physics::Effect* delay_effect = physics::find_effect("transport_delay");
+  const physics::Effect* lag_effect = physics::find_effect(physics::effect_id::motor_lag);
+  const physics::Effect* delay_effect = physics::find_effect(physics::effect_id::transport_delay);
   physics::ActiveEffect late{delay_effect, {}};
   if (delay_effect) late.theta.assign(static_cast<std::size_t>(delay_effect->parameter_count()), 0.0);
   const auto mismatch = [&](const std::string& where, double p,

@@ -9,6 +9,7 @@
 #include "../numerics/text.hpp"
 #include "merge_recordings.hpp"
 #include "omniflight_diagnosis/filter.hpp"
+#include "omniflight_physics/effect_ids.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -335,7 +336,7 @@ void add_control(const recording::Recording& r, const ToldController& told, Diag
     judge(on_one_clock(loop), "body", f, mismatch);
   }
   if (f.parameters.empty()) return;
-  f.effect = "controller_mismatch";
+  f.effect = physics::effect_id::controller_mismatch;
   f.probability = 0.99;
   f.stage = physics::Stage::control;
   f.sentence = "The controller asks for something else than its told gains do: " + f.sentence + ".";

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "../numerics/text.hpp"
+#include "omniflight_physics/effect_ids.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -65,10 +66,10 @@ void add_faults(const std::vector<SensorFault>& faults, const std::vector<Window
     m.stage = physics::Stage::sensing;
     m.channel = fault.channel;
     const recording::SignalSpec* spec = recording::find_spec(fault.channel);
-    m.frame = fault.channel.starts_with("rotor")                  ? "rotor"
-              : fault.channel == "gyro" || fault.channel == "acc" ? "body"
-              : fault.effect == "battery_sensor_fault"            ? "-"
-                                                                  : "world";
+    m.frame = fault.channel.starts_with("rotor")                         ? "rotor"
+              : fault.channel == "gyro" || fault.channel == "acc"        ? "body"
+              : fault.effect == physics::effect_id::battery_sensor_fault ? "-"
+                                                                         : "world";
     m.unit = spec ? spec->unit : "rad/s";
     m.where = format("%.0f %% of the flight", 100 * fault.share);
     if (!fault.parameters.empty()) {
@@ -84,16 +85,18 @@ void add_faults(const std::vector<SensorFault>& faults, const std::vector<Window
 
 void drop_what_a_sensor_explains(Diagnosis& d) {
   for (const Finding& fault : d.findings) {
-    if (fault.effect != "rotor_speed_sensor_fault" || fault.parameters.size() != 2) continue;
+    if (fault.effect != physics::effect_id::rotor_speed_sensor_fault || fault.parameters.size() != 2)
+      continue;
     const int rotor = static_cast<int>(fault.parameters[0].value);
     const double e = fault.parameters[1].value, as_thrust = 1 / ((1 + e) * (1 + e)) - 1;
     const std::string scale = "scale_" + std::to_string(rotor), place = "rotor" + std::to_string(rotor) + "_";
     const auto seems = [&](const Finding& f) {
       const auto& rivals = f.cannot_be_told_apart_from;
-      if (f.effect == "rotor_thrust_scale")
+      if (f.effect == physics::effect_id::rotor_thrust_scale)
         return f.parameters.size() == 1 && f.parameters[0].name == scale &&
                std::abs(f.parameters[0].value - as_thrust) < 0.4 * std::abs(as_thrust);
-      return std::find(rivals.begin(), rivals.end(), "rotor_thrust_scale") != rivals.end() &&
+      return std::find(rivals.begin(), rivals.end(), physics::effect_id::rotor_thrust_scale) !=
+                 rivals.end() &&
              std::all_of(f.parameters.begin(), f.parameters.end(),
                          [&](const ParameterValue& p) { return p.name.starts_with(place); });
     };

@@ -6,6 +6,7 @@
 
 #include "../conditioning/attitude_rows.hpp"
 #include "../numerics/statistics.hpp"
+#include "omniflight_physics/effect_ids.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -142,8 +143,9 @@ struct Group {
   const char* effect;
   int first, width;
 };
-constexpr std::array<Group, 3> kGroups{
-    {{"accelerometer_error", 0, 3}, {"mocap_tilt", 3, 2}, {"imu_lever_arm", 5, 3}}};
+constexpr std::array<Group, 3> kGroups{{{physics::effect_id::accelerometer_error, 0, 3},
+                                        {physics::effect_id::mocap_tilt, 3, 2},
+                                        {physics::effect_id::imu_lever_arm, 5, 3}}};
 
 struct Solution {
   Eigen::VectorXd x, se;

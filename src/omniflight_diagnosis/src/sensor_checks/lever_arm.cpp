@@ -5,6 +5,7 @@
 
 #include "../regression/predetermined.hpp"
 #include "../regression/regression_problem.hpp"
+#include "omniflight_physics/effect_ids.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -71,7 +72,7 @@ std::optional<Share> share_in_forces(const RegressionProblem& problem, double ma
 void attribute_lever(const Flight& flight, const vehicle::Vehicle& vehicle, const Options& o,
                      Kinematics& kinematics) {
   const auto part = std::find_if(kinematics.parts.begin(), kinematics.parts.end(),
-                                 [](const auto& p) { return p.effect == "imu_lever_arm"; });
+                                 [](const auto& p) { return p.effect == physics::effect_id::imu_lever_arm; });
   if (part == kinematics.parts.end() || !flight.has_accelerometer) return;
   const Flight* one[] = {&flight};
   const RegressionProblem problem(one, vehicle, o, least_horizon(flight));
@@ -79,15 +80,16 @@ void attribute_lever(const Flight& flight, const vehicle::Vehicle& vehicle, cons
   if (!share) return;
   const bool sure = std::abs(share->value - 0.5) > 2 * share->se;
   const bool mocap = share->value < 0.5;
-  if (!sure) part->as_well.emplace_back(mocap ? "imu_lever_arm" : "mocap_offset");
+  if (!sure)
+    part->as_well.emplace_back(mocap ? physics::effect_id::imu_lever_arm : physics::effect_id::mocap_offset);
   if (!mocap) return;
-  part->effect = "mocap_offset";
+  part->effect = physics::effect_id::mocap_offset;
   part->value = -part->value;
 }
 
 void compensate(const Kinematics& kinematics, Flight& f) {
-  const Kinematics::Part *bias = kinematics.find("accelerometer_error"),
-                         *lever = kinematics.find("imu_lever_arm");
+  const Kinematics::Part *bias = kinematics.find(physics::effect_id::accelerometer_error),
+                         *lever = kinematics.find(physics::effect_id::imu_lever_arm);
   if (!f.has_accelerometer || (!bias && !lever)) return;
   for (physics::Situation& s : f.situation) {
     if (bias) s.a_WB_B -= Vec3(bias->value);

@@ -7,6 +7,7 @@
 #include "../numerics/text.hpp"
 #include "findings.hpp"
 #include "merge_recordings.hpp"
+#include "omniflight_physics/effect_ids.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -204,10 +205,10 @@ double likelier_than(double chi_lower_by) { return 1 / (1 + std::exp(-0.5 * chi_
 Finding weak_rotor(const WeakRotor& weak, double without, const Yardstick& y, Diagnosis& d) {
   const auto thrust = [](double extra) { return 1 / (1 + std::max(-0.9, extra)) - 1; };
   const double scale = thrust(weak.extra), low = thrust(weak.high), high = thrust(weak.low);
-  const physics::Effect* effect = physics::find_effect("rotor_thrust_scale");
+  const physics::Effect* effect = physics::find_effect(physics::effect_id::rotor_thrust_scale);
   const auto at = static_cast<std::size_t>(weak.rotor);
   Finding f;
-  f.effect = "rotor_thrust_scale";
+  f.effect = physics::effect_id::rotor_thrust_scale;
   f.stage = physics::Stage::actuation;
   f.channels = {"rotor" + std::to_string(weak.rotor + 1), "Mx", "My", "Mz"};
   f.probability = likelier_than(without - weak.chi);
@@ -234,13 +235,13 @@ Finding weak_rotor(const WeakRotor& weak, double without, const Yardstick& y, Di
 /// "The centre of mass lies beside the middle ...", with its numbers.
 Finding shifted_mass(const Balance& b, const Yardstick& y, double against, Diagnosis& d) {
   const Vec3 imbalance = b.imbalance() - y.expected, arm = b.arm();
-  const physics::Effect* effect = physics::find_effect("com_offset");
+  const physics::Effect* effect = physics::find_effect(physics::effect_id::com_offset);
   Finding f;
-  f.effect = "com_offset";
+  f.effect = physics::effect_id::com_offset;
   f.stage = physics::Stage::wrench;
   f.channels = {"Mx", "My"};
   f.probability = likelier_than(against);
-  f.cannot_be_told_apart_from = {"payload_mass", "attachment_torque"};
+  f.cannot_be_told_apart_from = {physics::effect_id::payload_mass, physics::effect_id::attachment_torque};
   // the thrusts lean towards the centre of mass: roll torque tilts about x for an offset along y
   const double at_y = imbalance.x() * arm.x(), at_x = -imbalance.y() * arm.y();
   const double half_y = 1.96 * y.sigma.x() * arm.x(), half_x = 1.96 * y.sigma.y() * arm.y();

@@ -10,6 +10,7 @@
 #include "findings.hpp"
 #include "omniflight_core/frames.hpp"
 #include "omniflight_physics/effect.hpp"
+#include "omniflight_physics/effect_ids.hpp"
 #include "rotor_limit_check.hpp"
 
 namespace omniflight::diagnosis {
@@ -104,7 +105,7 @@ void judge_steps(const Recording& r, Diagnosis& d) {
   const auto step = speed_step(r);
   if (!step) return;
   add_sensor(
-      d, "command_quantisation", "rotor_speed", "rad/s",
+      d, physics::effect_id::command_quantisation, "rotor_speed", "rad/s",
       format("The rotors keep to speeds %.3g rad/s apart, or their telemetry does; their commands do not.",
              *step),
       {{"step", "q", "rad/s", *step, 0.98 * *step, 1.02 * *step}}, *step / std::sqrt(12.0), 0.01 * *step);
@@ -132,18 +133,18 @@ void judge_speeds(const Recording& r, Diagnosis& d) {
   if (2 * slow > static_cast<int>(known.size()) && common < 1 - kLeastGain) {
     // a battery empties; a telemetry that reads low does so from the first second to the last
     const bool empties = 2 * sinking > static_cast<int>(known.size());
-    add_sensor(d, "battery_sag", "rotor_speed", "1",
+    add_sensor(d, physics::effect_id::battery_sag, "rotor_speed", "1",
                format("The rotors turn %.2f %% slower than they were ordered to, %s", 100 * (1 - common),
                       empties ? "and ever more so, as on a battery that gives way."
                               : "as on a battery that gives way, or by a telemetry that reads low."),
                {}, 1 - common, se);
-    if (!empties) leave_open(d, "rotor_speed_sensor_fault");
+    if (!empties) leave_open(d, physics::effect_id::rotor_speed_sensor_fault);
   }
   if (odd == 1) {
     const Estimate& g = gains[static_cast<std::size_t>(last)];
     const Estimate scale{g.value / common - 1, g.se, g.scatter};
     add_sensor(
-        d, "rotor_speed_sensor_fault", "rotor_speed", "1",
+        d, physics::effect_id::rotor_speed_sensor_fault, "rotor_speed", "1",
         format("Rotor %d turns %.2f %% %s than ordered by its own telemetry, the others do not: its sensor, "
                "or its motor.",
                last + 1, 100 * std::abs(scale.value), scale.value < 0 ? "slower" : "faster"),
@@ -195,7 +196,7 @@ void judge_voltage(const Recording& r, Diagnosis& d) {
   const Estimate open_loop = mean_of(exponents);  // every rotor tells of the same battery
   if (!open_loop.is_not(0, 0.3)) return;
   add_sensor(
-      d, "battery_sag", "rotor_speed", "1",
+      d, physics::effect_id::battery_sag, "rotor_speed", "1",
       format(
           "Speeds follow duty cycle times the battery's voltage to the power %.2f: a model from duty cycle "
           "to speed needs the voltage.",
@@ -246,7 +247,7 @@ void judge_tilt(const Recording& r, double rate, Diagnosis& d) {
   const Estimate lag = mean_of(lags);
   if (!lag.is_not(0, kLeastServo)) return;
   add_sensor(
-      d, "tilt_servo_lag", "alpha", "s",
+      d, physics::effect_id::tilt_servo_lag, "alpha", "s",
       format("The tilt follows its command %.0f ms late, the vehicle file has no such lag.", 1e3 * lag.value),
       {value_of("time_constant", "tau_a", "s", lag)}, lag.value, lag.se);
 }
@@ -324,7 +325,7 @@ void judge_gyro(const Recording& r, const Options& o, Diagnosis& d) {
     if (std::abs(b.value) > largest) largest = std::abs(b.value), noise = b.se;
   }
   if (seen && from_told > chi_squared_quantile(kBeyondTold, 3))
-    add_sensor(d, "gyro_error", "gyro", "rad/s",
+    add_sensor(d, physics::effect_id::gyro_error, "gyro", "rad/s",
                format("The gyro is off by up to %.2g rad/s against the measured attitude.", largest),
                std::move(parameters), largest, noise);
 }
@@ -338,11 +339,12 @@ void check_redundancy(const Recording& r, const vehicle::Vehicle& vehicle, const
   };
   judge_steps(r, d);
   add_rotor_limits(r, vehicle, d);
-  if (!named("rotor_speed_sensor_fault") && !named("actuator_saturation")) judge_speeds(r, d);
-  if (vehicle.tilt.kind != vehicle::TiltKind::none && !named("tilt_servo_lag"))
+  if (!named(physics::effect_id::rotor_speed_sensor_fault) && !named(physics::effect_id::actuator_saturation))
+    judge_speeds(r, d);
+  if (vehicle.tilt.kind != vehicle::TiltKind::none && !named(physics::effect_id::tilt_servo_lag))
     judge_tilt(r, vehicle.tilt.rate, d);
   judge_gyro(r, o, d);
-  if (!named("battery_sag")) judge_voltage(r, d);
+  if (!named(physics::effect_id::battery_sag)) judge_voltage(r, d);
 }
 
 void add_kinematics(const Kinematics& kinematics, Diagnosis& d) {
@@ -360,7 +362,7 @@ void add_kinematics(const Kinematics& kinematics, Diagnosis& d) {
       text += format("%s%s %.3g %s", k > 0 ? ", " : "", p.name.c_str(), part.value[k], p.unit.c_str());
       if (std::abs(part.value[k]) > std::abs(part.value[largest])) largest = k;
     }
-    add_sensor(d, part.effect.c_str(), part.effect == "mocap_tilt" ? "position" : "acc",
+    add_sensor(d, part.effect.c_str(), part.effect == physics::effect_id::mocap_tilt ? "position" : "acc",
                parameters.front().unit.c_str(),
                format("The accelerometer and the measured position do not tell of one motion; %s: %s.",
                       effect->info().term.c_str(), text.c_str()),

@@ -7,6 +7,7 @@
 #include "../conditioning/repeats.hpp"
 #include "../numerics/text.hpp"
 #include "findings.hpp"
+#include "omniflight_physics/effect_ids.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -176,7 +177,7 @@ void add_sensor_health(const Recording& r, const Options& o, Diagnosis& d, std::
     const double share = seconds(held) / std::max(1e-9, s->t_s.back() - s->t_s.front());
     if (held.empty() || share < 0.005) continue;
     const bool inertial = s->name == "acc" || s->name == "gyro";
-    add_sensor(d, "stale_samples", s->name, s->unit.c_str(),
+    add_sensor(d, physics::effect_id::stale_samples, s->name, s->unit.c_str(),
                format("'%s' holds one value and then jumps, %zu times, for %.1f %% of the time: old samples "
                       "were logged again.",
                       name, held.size(), 100 * share),
@@ -198,7 +199,7 @@ void add_sensor_health(const Recording& r, const Options& o, Diagnosis& d, std::
                       gyro.value[k] + 1.96 * gyro.se[k]});
     }
     add_sensor(
-        d, "gyro_error", "gyro", "rad/s",
+        d, physics::effect_id::gyro_error, "gyro", "rad/s",
         format("The gyro reads %+.3g, %+.3g, %+.3g rad/s through %.0f s in which nothing moves: a bias.",
                gyro.value[0], gyro.value[1], gyro.value[2], still.seconds()),
         std::move(bias), rate, gyro.se[c]);
@@ -206,7 +207,7 @@ void add_sensor_health(const Recording& r, const Options& o, Diagnosis& d, std::
   const double off = acc.value.norm() - o.environment.gravity, se = acc.se.maxCoeff();
   if (std::abs(off) > std::max(3 * o.tolerance.accelerometer_vertical, 5 * se))
     add_sensor(
-        d, "accelerometer_error", "acc", "m/s2",
+        d, physics::effect_id::accelerometer_error, "acc", "m/s2",
         format("The accelerometer reads %.3f m/s2 through %.0f s in which nothing moves, gravity is %.3f: "
                "a bias or a scale, which one attitude cannot tell apart.",
                acc.value.norm(), still.seconds(), o.environment.gravity),
