@@ -37,6 +37,18 @@ TEST(SingleRotor, SaysWhatTheWholeEffectSaysOfThatRotor) {
   EXPECT_EQ(in_full(other).effect, other.effect);
 }
 
+TEST(UnrecordedForm, IsOfferedBesideTheFirstOfItsAliasesAndToldAsItsEffect) {
+  const vehicle::Vehicle v = test::omnimorph();
+  const physics::Effect* lag = physics::find_effect("tilt_servo_lag");
+  const auto offered = by_rotor({physics::find_effect("tilt_offset"), physics::find_effect("wind")}, v);
+  ASSERT_EQ(offered.size(), 3u);
+  EXPECT_EQ(offered[1], lag->unrecorded_form());
+  const physics::ActiveEffect whole = in_full({lag->unrecorded_form(), {0.07}});
+  EXPECT_EQ(whole.effect, lag);
+  EXPECT_EQ(whole.theta, (std::vector<double>{0.07, 0.0}));
+  EXPECT_EQ(by_rotor({physics::find_effect("tilt_efficiency")}, v).size(), 1u) << "an alias, not the first";
+}
+
 TEST(SingleRotor, AWeakPropellerIsNamedWithItsNumber) {
   const vehicle::Vehicle v = test::omnimorph();
   const physics::Effect* scale = physics::find_effect("rotor_thrust_scale");

@@ -76,15 +76,12 @@ std::string why_not(const physics::Model& model, const physics::Actuation& actua
                     const PlantConfig& config) {
   if (std::isfinite(actuation.slew_limit))
     return "a limit on the acceleration of rotors is not available in lanes";
-  if (actuation.battery_resistance != 0 || actuation.battery_drop != 0)
-    return "the effect battery_sag is not available in lanes";
   if (config.integrator != Integrator::rk4) return "lanes integrate by rk4 only";
   std::set<std::string> seen;
   for (const auto& e : model.effects) {
     const std::string& id = e.effect->info().id;
     if (!flies_in_lanes(*e.effect)) return "the effect " + id + " is not available in lanes";
-    const bool adds_up = id != "wind" && id != "lateral_stiffness" && id != "hung_cable";
-    if (!seen.insert(id).second && !adds_up) return "the effect " + id + " is listed twice";
+    if (!seen.insert(id).second && !lanes::adds_up(*e.effect)) return "the effect " + id + " is listed twice";
   }
   return {};
 }
@@ -107,17 +104,32 @@ bool plain(const physics::Actuation& actuation) {
   return ideal == actuation;
 }
 
+/// What a drive must not have to fly in lanes: they know no battery and no limit on accelerations.
+bool has_what_lanes_lack(const physics::Actuation& a) {
+  return std::isfinite(a.slew_limit) || a.battery_resistance != 0 || a.battery_drop != 0;
+}
+
+/// The drive of a vehicle of one rotor on which an effect acts at its typical size.
+physics::Actuation typical_actuation(const physics::Effect& effect) {
+  vehicle::Vehicle vehicle;
+  vehicle.rotors.resize(1);
+  physics::ActiveEffect active{&effect, {}};
+  for (const physics::Parameter& p : effect.info().parameters) active.theta.push_back(p.typical);
+  physics::Model model;
+  model.effects.push_back(std::move(active));
+  return actuation_of(vehicle, model);
+}
+
 bool coupled(const vehicle::Vehicle& vehicle, const physics::Model& model) {
   if (!vehicle.center_of_mass.isZero()) return true;
   return std::any_of(model.effects.begin(), model.effects.end(),
-                     [](const auto& e) { return e.effect->info().id == "com_offset"; });
+                     [](const auto& e) { return lanes::moves_the_mass(*e.effect); });
 }
 
 }  // namespace
 
 bool flies_in_lanes(const physics::Effect& effect) {
-  static const std::set<std::string> not_in_lanes{"battery_sag", "actuator_saturation"};
-  return lanes::knows(effect) && !not_in_lanes.contains(effect.info().id);
+  return lanes::knows(effect) && !has_what_lanes_lack(typical_actuation(effect));
 }
 
 std::vector<std::string> lane_effects() {

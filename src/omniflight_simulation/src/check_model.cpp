@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <sstream>
+
+#include "omniflight_physics/effect_ids.hpp"
 
 namespace omniflight::simulation {
 namespace {
@@ -16,10 +19,6 @@ std::string number(double value, const std::string& unit) {
   return text.str();
 }
 
-std::string field(const physics::Effect& effect, std::size_t k) {
-  return "effects." + effect.info().id + "." + effect.info().parameters[k].name;
-}
-
 Status check_bounds(const physics::ActiveEffect& e) {
   if (!e.effect || static_cast<int>(e.theta.size()) != e.effect->parameter_count())
     return bad_input("an effect has the wrong number of parameters", "model");
@@ -28,40 +27,36 @@ Status check_bounds(const physics::ActiveEffect& e) {
     if (!(e.theta[k] >= p.lower && e.theta[k] <= p.upper))
       return bad_input("is " + number(e.theta[k], p.unit) + ", outside [" + number(p.lower, "1") + ", " +
                            number(p.upper, "1") + "] " + p.unit,
-                       field(*e.effect, k));
+                       e.effect->parameter_field(k));
   }
   return {};
 }
 
-/// Two of an effect add up, as their wrenches and errors do. These parameters cannot: a vehicle has one of
-/// each.
+/// Two of an effect add up, as their wrenches and errors do, but for parameters of which a vehicle has one.
+Status check_twice(const physics::ActiveEffect& first, const physics::ActiveEffect& again) {
+  const physics::EffectInfo& info = first.effect->info();
+  for (std::size_t k = 0; k < info.parameters.size(); ++k) {
+    const physics::Parameter& p = info.parameters[k];
+    if (std::find(info.one_value.begin(), info.one_value.end(), p.name) == info.one_value.end()) continue;
+    if (again.theta[k] != first.theta[k])
+      return bad_input("is " + number(first.theta[k], p.unit) + " and, where the effect is listed again, " +
+                           number(again.theta[k], p.unit) + "; there is one",
+                       first.effect->parameter_field(k), "List the effect once, or with the same value");
+  }
+  return {};
+}
+
 Status check_twice(const physics::Model& model) {
-  static const struct {
-    const char* id;
-    std::vector<std::size_t> parameters;
-  } single[] = {{"battery_sag", {2, 3}},
-                {"rotor_speed_sensor_fault", {0}},
-                {"sensor_filter", {2}},
-                {"structural_mode", {1, 2}}};
-  for (const auto& [id, parameters] : single) {
-    const physics::ActiveEffect* first = nullptr;
-    for (const physics::ActiveEffect& e : model.effects) {
-      if (e.effect->info().id != id) continue;
-      if (!first) first = &e;
-      for (const std::size_t k : parameters)
-        if (e.theta[k] != first->theta[k]) {
-          const std::string& unit = e.effect->info().parameters[k].unit;
-          return bad_input("is " + number(first->theta[k], unit) +
-                               " and, where the effect is listed again, " + number(e.theta[k], unit) +
-                               "; there is one",
-                           field(*e.effect, k), "List the effect once, or with the same value");
-        }
-    }
+  std::map<const physics::Effect*, const physics::ActiveEffect*> first;
+  for (const physics::ActiveEffect& e : model.effects) {
+    const auto [at, is_new] = first.emplace(e.effect, &e);
+    if (is_new) continue;
+    if (auto ok = check_twice(*at->second, e); !ok) return ok;
   }
   return {};
 }
 
-/// What would silently do nothing.
+/// What would silently do nothing, or cannot be.
 Status check_idle(const vehicle::Vehicle& vehicle, const physics::ActiveEffect& e,
                   const PlantConfig& config) {
   const physics::EffectInfo& info = e.effect->info();
@@ -75,19 +70,7 @@ Status check_idle(const vehicle::Vehicle& vehicle, const physics::ActiveEffect& 
         "effects." + info.id,
         "Give where it flies: `omniflight fly --neighbour FILE` (t_s, px_m, py_m, pz_m), or "
         "PlantConfig::neighbours");
-  if (info.id == "overhead_rope") {
-    const double anchor = e.theta[1], length = e.theta[2], height = config.initial.p_WB.z();
-    if (length < anchor - height)
-      return bad_input("is " + number(length, "m") + ", shorter than the " + number(anchor - height, "m") +
-                           " from the vehicle at " + number(height, "m") +
-                           " up to the anchor (anchor_height " + number(anchor, "m") + ")",
-                       field(*e.effect, 2), "Lengthen the rope, lower the anchor or start higher");
-  }
-  if (info.id == "rotor_speed_sensor_fault" && std::lround(e.theta[0]) > vehicle.rotor_count())
-    return bad_input("is " + number(e.theta[0], "1") + ", and " + vehicle.name + " has " +
-                         std::to_string(vehicle.rotor_count()) + " rotors",
-                     field(*e.effect, 0), "Count from 1");
-  return {};
+  return e.effect->check_feasible(vehicle, config.initial, e.theta.data());
 }
 
 /// The rigid body that flies: the vehicle with the mass and inertia that effects without memory add to it.
@@ -118,42 +101,53 @@ Body body_of(const vehicle::Vehicle& vehicle, const physics::Model& model,
   return out;
 }
 
-Status check_body(const vehicle::Vehicle& vehicle, const physics::Model& model, const PlantConfig& config) {
-  physics::Situation situation;
-  const std::vector<double> still(vehicle.rotors.size(), 0.0);
-  physics::prepare(vehicle, config.initial, config.initial_alpha, still, {}, config.environment, situation);
-  const Body body = body_of(vehicle, model, situation);
-  if (!(body.mass > 0))
-    return bad_input("leaves a mass of " + number(body.mass, "kg") + ", must be above 0 kg",
-                     "effects.payload_mass.mass", "Take away less than the vehicle has");
-  const double rounding = 1e-9 * body.moments[2];
-  const bool definite = body.moments[0] > rounding;
-  if (definite && body.excess() <= rounding) return {};
-  // the parameter without which the body would be closest to a possible one
+/// The parameter without which a body would be closest to a possible one.
+struct Blamed {
+  std::string field, is;  ///< "is 0.3 kg and "; empty where the model has no parameters
+};
+
+Blamed blame(const vehicle::Vehicle& vehicle, const physics::Model& model,
+             const physics::Situation& situation, double (*impossible)(const Body&)) {
+  Blamed out;
   double least = std::numeric_limits<double>::infinity();
-  std::string where = "inertia", is;
   for (std::size_t i = 0; i < model.effects.size(); ++i)
     for (std::size_t k = 0; k < model.effects[i].theta.size(); ++k) {
       const physics::Effect& effect = *model.effects[i].effect;
       const physics::Parameter& p = effect.info().parameters[k];
       physics::Model without = model;
       without.effects[i].theta[k] = p.neutral;
-      const double left = body_of(vehicle, without, situation).excess();
+      const double left = impossible(body_of(vehicle, without, situation));
       if (left >= least) continue;
       least = left;
-      where = field(effect, k);
-      is = "is " + number(model.effects[i].theta[k], p.unit) + " and ";
+      out = {effect.parameter_field(k), "is " + number(model.effects[i].theta[k], p.unit) + " and "};
     }
+  return out;
+}
+
+Status check_body(const vehicle::Vehicle& vehicle, const physics::Model& model, const PlantConfig& config) {
+  physics::Situation situation;
+  const std::vector<double> still(vehicle.rotors.size(), 0.0);
+  physics::prepare(vehicle, config.initial, config.initial_alpha, still, {}, config.environment, situation);
+  const Body body = body_of(vehicle, model, situation);
+  if (!(body.mass > 0)) {
+    const Blamed lightest = blame(vehicle, model, situation, [](const Body& b) { return -b.mass; });
+    return bad_input("leaves a mass of " + number(body.mass, "kg") + ", must be above 0 kg",
+                     lightest.field.empty() ? "mass" : lightest.field, "Take away less than the vehicle has");
+  }
+  const double rounding = 1e-9 * body.moments[2];
+  const bool definite = body.moments[0] > rounding;
+  if (definite && body.excess() <= rounding) return {};
+  const Blamed most = blame(vehicle, model, situation, [](const Body& b) { return b.excess(); });
   const auto kgm2 = [](double value) { return number(value, "kg m2"); };
   const std::string limit = definite ? "the largest may be at most the sum of the others, " +
                                            kgm2(body.moments[0] + body.moments[1])
                                      : std::string("each must be above 0 kg m2");
-  return bad_input(is + "leaves principal moments of inertia of " + number(body.moments[0], "1") + ", " +
+  return bad_input(most.is + "leaves principal moments of inertia of " + number(body.moments[0], "1") + ", " +
                        number(body.moments[1], "1") + " and " + kgm2(body.moments[2]) +
                        " about the centre of mass; " + limit,
-                   where,
-                   "Bring it closer to zero, or add the inertia that goes with it (com_offset keeps that "
-                   "about the body origin)");
+                   most.field.empty() ? "inertia" : most.field,
+                   std::string("Bring it closer to zero, or add the inertia that goes with it (") +
+                       physics::effect_id::com_offset + " keeps that about the body origin)");
 }
 
 }  // namespace

@@ -8,88 +8,100 @@
 #include <map>
 #include <type_traits>
 
+#include "omniflight_physics/effect_ids.hpp"
 #include "omniflight_simulation/thrust_map.hpp"
 
 namespace omniflight::simulation::lanes {
 namespace {
 
-using Put = void (*)(const double* theta, Common&, Block&, int lane);
+namespace id = physics::effect_id;
 
-const std::map<std::string, Put>& table() {
-  static const std::map<std::string, Put> t{
-      {"payload_mass", [](const double* x, Common&, Block& b, int k) { b.payload[k] += x[0]; }},
-      {"com_offset",
-       [](const double* x, Common&, Block& b, int k) {
-         for (int i = 0; i < 3; ++i) b.com[i][k] += x[i];
-       }},
-      {"inertia_error",
-       [](const double* x, Common&, Block& b, int k) {
+enum class Kind {
+  adds,            ///< adds to what another of the effect has put
+  moves_the_mass,  ///< adds, and needs a block that is `coupled`
+  once             ///< a lane holds one of it
+};
+
+/// An effect as numbers of a lane.
+struct Entry {
+  void (*put)(const double* theta, Common&, Block&, int lane) = nullptr;
+  Kind kind = Kind::adds;
+};
+
+const std::map<std::string, Entry>& table() {
+  static const std::map<std::string, Entry> t{
+      {id::payload_mass, {[](const double* x, Common&, Block& b, int k) { b.payload[k] += x[0]; }}},
+      {id::com_offset,
+       {[](const double* x, Common&, Block& b, int k) {
+          for (int i = 0; i < 3; ++i) b.com[i][k] += x[i];
+        },
+        Kind::moves_the_mass}},
+      {id::inertia_error, {[](const double* x, Common&, Block& b, int k) {
          for (int i = 0; i < 3; ++i) b.inertia[i][k] += x[i];
-       }},
-      {"tilt_efficiency",
-       [](const double* x, Common&, Block& b, int k) {
+       }}},
+      {id::tilt_efficiency, {[](const double* x, Common&, Block& b, int k) {
          b.thrust_gain[k] -= x[0];
          b.thrust_gain_per_alpha[k] += x[1];
-       }},
-      {"rotor_inertia",
-       [](const double* x, Common& c, Block& b, int k) {
+       }}},
+      {id::rotor_inertia, {[](const double* x, Common& c, Block& b, int k) {
          b.rotor_inertia[k] += x[0];
          c.rotor_momentum = true;
-       }},
-      {"rotor_drag",
-       [](const double* x, Common& c, Block& b, int k) {
+       }}},
+      {id::rotor_drag, {[](const double* x, Common& c, Block& b, int k) {
          b.drag_in_plane[k] += x[0];
          c.blades = true;
-       }},
-      {"axial_inflow",
-       [](const double* x, Common& c, Block& b, int k) {
+       }}},
+      {id::axial_inflow, {[](const double* x, Common& c, Block& b, int k) {
          b.drag_axial[k] += x[0];
          c.blades = true;
-       }},
-      {"blade_flapping",
-       [](const double* x, Common& c, Block& b, int k) {
+       }}},
+      {id::blade_flapping, {[](const double* x, Common& c, Block& b, int k) {
          b.flapping[k] += x[0];
          c.flapping = true;
-       }},
-      {"parasitic_drag",
-       [](const double* x, Common& c, Block& b, int k) {
+       }}},
+      {id::parasitic_drag, {[](const double* x, Common& c, Block& b, int k) {
          b.area[k] += x[0];
          c.drag = true;
-       }},
-      {"ground_effect",
-       [](const double* x, Common& c, Block& b, int k) {
+       }}},
+      {id::ground_effect, {[](const double* x, Common& c, Block& b, int k) {
          b.ground_strength[k] += x[0];
          c.ground = true;
-       }},
-      {"constant_pull",
-       [](const double* x, Common& c, Block& b, int k) {
+       }}},
+      {id::constant_pull, {[](const double* x, Common& c, Block& b, int k) {
          for (int i = 0; i < 3; ++i) b.pull[i][k] += x[i];
          c.world_force = true;
-       }},
-      // the following appear at most once in a model that flies in lanes
-      {"wind",
-       [](const double* x, Common& c, Block& b, int k) {
-         b.wind[0][k] = x[0];
-         b.wind[1][k] = x[1];
-         b.wind_area[k] = x[2];
-         c.wind = true;
-       }},
-      {"lateral_stiffness",
-       [](const double* x, Common& c, Block& b, int k) {
-         b.stiffness[k] = x[0];
-         b.anchor[0][k] = x[1];
-         b.anchor[1][k] = x[2];
-         c.world_force = true;
-       }},
-      {"hung_cable",
-       [](const double* x, Common& c, Block& b, int k) {
-         b.cable_density[k] = x[0];
-         b.cable_start[k] = x[1];
-         b.cable_length[k] = x[2];
-         c.cable = true;
-       }},
+       }}},
+      {id::wind,
+       {[](const double* x, Common& c, Block& b, int k) {
+          b.wind[0][k] = x[0];
+          b.wind[1][k] = x[1];
+          b.wind_area[k] = x[2];
+          c.wind = true;
+        },
+        Kind::once}},
+      {id::lateral_stiffness,
+       {[](const double* x, Common& c, Block& b, int k) {
+          b.stiffness[k] = x[0];
+          b.anchor[0][k] = x[1];
+          b.anchor[1][k] = x[2];
+          c.world_force = true;
+        },
+        Kind::once}},
+      {id::hung_cable,
+       {[](const double* x, Common& c, Block& b, int k) {
+          b.cable_density[k] = x[0];
+          b.cable_start[k] = x[1];
+          b.cable_length[k] = x[2];
+          c.cable = true;
+        },
+        Kind::once}},
   };
   return t;
+}
+
+bool is_a(Kind kind, const physics::Effect& effect) {
+  const auto found = table().find(effect.info().id);
+  return found != table().end() && found->second.kind == kind;
 }
 
 /// Effects that go into the wrench map, by asking the effect itself.
@@ -231,12 +243,15 @@ bool knows(const physics::Effect& effect) {
   return table().contains(info.id) || maps(effect);
 }
 
+bool adds_up(const physics::Effect& effect) { return !is_a(Kind::once, effect); }
+bool moves_the_mass(const physics::Effect& effect) { return is_a(Kind::moves_the_mass, effect); }
+
 void put_vehicle(const vehicle::Vehicle& vehicle, const physics::Model& model, const PlantConfig& config,
                  const physics::Actuation& actuation, Common& common, Block& b, int k) {
   put_nominal(vehicle, config, common, b, k);
   for (const auto& e : model.effects)
     if (const auto found = table().find(e.effect->info().id); found != table().end())
-      found->second(e.theta.data(), common, b, k);
+      found->second.put(e.theta.data(), common, b, k);
   put_map(vehicle, model, b, k);
   put_motors(actuation, common, b, k);
   put_mass_matrix(vehicle, b, k);

@@ -92,6 +92,10 @@ void close(const Common& common, Block& block);
 
 /// True when lanes know the effect (effects on sensors are none of the plant's business).
 bool knows(const physics::Effect& effect);
+/// True when a lane can hold two of it.
+bool adds_up(const physics::Effect& effect);
+/// True when it moves the centre of mass off the origin, so that its vehicle needs a block that is `coupled`.
+bool moves_the_mass(const physics::Effect& effect);
 /// Fills a vehicle's place. The model's effects are all known.
 void put_vehicle(const vehicle::Vehicle& vehicle, const physics::Model& model, const PlantConfig& config,
                  const physics::Actuation& actuation, Common& common, Block& block, int lane);

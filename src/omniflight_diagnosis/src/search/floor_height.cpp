@@ -20,8 +20,15 @@ void move_floor(double hub_height, Flight& f) {
   for (physics::Situation& s : f.situation) s.environment.floor_z = f.floor_z;
 }
 
-/// ln Bayes factor of the ground effect against nothing, at least 0, in the noise that slow functions of
-/// place leave.
+/// Effects that tell where the floor is: the ground effect.
+std::vector<const physics::Effect*> telling_effects() {
+  std::vector<const physics::Effect*> out;
+  for (const physics::Effect* effect : physics::builtin_effects())
+    if (effect->info().tells_floor_height) out.push_back(effect);
+  return out;
+}
+
+/// ln Bayes factor of an effect against nothing, at least 0, in the noise that slow functions of place leave.
 double log_factor(const RegressionProblem& problem, const NoiseModel& noise, const physics::Effect& effect,
                   const Options& o) {
   Hypothesis law;
@@ -39,22 +46,26 @@ double log_factor(const RegressionProblem& problem, const NoiseModel& noise, con
 
 std::optional<double> hub_height(const std::vector<Flight>& flights, const vehicle::Vehicle& vehicle,
                                  const Options& o) {
-  const physics::Effect* effect = physics::find_effect("ground_effect");
   const double radius = mean_radius(vehicle);
   std::vector<Flight> standing;
   for (const Flight& f : flights)
     if (f.stood_at) standing.push_back(f);
-  if (!effect || !(radius > 0) || standing.empty()) return {};
+  if (!(radius > 0) || standing.empty()) return {};
   const std::vector<const Flight*> all = pointers_to(standing);
   const double horizon = least_horizon(all);
   const RegressionProblem assumed(all, vehicle, o, horizon);
   const auto noise = estimate_noise(assumed, slow_columns(assumed), Eigen::VectorXd::Zero(assumed.rows()),
                                     o.temperature);  // the floor is no matter to it
-  std::vector<double> gains{log_factor(assumed, *noise, *effect, o)};
+  const auto gain = [&, effects = telling_effects()](const RegressionProblem& problem) {
+    double most = 0;
+    for (const physics::Effect* e : effects) most = std::max(most, log_factor(problem, *noise, *e, o));
+    return most;
+  };
+  std::vector<double> gains{gain(assumed)};
   for (const double share : kHigher) {
     if (o.stopped()) return {};
     for (Flight& f : standing) move_floor(share * radius, f);
-    gains.push_back(log_factor(RegressionProblem(all, vehicle, o, horizon), *noise, *effect, o));
+    gains.push_back(gain(RegressionProblem(all, vehicle, o, horizon)));
   }
   // the lowest that is nearly as good as the best: strength and height go together
   const double enough = *std::max_element(gains.begin(), gains.end()) - kClearly;

@@ -50,7 +50,7 @@ std::vector<ShapePoint> shape_points(const RegressionProblem& problem, const Eff
   std::vector<std::size_t> shapes, amplitudes;
   ShapePoint rest;
   for (std::size_t k = 0; k < parameters.size(); ++k) {
-    const bool amplitude = physics::is_amplitude(parameters[k]) || (effect.info().id == "wind" && k < 2);
+    const bool amplitude = physics::is_amplitude(parameters[k]);
     // an attachment shifts a lever by little: it is fitted from zero, and not tried on the grid
     const bool lever = parameters[k].name.starts_with("attachment_");
     if (amplitude || !lever) (amplitude ? amplitudes : shapes).push_back(k);

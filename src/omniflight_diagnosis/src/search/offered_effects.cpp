@@ -11,16 +11,6 @@ bool listed(const std::vector<std::string>& list, const std::string& id) {
   return std::find(list.begin(), list.end(), id) != list.end();
 }
 
-/// Why a thrust that is only modelled hides an effect, or nothing.
-std::string hidden_by_modelled_thrust(const std::string& id) {
-  for (const char* scaling : {"thrust_scale", "payload_mass", "thrust_curve", "rotor_thrust_scale",
-                              "constant_pull", "tilt_efficiency"})
-    if (id == scaling) return "it scales or shifts a thrust that is only modelled, for want of rotor speeds";
-  if (id == "com_offset") return "without torques it looks like an accelerometer that sits elsewhere";
-  if (id == "rotor_axis_misalignment") return "without torques it looks like an accelerometer mounted askew";
-  return "";
-}
-
 }  // namespace
 
 std::string why_not_offered(const physics::Effect& effect, std::span<const Flight* const> flights,
@@ -30,8 +20,7 @@ std::string why_not_offered(const physics::Effect& effect, std::span<const Fligh
   if (listed(o.exclude, info.id)) return "excluded by the caller";
   if (!o.only.empty() && !listed(o.only, info.id)) return "not among the effects that the caller asks for";
   for (const Flight* f : flights) {
-    if (f->thrust_modelled)
-      if (std::string why = hidden_by_modelled_thrust(info.id); !why.empty()) return why;
+    if (f->thrust_modelled && !info.hidden_by_modelled_thrust.empty()) return info.hidden_by_modelled_thrust;
     for (const std::string& signal : info.signals) {
       if (signal == "neighbour" && o.neighbours.empty() && !has_neighbour(*f))
         return "no track of a neighbour is recorded or told";

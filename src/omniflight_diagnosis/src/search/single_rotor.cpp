@@ -6,29 +6,21 @@
 #include <memory>
 #include <mutex>
 
-#include "hidden_tilt.hpp"
-
 namespace omniflight::diagnosis {
 namespace {
 
 using physics::Effect;
 
-constexpr int kRotors = 8;  ///< for which these effects have numbers
-
-bool is_by_rotor(const Effect& effect) {
-  const std::string& id = effect.info().id;
-  return id == "rotor_thrust_scale" || id == "rotor_position_error" || id == "rotor_axis_misalignment";
-}
-
 class SingleRotor final : public Effect {
  public:
   SingleRotor(const Effect& whole, int rotor)
       : whole_(whole),
-        width_(whole.parameter_count() / kRotors),
+        width_(whole.info().parameters_per_rotor),
         first_(rotor * width_),
         info_(whole.info()) {
     const auto from = whole.info().parameters.begin() + first_;
     info_.parameters.assign(from, from + width_);
+    info_.parameters_per_rotor = 0;
     for (const physics::Parameter& p : whole.info().parameters) neutral_.push_back(p.neutral);
   }
   const physics::EffectInfo& info() const override { return info_; }
@@ -75,27 +67,39 @@ const Effect& single_rotor(const Effect& whole, int rotor) {
   return *one;
 }
 
+/// Forms that act on the wrench, of effects that look most like this one.
+void add_unrecorded_forms(const std::string& beside, std::vector<const Effect*>& out) {
+  for (const Effect* effect : physics::builtin_effects()) {
+    const std::vector<std::string>& aliases = effect->info().aliases;
+    const Effect* form = effect->unrecorded_form();
+    if (form && !aliases.empty() && aliases.front() == beside) out.push_back(form);
+  }
+}
+
 }  // namespace
 
 std::vector<const Effect*> by_rotor(const std::vector<const Effect*>& candidates,
                                     const vehicle::Vehicle& vehicle) {
   std::vector<const Effect*> out;
   for (const Effect* effect : candidates) {
-    if (is_by_rotor(*effect) && vehicle.rotor_count() > 1)
-      for (int r = 0; r < std::min(kRotors, vehicle.rotor_count()); ++r)
-        out.push_back(&single_rotor(*effect, r));
-    else if (!is_by_rotor(*effect))
+    const int each = effect->info().parameters_per_rotor;
+    if (each == 0)
       out.push_back(effect);
-    if (effect->info().id == "tilt_offset") out.push_back(&hidden_tilt_lag());
+    else if (vehicle.rotor_count() > 1)
+      for (int r = 0; r < std::min(effect->parameter_count() / each, vehicle.rotor_count()); ++r)
+        out.push_back(&single_rotor(*effect, r));
+    add_unrecorded_forms(effect->info().id, out);
   }
   return out;
 }
 
 physics::ActiveEffect in_full(const physics::ActiveEffect& active) {
-  if (active.effect == &hidden_tilt_lag())
-    return {physics::find_effect("tilt_servo_lag"), {active.theta[0], 0.0}};
-  const auto* one = dynamic_cast<const SingleRotor*>(active.effect);
-  return one ? physics::ActiveEffect{&one->whole(), one->whole_theta(active.theta)} : active;
+  if (const auto* one = dynamic_cast<const SingleRotor*>(active.effect))
+    return {&one->whole(), one->whole_theta(active.theta)};
+  const Effect* listed = physics::find_effect(active.effect->info().id);
+  if (listed && listed->unrecorded_form() == active.effect)
+    return {listed, listed->from_unrecorded_form(active.theta)};
+  return active;
 }
 
 }  // namespace omniflight::diagnosis

@@ -9,7 +9,8 @@
 namespace omniflight::diagnosis {
 
 /// The candidates, each effect that describes rotors one by one replaced by its restrictions to one rotor: of
-/// several rotors each is a member of its own. Behind tilt_offset follows a tilt that lags unseen.
+/// several rotors each is a member of its own. Effects that act on the wrench where no signal shows them
+/// (Effect::unrecorded_form) follow the first of their aliases.
 std::vector<const physics::Effect*> by_rotor(const std::vector<const physics::Effect*>& candidates,
                                              const vehicle::Vehicle& vehicle);
 

@@ -13,6 +13,7 @@
 #include "omniflight_core/random.hpp"
 #include "omniflight_core/result.hpp"
 #include "omniflight_physics/actuation.hpp"
+#include "omniflight_physics/pilot_words.hpp"
 #include "omniflight_physics/sensing.hpp"
 #include "omniflight_physics/situation.hpp"
 
@@ -47,6 +48,22 @@ struct EffectInfo {
   std::string separated_by;           ///< the manoeuvre that separates it from its aliases
   std::vector<Stage> also = {};       ///< further stages at which it shows
   std::vector<std::string> comes_with = {};  ///< ids beside which it is the likeliest of its aliases
+
+  // What engines treat effects by: they know no id. What is left out is the ordinary case.
+
+  /// Why a flight without rotor speeds, whose thrust is only modelled, cannot show it: a clause, which the
+  /// diagnosis gives as its reason not to ask for the effect. Empty: such a flight can.
+  std::string hidden_by_modelled_thrust = {};
+  /// Of an effect that has numbers for every rotor: how many a rotor. Those of rotor r begin at index
+  /// r * this; the diagnosis asks for one rotor at a time. 0: its parameters belong to the whole vehicle.
+  int parameters_per_rotor = 0;
+  /// Its wrench near the floor tells how far below a standing vehicle the floor is, where no file says so.
+  bool tells_floor_height = false;
+  /// Names of parameters of which a vehicle has one value. A model may list an effect twice, and the two add
+  /// up; these must then be the same in both.
+  std::vector<std::string> one_value = {};
+  /// How a pilot is told of it. Without: by its term and first known parameter.
+  PilotWords words = {};
 };
 
 /// Fx Fy Fz [N] Mx My Mz [Nm] (wrench of the effects, body axes), rotor_speed, alpha, acc, gyro, position,
@@ -129,6 +146,27 @@ class Effect {
 
   virtual void alter_actuation(const vehicle::Vehicle&, const double* /*theta*/, Actuation&) const {}
   virtual void alter_sensing(const double* /*theta*/, Sensing&) const {}
+
+  /// Of an effect that alters a signal: a form of it that acts on the wrench, for recordings in which the
+  /// signal does not show it. Where a servo reports the tilt that it is ordered to, its lag is in no signal,
+  /// but in the forces. The form has this effect's id. The diagnosis asks for it right behind the first of
+  /// this effect's aliases, and only with it: without that rival it would be named in the rival's place. So
+  /// the form needs no signals but those of that alias.
+  /// nullptr: there is no such form.
+  virtual const Effect* unrecorded_form() const { return nullptr; }
+  /// Parameters of this effect that mean what `theta` means to its unrecorded form; others neutral.
+  virtual std::vector<double> from_unrecorded_form(const std::vector<double>& theta) const { return theta; }
+
+  /// An error where a vehicle that starts like this cannot have it, as a rope that is shorter than the way up
+  /// to its anchor; `where` is parameter_field(). Bounds of parameters have been checked before.
+  virtual Status check_feasible(const vehicle::Vehicle&, const RigidState& /*initial*/,
+                                const double* /*theta*/) const {
+    return {};
+  }
+  /// "effects.hung_cable.length": how errors name a parameter, by its index.
+  std::string parameter_field(std::size_t index) const {
+    return "effects." + info().id + "." + info().parameters[index].name;
+  }
 
   int parameter_count() const { return static_cast<int>(info().parameters.size()); }
 };

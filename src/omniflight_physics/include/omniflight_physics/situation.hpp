@@ -44,8 +44,8 @@ struct Situation {
   Vec3 v_WB_B = Vec3::Zero();   ///< m/s, velocity in body axes
   Vec3 a_WB_B = Vec3::Zero();   ///< m/s^2, coordinate acceleration of the body origin in body axes
   Vec3 dw_WB_B = Vec3::Zero();  ///< rad/s^2
-  /// Acceleration that was observed, where a_WB_B and dw_WB_B are predictions: it drives what an effect remembers,
-  /// which acts on the vehicle only later. See memory_acceleration().
+  /// Acceleration that was observed, where a_WB_B and dw_WB_B are predictions: it drives what an effect
+  /// remembers, which acts on the vehicle only later. See memory_acceleration().
   bool observed = false;
   Vec3 observed_a_B = Vec3::Zero(), observed_dw_B = Vec3::Zero();
   Vec3 g_B = Vec3::Zero();      ///< m/s^2, gravity in body axes: R_WB^T (0, 0, -g)

@@ -1,5 +1,6 @@
 // Bias of the accelerometer.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -19,7 +20,12 @@ class AccelerometerError final : public Effect {
                                  .channels = {"acc"},
                                  .stage = Stage::sensing,
                                  .aliases = {"payload_mass", "constant_pull", "com_offset"},
-                                 .separated_by = "six rest positions; compare with motion capture"};
+                                 .separated_by = "six rest positions; compare with motion capture",
+                                 .words = {{"bias_x", "bias_y", "bias_z"}, [](const KnownValues& v) {
+                                             return "the accelerometer is off by " +
+                                                    two_digits(norm_of(v, "bias_x", "bias_y", "bias_z")) +
+                                                    " m/s2";
+                                           }}};
     return info;
   }
   void alter_sensing(const double* theta, Sensing& s) const override {

@@ -1,6 +1,7 @@
 // The rotors reach less thrust than the limits say, and change their speed no faster than the driver lets
 // them.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -19,7 +20,11 @@ class ActuatorSaturation final : public Effect {
                                  .channels = {"rotor_speed"},
                                  .stage = Stage::actuation,
                                  .aliases = {"battery_sag", "motor_lag", "thrust_dead_zone"},
-                                 .separated_by = "a step to the limit: look at the active set only"};
+                                 .separated_by = "a step to the limit: look at the active set only",
+                                 .words = {{"limit_loss"}, [](const KnownValues& v) {
+                                             return "the largest thrust is " + in_percent(v("limit_loss")) +
+                                                    " less than modelled";
+                                           }}};
     return info;
   }
 

@@ -22,7 +22,8 @@ class BatterySag final : public Effect {
         .stage = Stage::actuation,
         .aliases = {"thrust_scale", "actuator_saturation"},
         .separated_by = "the same hover at the start and at the end; log of the voltage",
-        .also = {Stage::sensing, Stage::power}};
+        .also = {Stage::sensing, Stage::power},
+        .one_value = {"voltage", "open_loop"}};
     return info;
   }
 

@@ -2,6 +2,7 @@
 #include "omniflight_physics/cable_chain.hpp"
 
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -31,7 +32,10 @@ class CableChainEffect final : public Effect {
         .channels = {"Fx", "Fy", "Fz", "Mx", "My"},
         .stage = Stage::wrench,
         .aliases = {"hung_cable", "cable_pendulum"},
-        .separated_by = "as hung_cable; its forces differ while the cable swings, lands or is lifted"};
+        .separated_by = "as hung_cable; its forces differ while the cable swings, lands or is lifted",
+        .words = {{"linear_density"}, [](const KnownValues& v) {
+                    return "a swinging cable of " + hundredths(v("linear_density")) + " kg/m";
+                  }}};
     return info;
   }
 

@@ -1,6 +1,7 @@
 // A cable that hangs to the floor and swings in its first mode: the middle one of three fidelities.
 #include "effects/lifting.hpp"
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -28,7 +29,11 @@ class CablePendulum final : public MemoryEffect<CablePendulum, 4> {
         .stage = Stage::wrench,
         .aliases = {"hung_cable", "slung_load"},
         .separated_by =
-            "stop and wait at two heights: its frequency falls as one over the root of the hanging length"};
+            "stop and wait at two heights: its frequency falls as one over the root of the hanging length",
+        .words = {{"linear_density"}, [](const KnownValues& v) {
+                    return "a swinging cable of " + hundredths(v("linear_density")) + " kg/m" +
+                           from_height(v);
+                  }}};
     return info;
   }
 

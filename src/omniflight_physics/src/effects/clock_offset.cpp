@@ -1,8 +1,17 @@
 // The clock of the motion capture runs beside that of the inertial sensor.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
+
+std::string late_or_drifting(const KnownValues& v) {
+  const double offset = v("offset");
+  if (offset != 0)
+    return "motion capture stamps " + two_digits(1e3 * std::abs(offset)) + " ms too " +
+           by_sign(offset, "late", "early");
+  return "the motion capture clock drifts by " + two_digits(1e6 * v("skew")) + " ppm";
+}
 
 class ClockOffset final : public Effect {
  public:
@@ -20,7 +29,8 @@ class ClockOffset final : public Effect {
         .stage = Stage::sensing,
         .aliases = {"motor_lag", "transport_delay", "sensor_filter"},
         .separated_by =
-            "correlate gyro and motion-capture rate window by window: the slope of the lag is the skew"};
+            "correlate gyro and motion-capture rate window by window: the slope of the lag is the skew",
+        .words = {{"offset", "skew"}, late_or_drifting}};
     return info;
   }
 

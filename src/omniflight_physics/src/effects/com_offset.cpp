@@ -1,5 +1,6 @@
 // The centre of mass is not where the model has it.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -21,7 +22,11 @@ class ComOffset final : public WrenchEffect<ComOffset> {
         .channels = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"},
         .stage = Stage::wrench,
         .aliases = {"rotor_thrust_scale", "mocap_offset", "attachment_torque"},
-        .separated_by = "hover at roll and pitch of +-30 deg or more"};
+        .separated_by = "hover at roll and pitch of +-30 deg or more",
+        .hidden_by_modelled_thrust = "without torques it looks like an accelerometer that sits elsewhere",
+        .words = {{"x", "y", "z"}, [](const KnownValues& v) {
+                    return "the centre of mass is " + along_body(v) + " of its place";
+                  }}};
     return info;
   }
 

@@ -21,7 +21,8 @@ class ControllerMismatch final : public Effect {
         .stage = Stage::control,
         .aliases = {"thrust_scale", "drag_torque_scale"},
         .separated_by = "replay of the recorded references and demands: no flight is needed",
-        .also = {Stage::allocation, Stage::actuation}};
+        .also = {Stage::allocation, Stage::actuation},
+        .words = {{}, [](const KnownValues&) { return std::string("the gains flown are not those told"); }}};
     return info;
   }
 

@@ -1,5 +1,6 @@
 // The reaction torque of the rotors differs from its coefficient.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -7,17 +8,22 @@ namespace {
 class DragTorqueScale final : public WrenchEffect<DragTorqueScale> {
  public:
   const EffectInfo& info() const override {
-    static const EffectInfo info{.id = "drag_torque_scale",
-                                 .term = "rotor drag torque error",
-                                 .equation = "dM = eps_k sum kappa s_i T_i n_i",
-                                 .latex = R"(\Delta\tau = \varepsilon_\kappa \sum_i \kappa s_i T_i n_i)",
-                                 .source = "definition",
-                                 .parameters = {{"scale", "eps_kappa", "1", -0.9, 2.0, 0.2, 0, true}},
-                                 .signals = {"rotor_speed"},
-                                 .channels = {"Mx", "My", "Mz"},
-                                 .stage = Stage::wrench,
-                                 .aliases = {"inertia_error", "cable_torsion"},
-                                 .separated_by = "yaw steps at several tilts"};
+    static const EffectInfo info{
+        .id = "drag_torque_scale",
+        .term = "rotor drag torque error",
+        .equation = "dM = eps_k sum kappa s_i T_i n_i",
+        .latex = R"(\Delta\tau = \varepsilon_\kappa \sum_i \kappa s_i T_i n_i)",
+        .source = "definition",
+        .parameters = {{"scale", "eps_kappa", "1", -0.9, 2.0, 0.2, 0, true}},
+        .signals = {"rotor_speed"},
+        .channels = {"Mx", "My", "Mz"},
+        .stage = Stage::wrench,
+        .aliases = {"inertia_error", "cable_torsion"},
+        .separated_by = "yaw steps at several tilts",
+        .words = {{"scale"}, [](const KnownValues& v) {
+                    return "the drag torque of the rotors is " + in_percent(v("scale")) +
+                           by_sign(v("scale"), " larger", " smaller") + " than modelled";
+                  }}};
     return info;
   }
   bool linear_in_thrust() const override { return true; }

@@ -24,7 +24,8 @@ class GroundEffect final : public WrenchEffect<GroundEffect> {
         .channels = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"},
         .stage = Stage::wrench,
         .aliases = {"thrust_scale", "hung_cable", "payload_mass"},
-        .separated_by = "slow descent and climb below half a metre"};
+        .separated_by = "slow descent and climb below half a metre",
+        .tells_floor_height = true};
     return info;
   }
 

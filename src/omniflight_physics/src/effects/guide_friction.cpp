@@ -1,5 +1,6 @@
 // Coulomb friction on a vertical guide, or of something that is dragged over the floor.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -21,7 +22,11 @@ class GuideFriction final : public WrenchEffect<GuideFriction> {
         .channels = {"Fx", "Fy", "Fz"},
         .stage = Stage::wrench,
         .aliases = {"hung_cable", "parasitic_drag", "rotor_drag"},
-        .separated_by = "up and down at the same speed, and at two speeds"};
+        .separated_by = "up and down at the same speed, and at two speeds",
+        .words = {{"vertical", "horizontal"}, [](const KnownValues& v) {
+                    return "friction of " + two_digits(std::max(v("vertical"), v("horizontal"))) +
+                           " N against the motion";
+                  }}};
     return info;
   }
 

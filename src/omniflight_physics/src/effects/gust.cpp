@@ -1,5 +1,6 @@
 // Wind that comes and goes.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -23,7 +24,9 @@ class Gust final : public Effect {
         .channels = {"Fx", "Fy", "Fz"},
         .stage = Stage::wrench,
         .aliases = {"wind", "parasitic_drag"},
-        .separated_by = "its spectrum, not its mean: hover for a minute"};
+        .separated_by = "its spectrum, not its mean: hover for a minute",
+        .words = {{"intensity"},
+                  [](const KnownValues& v) { return "gusts of " + two_digits(v("intensity")) + " m/s"; }}};
     return info;
   }
 

@@ -1,6 +1,7 @@
 // A cable that hangs from the vehicle to the floor: its carried weight grows with height.
 #include "effects/lifting.hpp"
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -26,7 +27,10 @@ class HungCable final : public WrenchEffect<HungCable> {
         .channels = {"Fx", "Fy", "Fz"},
         .stage = Stage::wrench,
         .aliases = {"constant_pull", "payload_mass", "overhead_rope", "ground_effect"},
-        .separated_by = "ascent and descent over 0.7 m or more, with pauses"};
+        .separated_by = "ascent and descent over 0.7 m or more, with pauses",
+        .words = {{"linear_density"}, [](const KnownValues& v) {
+                    return "a cable of " + hundredths(v("linear_density")) + " kg/m" + from_height(v);
+                  }}};
     return info;
   }
 

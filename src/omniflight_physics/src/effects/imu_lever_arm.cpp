@@ -1,5 +1,6 @@
 // The inertial sensor does not sit in the body origin.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -20,7 +21,10 @@ class ImuLeverArm final : public Effect {
         .channels = {"acc"},
         .stage = Stage::sensing,
         .aliases = {"com_offset", "accelerometer_error"},
-        .separated_by = "rotation about each axis in place"};
+        .separated_by = "rotation about each axis in place",
+        .words = {{"x", "y", "z"}, [](const KnownValues& v) {
+                    return "the inertial sensor sits " + along_body(v) + " of its place";
+                  }}};
     return info;
   }
 

@@ -1,5 +1,6 @@
 // A force towards an anchor in the horizontal plane, as of a taut overhead rope.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -19,7 +20,11 @@ class LateralStiffness final : public WrenchEffect<LateralStiffness> {
                                  .channels = {"Fx", "Fy", "Fz"},
                                  .stage = Stage::wrench,
                                  .aliases = {"catenary", "wind"},
-                                 .separated_by = "lateral steps in both directions"};
+                                 .separated_by = "lateral steps in both directions",
+                                 .words = {{"stiffness"}, [](const KnownValues& v) {
+                                             return "a sideways pull back of " + two_digits(v("stiffness")) +
+                                                    " N per m";
+                                           }}};
     return info;
   }
 

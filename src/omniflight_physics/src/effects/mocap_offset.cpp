@@ -1,8 +1,17 @@
 // The body of the motion capture system has another origin and other axes than the vehicle.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
+
+std::string offset_of_the_body(const KnownValues& v) {
+  std::string out;
+  if (const double d = norm_of(v, "x", "y", "z"); d > 0) out = in_length(d);
+  if (const double turn = norm_of(v, "roll", "pitch", "yaw"); turn > 0)
+    out += (out.empty() ? "" : " and ") + in_degrees(turn);
+  return "the motion capture body is off by " + out;
+}
 
 class MocapOffset final : public Effect {
  public:
@@ -22,7 +31,8 @@ class MocapOffset final : public Effect {
                                  .channels = {"position", "attitude"},
                                  .stage = Stage::sensing,
                                  .aliases = {"com_offset", "gyro_error", "imu_lever_arm"},
-                                 .separated_by = "pure rotations in place"};
+                                 .separated_by = "pure rotations in place",
+                                 .words = {{"x", "y", "z", "roll", "pitch", "yaw"}, offset_of_the_body}};
     return info;
   }
 

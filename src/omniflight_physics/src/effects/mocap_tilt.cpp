@@ -1,5 +1,6 @@
 // The world of the motion capture is not level.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -18,7 +19,11 @@ class MocapTilt final : public Effect {
                                  .channels = {"Fx", "Fy", "Fz"},
                                  .stage = Stage::sensing,
                                  .aliases = {"wind", "constant_pull"},
-                                 .separated_by = "a plumb line, or the accelerometer at rest"};
+                                 .separated_by = "a plumb line, or the accelerometer at rest",
+                                 .words = {{"x", "y"}, [](const KnownValues& v) {
+                                             return "the motion capture world is tilted by " +
+                                                    in_degrees(std::hypot(v("x"), v("y")));
+                                           }}};
     return info;
   }
   void alter_sensing(const double* theta, Sensing& s) const override {

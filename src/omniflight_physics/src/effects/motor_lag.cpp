@@ -1,5 +1,6 @@
 // The rotors follow their command later than the model says, or sooner: another time constant.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -18,7 +19,11 @@ class MotorLag final : public Effect {
         .channels = {"rotor_speed"},
         .stage = Stage::actuation,
         .aliases = {"transport_delay", "dynamic_inflow"},
-        .separated_by = "pseudo-random command steps: a lag rolls the gain off, a delay does not"};
+        .separated_by = "pseudo-random command steps: a lag rolls the gain off, a delay does not",
+        .words = {{"time_constant"}, [](const KnownValues& v) {
+                    return "motors " + two_digits(1e3 * std::abs(v("time_constant"))) + " ms " +
+                           by_sign(v("time_constant"), "slower", "faster") + " than modelled";
+                  }}};
     return info;
   }
   void alter_actuation(const vehicle::Vehicle&, const double* theta, Actuation& a) const override {

@@ -1,5 +1,8 @@
 // A slack rope from an anchor above: its loop hangs down, and the vehicle carries its own side of the loop.
+#include <fmt/format.h>
+
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -24,8 +27,22 @@ class OverheadRope final : public WrenchEffect<OverheadRope> {
         .stage = Stage::wrench,
         .aliases = {"hung_cable", "constant_pull", "payload_mass"},
         .separated_by =
-            "another anchor height or rope length; its slope with height is half that of a hung cable"};
+            "another anchor height or rope length; its slope with height is half that of a hung cable",
+        .words = {{"linear_density"}, [](const KnownValues& v) {
+                    return "a rope from above of " + hundredths(v("linear_density")) + " kg/m";
+                  }}};
     return info;
+  }
+
+  Status check_feasible(const vehicle::Vehicle&, const RigidState& initial,
+                        const double* theta) const override {
+    const double anchor = theta[1], length = theta[2], height = initial.p_WB.z();
+    if (length >= anchor - height) return {};
+    return bad_input(
+        fmt::format("is {:g} m, shorter than the {:g} m from the vehicle at {:g} m up to the anchor "
+                    "(anchor_height {:g} m)",
+                    length, anchor - height, height, anchor),
+        parameter_field(2), "Lengthen the rope, lower the anchor or start higher");
   }
 
   template <class T>

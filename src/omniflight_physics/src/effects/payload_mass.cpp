@@ -1,5 +1,6 @@
 // Mass at the body origin that the model does not know.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -18,7 +19,12 @@ class PayloadMass final : public WrenchEffect<PayloadMass> {
         .channels = {"Fx", "Fy", "Fz"},
         .stage = Stage::wrench,
         .aliases = {"thrust_scale", "constant_pull", "hung_cable", "tilt_efficiency"},
-        .separated_by = "vertical and lateral accelerations at constant tilt; weighing the vehicle"};
+        .separated_by = "vertical and lateral accelerations at constant tilt; weighing the vehicle",
+        .hidden_by_modelled_thrust =
+            "it scales or shifts a thrust that is only modelled, for want of rotor speeds",
+        .words = {{"mass"}, [](const KnownValues& v) {
+                    return in_mass(v("mass")) + by_sign(v("mass"), " too heavy", " too light");
+                  }}};
     return info;
   }
 

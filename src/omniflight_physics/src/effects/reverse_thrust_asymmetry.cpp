@@ -1,6 +1,7 @@
 // A reversed propeller works with its trailing edge first.
 #include "effects/table.hpp"
 #include "effects/thrust_change.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -19,7 +20,11 @@ class ReverseThrustAsymmetry final : public WrenchEffect<ReverseThrustAsymmetry>
         .channels = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"},
         .stage = Stage::wrench,
         .aliases = {"thrust_dead_zone", "tilt_efficiency", "rotor_thrust_scale"},
-        .separated_by = "attitudes at which the signs of the thrusts change"};
+        .separated_by = "attitudes at which the signs of the thrusts change",
+        .words = {{"change"}, [](const KnownValues& v) {
+                    return "rotors in reverse give " + in_percent(v("change")) +
+                           by_sign(v("change"), " more", " less") + " thrust than forward";
+                  }}};
     return info;
   }
 

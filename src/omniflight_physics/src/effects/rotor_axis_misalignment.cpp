@@ -27,7 +27,9 @@ class RotorAxisMisalignment final : public RegressorEffect<RotorAxisMisalignment
         .channels = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"},
         .stage = Stage::wrench,
         .aliases = {"tilt_offset", "rotor_thrust_scale", "mocap_offset"},
-        .separated_by = "hover at six attitudes or more, with rotor speeds moved in the null space"};
+        .separated_by = "hover at six attitudes or more, with rotor speeds moved in the null space",
+        .hidden_by_modelled_thrust = "without torques it looks like an accelerometer mounted askew",
+        .parameters_per_rotor = 2};
     return info;
   }
   bool linear_in_thrust() const override { return true; }

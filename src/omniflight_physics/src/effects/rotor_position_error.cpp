@@ -21,7 +21,8 @@ class RotorPositionError final : public RegressorEffect<RotorPositionError> {
         .channels = {"Mx", "My", "Mz"},
         .stage = Stage::wrench,
         .aliases = {"com_offset", "rotor_thrust_scale", "rotor_axis_misalignment"},
-        .separated_by = "rotor speeds moved in the null space, at several tilts and attitudes"};
+        .separated_by = "rotor speeds moved in the null space, at several tilts and attitudes",
+        .parameters_per_rotor = 3};
     return info;
   }
   bool linear_in_thrust() const override { return true; }

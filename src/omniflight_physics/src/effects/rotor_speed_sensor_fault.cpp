@@ -1,8 +1,20 @@
 // The speed sensor of one rotor is wrong or stuck.
+#include <fmt/format.h>
+
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
+
+std::string faulty_sensor(const KnownValues& v) {
+  const auto rotor = v.find("rotor");
+  const std::string of = rotor ? " of rotor " + std::to_string(std::lround(*rotor)) : "";
+  if (v("scale") != 0)
+    return "the speed sensor" + of + " reads " + in_percent(v("scale")) +
+           by_sign(v("scale"), " high", " low");
+  return "the speed sensor" + of + " is faulty";
+}
 
 class RotorSpeedSensorFault final : public Effect {
  public:
@@ -21,10 +33,19 @@ class RotorSpeedSensorFault final : public Effect {
         .channels = {"rotor_speed"},
         .stage = Stage::sensing,
         .aliases = {"rotor_thrust_scale"},
-        .separated_by = "speeds of the other rotors and the motion say what this one does"};
+        .separated_by = "speeds of the other rotors and the motion say what this one does",
+        .one_value = {"rotor"},
+        .words = {{}, faulty_sensor}};
     return info;
   }
 
+  Status check_feasible(const vehicle::Vehicle& vehicle, const RigidState&,
+                        const double* theta) const override {
+    if (std::lround(theta[0]) <= vehicle.rotor_count()) return {};
+    return bad_input(
+        fmt::format("is {:g}, and {} has {} rotors", theta[0], vehicle.name, vehicle.rotor_count()),
+        parameter_field(0), "Count from 1");
+  }
   void alter_sensing(const double* theta, Sensing& s) const override {
     const bool freezes = theta[3] < info().parameters[3].upper;
     if (theta[1] == 0 && theta[2] == 0 && !freezes) return;

@@ -1,9 +1,19 @@
 // Single rotors give more or less thrust than their coefficient says: damage, spread of production.
 #include "effects/table.hpp"
 #include "effects/thrust_change.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
+
+std::string single_rotors(const KnownValues& v) {
+  std::string out;
+  for (const auto& [name, scale] : v.all())
+    if (name.starts_with("scale_") && scale != 0)
+      out += (out.empty() ? "rotor " : ", rotor ") + name.substr(6) + " gives " + in_percent(scale) +
+             by_sign(scale, " more", " less") + " thrust than modelled";
+  return out;
+}
 
 class RotorThrustScale final : public WrenchEffect<RotorThrustScale> {
  public:
@@ -27,7 +37,12 @@ class RotorThrustScale final : public WrenchEffect<RotorThrustScale> {
         .stage = Stage::wrench,
         .aliases = {"com_offset", "rotor_axis_misalignment", "rotor_position_error", "thrust_scale"},
         .separated_by =
-            "excitation in the null space of the rotors: no motion, yet another torque for every rotor"};
+            "excitation in the null space of the rotors: no motion, yet another torque for every rotor",
+        .hidden_by_modelled_thrust =
+            "it scales or shifts a thrust that is only modelled, for want of rotor speeds",
+        .parameters_per_rotor = 1,
+        .words = {{"scale_1", "scale_2", "scale_3", "scale_4", "scale_5", "scale_6", "scale_7", "scale_8"},
+                  single_rotors}};
     return info;
   }
   bool linear_in_thrust() const override { return true; }

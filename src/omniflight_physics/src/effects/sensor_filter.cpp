@@ -20,7 +20,8 @@ class SensorFilter final : public Effect {
         .channels = {"acc", "gyro"},
         .stage = Stage::sensing,
         .aliases = {"clock_offset", "structural_mode"},
-        .separated_by = "a chirp in each axis"};
+        .separated_by = "a chirp in each axis",
+        .one_value = {"damping"}};
     return info;
   }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -33,7 +34,11 @@ class SlungLoad final : public MemoryEffect<SlungLoad, 6, 1> {
         .channels = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"},
         .stage = Stage::wrench,
         .aliases = {"payload_mass", "hung_cable", "cable_pendulum"},
-        .separated_by = "stop after a lateral move and wait: it goes on swinging at sqrt(g/L)"};
+        .separated_by = "stop after a lateral move and wait: it goes on swinging at sqrt(g/L)",
+        .words = {{"mass"}, [](const KnownValues& v) {
+                    return "a load of " + in_mass(v("mass")) + " on a cable" +
+                           (v.find("length") ? " of " + in_length(v("length")) : "");
+                  }}};
     return info;
   }
 

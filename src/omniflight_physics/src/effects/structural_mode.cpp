@@ -20,7 +20,8 @@ class StructuralMode final : public Effect {
         .channels = {"acc", "gyro"},
         .stage = Stage::sensing,
         .aliases = {"transport_delay", "sensor_filter"},
-        .separated_by = "a chirp; compare inertial sensor and motion capture"};
+        .separated_by = "a chirp; compare inertial sensor and motion capture",
+        .one_value = {"frequency", "damping"}};
     return info;
   }
 

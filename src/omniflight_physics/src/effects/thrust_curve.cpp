@@ -22,7 +22,9 @@ class ThrustCurve final : public WrenchEffect<ThrustCurve> {
         .channels = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"},
         .stage = Stage::wrench,
         .aliases = {"thrust_scale", "thrust_dead_zone"},
-        .separated_by = "slow ramps of the speeds in the null space"};
+        .separated_by = "slow ramps of the speeds in the null space",
+        .hidden_by_modelled_thrust =
+            "it scales or shifts a thrust that is only modelled, for want of rotor speeds"};
     return info;
   }
 

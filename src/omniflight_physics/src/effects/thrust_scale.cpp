@@ -1,5 +1,6 @@
 // Every rotor gives more or less thrust than its coefficient says.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -18,7 +19,13 @@ class ThrustScale final : public WrenchEffect<ThrustScale> {
         .channels = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"},
         .stage = Stage::wrench,
         .aliases = {"payload_mass", "tilt_efficiency", "constant_pull", "ground_effect"},
-        .separated_by = "angular accelerations with known inertia; a known test mass"};
+        .separated_by = "angular accelerations with known inertia; a known test mass",
+        .hidden_by_modelled_thrust =
+            "it scales or shifts a thrust that is only modelled, for want of rotor speeds",
+        .words = {{"scale"}, [](const KnownValues& v) {
+                    return "the rotors give " + in_percent(v("scale")) +
+                           by_sign(v("scale"), " more", " less") + " thrust than modelled";
+                  }}};
     return info;
   }
   bool linear_in_thrust() const override { return true; }

@@ -1,5 +1,6 @@
 // Thrust of every rotor depends on the tilt, by interference between the rotors.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -22,7 +23,13 @@ class TiltEfficiency final : public WrenchEffect<TiltEfficiency> {
         .channels = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"},
         .stage = Stage::wrench,
         .aliases = {"thrust_scale", "payload_mass"},
-        .separated_by = "alpha sweep of at least 10 deg in hover"};
+        .separated_by = "alpha sweep of at least 10 deg in hover",
+        .hidden_by_modelled_thrust =
+            "it scales or shifts a thrust that is only modelled, for want of rotor speeds",
+        .words = {{"loss"}, [](const KnownValues& v) {
+                    return in_percent(v("loss")) + by_sign(-v("loss"), " more", " less") +
+                           " thrust than modelled, by the tilt of the rotors";
+                  }}};
     return info;
   }
   bool linear_in_thrust() const override { return true; }

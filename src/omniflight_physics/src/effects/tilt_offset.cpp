@@ -1,6 +1,7 @@
 // All tilting rotors stand at another tilt than the one that is commanded and reported.
 #include "effects/table.hpp"
-#include "omniflight_physics/turned_rotors.hpp"
+#include "effects/turned_rotors.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -23,7 +24,11 @@ class TiltOffset final : public WrenchEffect<TiltOffset> {
         .channels = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"},
         .stage = Stage::wrench,
         .aliases = {"rotor_axis_misalignment", "thrust_scale", "tilt_efficiency", "tilt_servo_lag"},
-        .separated_by = "alpha sweep; lateral force and yaw steps at two tilts"};
+        .separated_by = "alpha sweep; lateral force and yaw steps at two tilts",
+        .words = {{"offset"}, [](const KnownValues& v) {
+                    return "the rotors stand " + in_degrees(v("offset")) +
+                           by_sign(v("offset"), " more", " less") + " tilted than they say";
+                  }}};
     return info;
   }
   bool linear_in_thrust() const override { return true; }

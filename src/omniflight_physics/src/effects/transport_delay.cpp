@@ -1,5 +1,6 @@
 // Commands reach the boards late, one delay a board.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -18,7 +19,12 @@ class TransportDelay final : public Effect {
                                  .channels = {"rotor_speed"},
                                  .stage = Stage::actuation,
                                  .aliases = {"motor_lag", "clock_offset"},
-                                 .separated_by = "pseudo-random command steps on both boards at once"};
+                                 .separated_by = "pseudo-random command steps on both boards at once",
+                                 .words = {{"board_0", "board_1"}, [](const KnownValues& v) {
+                                             return "commands reach the rotors " +
+                                                    two_digits(1e3 * std::max(v("board_0"), v("board_1"))) +
+                                                    " ms late";
+                                           }}};
     return info;
   }
   void alter_actuation(const vehicle::Vehicle& v, const double* theta, Actuation& a) const override {

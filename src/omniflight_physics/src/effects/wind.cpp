@@ -1,5 +1,6 @@
 // Steady wind on the body, as the difference it makes to a quadratic drag of known area.
 #include "effects/table.hpp"
+#include "effects/words.hpp"
 
 namespace omniflight::physics {
 namespace {
@@ -20,7 +21,10 @@ class Wind final : public WrenchEffect<Wind> {
         .channels = {"Fx", "Fy", "Fz"},
         .stage = Stage::wrench,
         .aliases = {"mocap_tilt", "constant_pull", "parasitic_drag"},
-        .separated_by = "heading does not help; compare the accelerometer at rest with motion capture"};
+        .separated_by = "heading does not help; compare the accelerometer at rest with motion capture",
+        .words = {{"x", "y"}, [](const KnownValues& v) {
+                    return "a steady wind of " + two_digits(std::hypot(v("x"), v("y"))) + " m/s";
+                  }}};
     return info;
   }
 
