@@ -6,7 +6,8 @@ Reads every src/*/package.xml, CMakeLists.txt and #include, and fails on
   - an edge that CMake or an #include uses and package.xml does not declare (colcon would build in a wrong order),
   - a package that has no level yet, or an edge to a package that does not exist,
   - dds/*.h outside the packages of the bus, or in a public header of the bus,
-  - an include between the rooms of a package (folders of its src/) that points upward.
+  - an include between the rooms of a package (folders of its src/) that points upward,
+  - the id of an effect as a literal outside omniflight_physics (effect_ids.hpp has names for those that are needed).
 Before that it checks itself: on a made-up workspace each of these faults must be found, and nothing else.
 
 Example: tests/test_architecture.py [WORKSPACE]
@@ -38,6 +39,13 @@ DDS_PACKAGES = {"bus", "components", "msgs"}
 ROOMS = {"diagnosis": {"numerics": 0, "conditioning": 1, "monitoring": 1, "regression": 2, "sensor_checks": 3, "evidence": 4,
                        "discrepancy": 4, "search": 4, "validation": 5, "experiment_design": 5, "report": 5}}
 TOGETHER = {"diagnosis": {"evidence", "discrepancy", "search"}}
+# Ids of effects belong to physics; the worlds of the proof are independent on purpose, and tests name what they try.
+EFFECTS_IN, NAMES_EFFECTS, TRIES = "physics", {"physics", "proof"}, {"test", "benchmark"}
+# Other things that have the name of an effect: kinds of tolerances and of faults.
+SAME_NAME = {("src/omniflight_vehicle/src/load.cpp", "thrust_scale"),
+             ("src/omniflight_diagnosis/src/conditioning/prior_knowledge.cpp", "thrust_scale"),
+             ("src/omniflight_diagnosis/src/regression/regression_problem.cpp", "thrust_scale"),
+             ("src/omniflight_simulation/src/fault_file.cpp", "gust")}
 
 PREFIX = "omniflight_"
 DEPEND_TAGS = {"depend", "build_depend", "build_export_depend", "exec_depend", "test_depend", "buildtool_depend",
@@ -127,6 +135,35 @@ def room_faults(package, folder):
     return faults
 
 
+def literals(text):
+    """(line number, content) of the string literals of C++ code; comments have none, and what a raw string holds is text."""
+    token = re.compile(r'R"([^()\\ ]*)\(.*?\)\1"|//[^\n]*|/\*.*?\*/|\'(?:\\.|[^\'\\\n])\'|"((?:\\.|[^"\\\n])*)"', re.S)
+    return [(text.count("\n", 0, m.start()) + 1, m.group(2)) for m in token.finditer(text) if m.group(2) is not None]
+
+
+def effect_ids(packages):
+    """Ids that the files of effects declare."""
+    folder = packages.get(EFFECTS_IN, Path("/nonexistent")) / "src" / "effects"
+    return {i for f in folder.glob("*.cpp") for i in re.findall(r'\.id\s*=\s*"(\w+)"', f.read_text(encoding="utf-8"))}
+
+
+def effect_faults(workspace, packages):
+    """Sentences on effects that are named by a literal where only physics knows them."""
+    faults, ids = [], effect_ids(packages)
+    for name, folder in packages.items():
+        if name in NAMES_EFFECTS or not ids:
+            continue
+        for file in source_files(folder):
+            if TRIES & set(file.relative_to(folder).parts[:-1]):
+                continue
+            where = str(file.relative_to(workspace))
+            for line, text in literals(file.read_text(encoding="utf-8", errors="replace")):
+                if text in ids and (where, text) not in SAME_NAME:
+                    faults.append(f'{where}:{line}: names the effect "{text}"; let the effect state what is special about it '
+                                  f"(EffectInfo), or use effect_id::{text} (effect_ids.hpp)")
+    return faults
+
+
 def reachable(start, edges):
     """Everything that `start` depends on, directly or through others."""
     seen, todo = set(), [start]
@@ -182,6 +219,7 @@ def check(workspace):
             faults.append(f"{PREFIX}{a} -> {PREFIX}{b} (through {', '.join(PREFIX + c for c in through)}): {why}")
     for name in sorted(ROOMS.keys() & packages.keys()):
         faults += room_faults(name, packages[name])
+    faults += effect_faults(workspace, packages)
     for name, folder in packages.items():
         for file in source_files(folder):
             files += 1
@@ -213,7 +251,7 @@ def self_test():
     """Each fault must be found, and a sound workspace must pass. Returns the number of cases."""
     sound = [("core", [], [], {}),
              ("vehicle", ["core"], ["core"], {"src/a.cpp": '#include "omniflight_core/result.hpp"\n'}),
-             ("physics", ["vehicle"], ["vehicle core"], {}),
+             ("physics", ["vehicle"], ["vehicle core"], {"src/effects/gust.cpp": '.id = "gust",\n'}),
              ("simulation", ["physics"], ["physics"], {}),
              ("bus", ["core"], ["core"], {"src/b.cpp": "#include <dds/dds.h>\n"})]
     cases = [
@@ -250,6 +288,13 @@ def self_test():
          ["src/omniflight_diagnosis/src/regression/d.cpp: includes ../search/b.hpp, which is not below room regression",
           "src/omniflight_diagnosis/src/search/e.cpp: includes ../root.hpp, which is not below room search",
           "src/omniflight_diagnosis/src/attic/f.cpp: room attic has no level; add it to ROOMS in tests/test_architecture.py"]),
+        ("effects by name", [
+            ("view", ["physics"], [], {
+                "src/a.cpp": '// "gust"\nf("calm", \'"\', "gust");\n', "test/b.cpp": 'f("gust");\n',
+                "src/c.cpp": '/* "gust" */ R"x({"gust"})x"; "a \\"gust\\" of wind"; R"(")"; f("gusts");\n'}),
+            ("proof", [], [], {"src/d.cpp": 'f("gust");\n'})],
+         ['src/omniflight_view/src/a.cpp:2: names the effect "gust"; let the effect state what is special about it '
+          "(EffectInfo), or use effect_id::gust (effect_ids.hpp)"]),
     ]
     for title, extra, expected in cases:
         with tempfile.TemporaryDirectory() as folder:
