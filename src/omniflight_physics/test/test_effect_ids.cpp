@@ -15,9 +15,8 @@ TEST(EffectIds, EachIsTheIdOfAnEffectAndOfThatName) {
   std::ifstream header(OMNIFLIGHT_SOURCE_ROOT
                        "/src/omniflight_physics/include/omniflight_physics/effect_ids.hpp");
   ASSERT_TRUE(header);
-  const std::regex constant(R"(inline constexpr const char\* (\w+) = "(\w+)";) ");
-      std::set<std::string>
-          seen;
+  const std::regex constant(R"re(inline constexpr const char\* (\w+) = "(\w+)";)re");
+  std::set<std::string> seen;
   int declared = 0;
   for (std::string line; std::getline(header, line);) {
     declared += line.starts_with("inline constexpr");
