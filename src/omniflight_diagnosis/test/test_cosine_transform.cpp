@@ -35,6 +35,8 @@ TEST(CosineTransform, IsTheDefinitionAndKeepsLengths) {
       EXPECT_NEAR(y[k], sum * std::sqrt((k == 0 ? 1.0 : 2.0) / n), 1e-10) << n << ' ' << k;
     }
     EXPECT_NEAR(x.norm(), y.norm(), 1e-10);
+    transform.invert(y);
+    EXPECT_LT((y - x).norm(), 1e-10 * x.norm() + 1e-12) << n;
   }
 }
 

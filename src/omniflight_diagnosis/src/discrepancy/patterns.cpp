@@ -6,8 +6,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr int kBasis = 5;        ///< radial basis functions over the range of a variable
-constexpr double kShare = 0.03;  ///< prior standard deviation over the weight, or weight times lever
+constexpr int kBasis = 5;  ///< radial basis functions over the range of a variable
 
 struct Variable {
   const char* name;
@@ -72,7 +71,7 @@ std::vector<Pattern> make_patterns(const RegressionProblem& problem) {
       p.variable = v.name;
       p.unit = v.unit;
       p.raw = Eigen::MatrixXd::Zero(problem.rows(), kBasis);
-      const double size = kShare * problem.scale(channel);
+      const double size = kPatternShare * problem.scale(channel);
       for (int i = 0; i < n; ++i) {
         if (!world) {
           p.raw.row(channel * n + i) = size * basis.row(i);

@@ -38,4 +38,22 @@ void CosineTransform::apply(Eigen::Ref<Eigen::VectorXd> x) {
   }
 }
 
+// exp(-i pi k / 2n) times the spectrum of the reordered samples is C[k] - i C[n - k], with C the amplitudes
+// before they are normalised
+void CosineTransform::invert(Eigen::Ref<Eigen::VectorXd> x) {
+  if (n_ == 1) return;
+  for (int k = 0; k < n_; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    const auto plain = [&](int i) {
+      return i == n_ ? 0.0 : x[i] / std::abs(turn_[static_cast<std::size_t>(i)]);
+    };
+    out_[at] = std::complex<double>(plain(k), -plain(n_ - k)) * std::abs(turn_[at]) / turn_[at];
+  }
+  fft_.inv(in_, out_);
+  for (int i = 0; i < n_; ++i) {
+    const int to = 2 * i < n_ ? 2 * i : 2 * (n_ - i) - 1;
+    x[to] = in_[static_cast<std::size_t>(i)].real();
+  }
+}
+
 }  // namespace omniflight::diagnosis

@@ -16,6 +16,8 @@ class CosineTransform {
   explicit CosineTransform(int n);
   /// Amplitudes of n samples; the first n numbers of x, in place (Makhoul 1980: one complex transform).
   void apply(Eigen::Ref<Eigen::VectorXd> x);
+  /// Samples of n amplitudes, in place.
+  void invert(Eigen::Ref<Eigen::VectorXd> x);
 
  private:
   int n_;

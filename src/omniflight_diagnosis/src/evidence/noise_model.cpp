@@ -228,6 +228,24 @@ Eigen::MatrixXd NoiseModel::apply(const Eigen::Ref<const Eigen::MatrixXd>& colum
   return scale(cosine_amplitudes(problem_, columns));
 }
 
+Eigen::VectorXd NoiseModel::weigh(const Eigen::VectorXd& column) const {
+  Eigen::VectorXd amplitudes = cosine_amplitudes(problem_, column);
+  const Eigen::VectorXd inverse = inverse_deviations();
+  amplitudes.array() *= inverse.array().square();
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(column.size());
+  Eigen::Index row = 0;
+  for (const Stretch& s : problem_.stretches()) {
+    const int size = transform_length(s.size());
+    CosineTransform transform(size);
+    for (int c = 0; c < 6; ++c, row += size) {
+      auto part = amplitudes.segment(row, size);
+      transform.invert(part);
+      out.segment(c * problem_.samples() + s.begin, size) = part;
+    }
+  }
+  return out;
+}
+
 double NoiseModel::fast_part(int channel) const {
   const double highest = 0.5 / problem_.period();
   double sum = 0;

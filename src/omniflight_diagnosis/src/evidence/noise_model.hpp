@@ -70,6 +70,9 @@ class NoiseModel {
     return out;
   }
   Eigen::Index whitened_rows() const { return rows_; }
+  /// A column (all rows) times the inverse covariance of the noise: its product with another column is that
+  /// of both whitened.
+  Eigen::VectorXd weigh(const Eigen::VectorXd& column) const;
   /// What a set that leaves `after` gains on one that leaves `before` [nat, of log-likelihood] in the noise
   /// that it leaves itself, beyond what it gains in this noise: noise that contains an effect hides it. By
   /// the power in octaves, without an estimate of that noise.

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
+#include "calibration.hpp"
 #include "omniflight_diagnosis/residual.hpp"
 #include "predetermined.hpp"
 
@@ -13,17 +13,6 @@ namespace {
 /// Longest stretch [s] over which the memory of a swinging load is predicted from one initial state: some
 /// periods of a pendulum; beyond, small errors of its frequency add up.
 constexpr double kMemoryWindow = 10;
-
-/// Delay [s] between rotor speeds and IMU, one standard deviation: low-pass filters of autopilots cut between
-/// 30 Hz (accelerometer of a Crazyflie) and 200 Hz and delay by 1 to 10 ms; telemetry of rotor speeds is
-/// averaged over some revolutions.
-constexpr double kFilterDelay = 0.005;
-
-/// Exponent of thrust over rotor speed, one standard deviation about 2: thrust stands find 1.9 to 2.1.
-constexpr double kThrustExponent = 0.05;
-
-/// Share of the variance of what is physics or telemetry, and no matter of how well a vehicle was measured.
-constexpr double kSettled = 1;
 
 /// Fixed point of accelerations with loads: a load of half the vehicle converges by three a turn.
 constexpr int kExpectations = 12;
@@ -44,6 +33,7 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
       vehicle.inertia - vehicle.mass * c * c;
   const int lag = std::max(1, static_cast<int>(std::ceil(horizon_s / period_ - 1e-9)));
   std::vector<Vec6> rest;
+  std::vector<std::array<double, 2>> drive;  // of a modelled thrust: ln of speed and voltage over means
   lowest_.setConstant(1e18);
   highest_.setConstant(-1e18);
   for (int k = 0; k < flight_count_; ++k) {
@@ -59,7 +49,7 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
         situation_.push_back(ahead[static_cast<std::size_t>(i - segment.begin)]);
         measured_.push_back(now);
         const bool modelled = f.log_drive.size() > 0;
-        drive_.push_back({modelled ? f.log_drive[i] : 0.0, modelled ? f.log_voltage[i] : 0.0});
+        drive.push_back({modelled ? f.log_drive[i] : 0.0, modelled ? f.log_voltage[i] : 0.0});
         const Vec3& p = now.body.p_WB;
         lowest_ = lowest_.cwiseMin(p);
         highest_ = highest_.cwiseMax(p);
@@ -82,7 +72,7 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
     for (int ch = 0; ch < 6; ++ch)
       y_[ch * n_ + i] = forces_only_ && ch >= 3 ? 0.0 : rest[static_cast<std::size_t>(i)][ch];
   expected_.setZero(rows());
-  calibrate(flights, vehicle, options);
+  calibration_ = calibrate(*this, flights, vehicle, options, drive);
 }
 
 void RegressionProblem::expect(const Eigen::VectorXd& wrench) {
@@ -105,192 +95,6 @@ void RegressionProblem::expect(std::span<const EffectTerm> terms) {
 
 bool RegressionProblem::expects(const Eigen::VectorXd& wrench) const {
   return (wrench - expected_).head(3 * n_).norm() <= kExpected * size_.weight * std::sqrt(n_);
-}
-
-void RegressionProblem::calibrate(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
-                                  const Options& options) {
-  Tolerance tol = options.tolerance;
-  for (const auto& [kind, value] : vehicle.tolerance)
-    if (tol.told.insert(kind).second) tol.value(kind) = std::max(kLeastTolerance, value);
-  std::vector<Eigen::VectorXd> columns, measured;
-  std::vector<double> settled;
-  std::map<std::string, double> told;
-  const auto add = [&](const std::string& kind, const std::string& which, double deviation,
-                       const auto& wrench_at, double settled_share = 0) {
-    const auto column_at = [&](States states) {
-      Eigen::VectorXd x(rows());
-      for (int i = 0; i < n_; ++i) {
-        const Vec6 w = deviation * wrench_at(at(states)[static_cast<std::size_t>(i)], i);
-        for (int c = 0; c < 6; ++c) x[c * n_ + i] = forces_only_ && c >= 3 ? 0.0 : w[c];
-      }
-      return x;
-    };
-    Eigen::VectorXd x = column_at(States::predicted), m = column_at(States::measured);
-    if (x.norm() < 1e-12 || !x.allFinite() || !m.allFinite()) return;
-    calibration_.names.push_back(which.empty() ? kind : kind + "_" + which);
-    calibration_.kinds.push_back(kind);
-    settled.push_back(tol.told.contains(kind) ? 1.0 : settled_share);
-    // how well an accelerometer is known says nothing of the vehicle
-    if (tol.told.contains(kind) && kind != "acceleration_bias")
-      told[kind] = std::log(tol.value(kind) / Tolerance{}.value(kind));
-    columns.push_back(std::move(x));
-    measured.push_back(std::move(m));
-  };
-  using physics::Situation;
-  const char* const axis[] = {"x", "y", "z"};
-  const bool modelled = forces_only_;
-  const double thrust = std::hypot(tol.thrust_scale, tol.air_density);
-  add(
-      "thrust_scale", "", modelled ? 0.1 * tol.modelled_scale : thrust,
-      [](const Situation& s, int) { return physics::rotor_wrench(s); },
-      modelled ? kSettled : std::pow(tol.air_density / std::max(1e-12, thrust), 2));
-  for (int k = 0; k < 3; ++k) {
-    const double torque = tol.torque_trim * size_.weight * size_.arm;
-    add("torque_trim", axis[k], torque, [&](const Situation&, int) {
-      Vec6 w = Vec6::Zero();
-      w[3 + k] = 1;
-      return w;
-    });
-    add("world_force", axis[k], tol.world_force * size_.weight, [&](const Situation& s, int) {
-      Vec6 w = Vec6::Zero();
-      w.head<3>() = s.R_WB.row(k).transpose();
-      return w;
-    });
-    // bias of the accelerometer, or, without one, trim of the attitude that turns gravity
-    const double bias = modelled ? tol.modelled_trim * kGravity * 0.1
-                        : k < 2  ? tol.accelerometer_lateral
-                                 : tol.accelerometer_vertical;
-    add("acceleration_bias", axis[k], vehicle.mass * bias, [&](const Situation&, int) {
-      Vec6 w = Vec6::Zero();
-      w[k] = 1;
-      return w;
-    });
-    add("inertia", axis[k], tol.inertia * vehicle.inertia(k, k), [&](const Situation& s, int) {
-      Vec6 w = Vec6::Zero();
-      w[3 + k] = s.dw_WB_B[k];
-      return w;
-    });
-    if (tol.accelerometer_scale > 0)
-      add("accelerometer_scale", axis[k], tol.accelerometer_scale, [&](const Situation& s, int) {
-        Vec6 w = Vec6::Zero();
-        w[k] = physics::rotor_wrench(s)[k];
-        return w;
-      });
-    if (tol.accelerometer_misalignment > 0)
-      add("accelerometer_turn", axis[k], tol.accelerometer_misalignment, [&](const Situation& s, int) {
-        Vec6 w = Vec6::Zero();
-        w.head<3>() = Vec3::Unit(k).cross(physics::rotor_wrench(s).head<3>());
-        return w;
-      });
-  }
-  // the vehicle file, by the laws of the effects that say the same beyond tolerance
-  for (int k = 0; k < 3; ++k) {
-    add("center_of_mass", axis[k], tol.center_of_mass * size_.arm, [&](const Situation& s, int) {
-      const Vec3 c = Vec3::Unit(k), &w = s.body.w_WB_B;
-      Vec6 wrench;
-      wrench << -vehicle.mass * (s.dw_WB_B.cross(c) + w.cross(w.cross(c))),
-          -vehicle.mass * c.cross(Vec3(s.a_WB_B - s.g_B));
-      return wrench;
-    });
-    if (!modelled)  // an accelerometer beside the origin reads what the motion adds there
-      add("imu_position", axis[k], tol.imu_position * size_.arm, [&](const Situation& s, int) {
-        Vec6 wrench = Vec6::Zero();
-        wrench.head<3>() = vehicle.mass * beside_origin(Vec3::Unit(k), s.body.w_WB_B, s.dw_WB_B);
-        return wrench;
-      });
-  }
-  add("drag_torque", "", modelled ? 0.0 : tol.drag_torque, [](const Situation& s, int) {
-    Vec6 wrench = Vec6::Zero();
-    for (const physics::RotorSituation& r : s.all_rotors())
-      wrench.tail<3>() += r.thrust * r.spin * r.drag_ratio * r.n_B;
-    return wrench;
-  });
-  const int rotors = n_ > 0 ? situation(0).rotor_count : 0;
-  for (int r = 0; r < rotors; ++r) {
-    const auto at = static_cast<std::size_t>(r);
-    const auto along = [](const physics::RotorSituation& x, const Vec3& axis_B) {
-      Vec6 wrench;
-      wrench << axis_B, x.p_BR.cross(axis_B) + x.spin * x.drag_ratio * axis_B;
-      return Vec6(x.thrust * wrench);
-    };
-    add("rotor_scale", std::to_string(r + 1), modelled ? 0.0 : tol.rotor_scale,
-        [&](const Situation& s, int) { return along(s.rotors[at], s.rotors[at].n_B); });
-    for (int k = 0; k < 2; ++k)
-      add("rotor_place", std::to_string(r + 1) + axis[k], modelled ? 0.0 : tol.rotor_place * size_.arm,
-          [&](const Situation& s, int) {
-            const physics::RotorSituation& rotor = s.rotors[at];
-            const Vec3 first = rotor.n_B.unitOrthogonal();
-            Vec6 wrench = Vec6::Zero();
-            wrench.tail<3>() =
-                rotor.thrust * (k == 0 ? first : Vec3(rotor.n_B.cross(first))).cross(rotor.n_B);
-            return wrench;
-          });
-    for (int k = 0; k < 2; ++k)
-      add("rotor_axis", std::to_string(r + 1) + axis[k], modelled ? 0.0 : tol.rotor_axis,
-          [&](const Situation& s, int) {
-            const Vec3& n = s.rotors[at].n_B;
-            const Vec3 first = n.unitOrthogonal();
-            return along(s.rotors[at], k == 0 ? first : Vec3(n.cross(first)));
-          });
-  }
-  // Stamps and filters of the accelerometer, of the gyroscope, and, where speeds are modelled from commands,
-  // the motors' time constants shift the rotors' wrench in time, forces and torques apart.
-  double late = std::max(tol.rotor_clock, kFilterDelay);
-  if (!flights.empty() && flights.front()->speed_from_command)
-    for (const vehicle::Rotor& r : vehicle.rotors) late = std::max(late, tol.motor_lag * r.time_constant);
-  for (int half = 0; half < 2; ++half)
-    add(
-        "rotor_clock", half == 0 ? "force" : "torque", late,
-        [half](const Situation& s, int) {
-          Situation rate = s;
-          for (int k = 0; k < s.rotor_count; ++k) {
-            const physics::RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
-            rate.rotors[static_cast<std::size_t>(k)].thrust =
-                2 * r.thrust_coefficient * std::abs(r.speed) * r.acceleration;
-          }
-          Vec6 wrench = physics::rotor_wrench(rate);
-          wrench.segment<3>(3 - 3 * half).setZero();
-          return wrench;
-        },
-        kSettled);
-  if (!modelled) {
-    double mean = 0;
-    for (const Situation& s : situation_)
-      for (const physics::RotorSituation& r : s.all_rotors()) mean += std::abs(r.speed);
-    mean = std::max(1.0, mean / std::max(1, n_ * rotors));
-    add(
-        "thrust_exponent", "", kThrustExponent,
-        [mean](Situation s, int) {
-          for (int k = 0; k < s.rotor_count; ++k) {
-            physics::RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
-            r.thrust *= std::log(std::max(0.1, std::abs(r.speed) / mean));
-          }
-          return physics::rotor_wrench(s);
-        },
-        kSettled);
-  } else {
-    add(
-        "thrust_exponent", "", tol.modelled_exponent,
-        [&](const Situation& s, int i) {
-          return Vec6(physics::rotor_wrench(s) * drive_[static_cast<std::size_t>(i)][0]);
-        },
-        kSettled);
-    add(
-        "thrust_voltage", "", tol.modelled_voltage,
-        [&](const Situation& s, int i) {
-          return Vec6(physics::rotor_wrench(s) * drive_[static_cast<std::size_t>(i)][1]);
-        },
-        kSettled);
-  }
-  calibration_.columns.resize(rows(), static_cast<Eigen::Index>(columns.size()));
-  calibration_.measured.resize(rows(), static_cast<Eigen::Index>(columns.size()));
-  calibration_.settled =
-      Eigen::Map<const Eigen::VectorXd>(settled.data(), static_cast<Eigen::Index>(settled.size()));
-  for (const auto& [kind, log_ratio] : told) calibration_.told.push_back(log_ratio);
-  for (std::size_t k = 0; k < columns.size(); ++k) {
-    calibration_.columns.col(static_cast<Eigen::Index>(k)) = columns[k];
-    calibration_.measured.col(static_cast<Eigen::Index>(k)) = measured[k];
-  }
 }
 
 physics::ParameterPrior RegressionProblem::prior(const physics::Effect& effect, std::size_t k) const {

@@ -99,8 +99,6 @@ class RegressionProblem {
   Eigen::VectorXd wrench_of(std::span<const EffectTerm> terms, States states = States::predicted) const;
 
  private:
-  void calibrate(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
-                 const Options& options);
   void replay(const EffectTerm& term, Eigen::VectorXd& value, Eigen::MatrixXd* by_theta,
               Eigen::MatrixXd* by_start, States states) const;
   const std::vector<physics::Situation>& at(States states) const {
@@ -117,7 +115,6 @@ class RegressionProblem {
   std::vector<Stretch> stretches_, windows_;
   std::vector<physics::Situation> situation_, measured_;
   Eigen::VectorXd expected_;  ///< wrench besides that of the rotors, in predicted accelerations
-  std::vector<std::array<double, 2>> drive_;  ///< of a modelled thrust: ln of speed and voltage over means
   Eigen::VectorXd y_;
   Calibration calibration_;
 };

@@ -182,12 +182,12 @@ void add_decisions(const Inference& in, const std::set<std::string>& named, Diag
     }
   }
   for (const HorizonTest& t : in.horizon.tests)
-    d.decisions.push_back(
-        {format("horizon %.3f s", t.horizon_s),
-         std::string("estimates against those of longer horizons") +
-             (t.beside_found ? ", beside what was found" : "") + (t.about.empty() ? "" : ", " + t.about),
-         t.statistic, kHorizonsDisagree, "Hausman's test, chi-square of one degree of freedom",
-         t.agrees() ? "agrees" : "disagrees: feedback, or what is left out, biases it"});
+    d.decisions.push_back({format("horizon %.3f s", t.horizon_s),
+                           std::string("estimates against those of longer horizons") +
+                               (t.beside_found ? ", beside what was found" : "") +
+                               (t.about.empty() ? "" : ", " + t.about),
+                           t.statistic, t.threshold(), "Hausman's test, chi-square of one degree of freedom",
+                           t.agrees() ? "agrees" : "disagrees: feedback, or what is left out, biases it"});
   const Calibration& c = in.problem->calibration();
   std::set<std::string> listed;
   for (std::size_t k = 0; k < c.kinds.size(); ++k)

@@ -58,6 +58,24 @@ std::optional<CorrectionTerm> line_through(const RegressionProblem& problem, con
   return CorrectionTerm{p.variable, b[0], unit_per(p.channel, p.unit), 0, model};
 }
 
+/// What pulsates, as its amplitude and phase in the first flight.
+CorrectionTerm pulse(const RegressionProblem& problem, const Pattern& p, const Eigen::VectorXd& weights) {
+  const double unit = p.raw.col(0).cwiseAbs2().sum() + p.raw.col(1).cwiseAbs2().sum();
+  int samples = 0;
+  for (const Stretch& s : problem.stretches()) samples += s.flight == 0 ? s.size() : 0;
+  const double size = std::sqrt(unit / std::max(1, samples));
+  physics::Correction model;
+  model.channel = p.channel;
+  model.world = p.world;
+  model.feature.form = physics::Feature::Form::pulse;
+  model.feature.frequency = p.frequency_hz;
+  model.feature.phase = std::atan2(weights[1], weights[0]);
+  model.coefficient = size * std::hypot(weights[0], weights[1]);
+  model.low = -1;
+  model.high = 1;
+  return {"a pulsation in time", model.coefficient, channel_unit(p.channel), p.frequency_hz, model};
+}
+
 }  // namespace
 
 Unexplained unexplained_of(const Inference& in, const SetMember& member, const Eigen::VectorXd& before) {
@@ -76,6 +94,11 @@ Unexplained unexplained_of(const Inference& in, const SetMember& member, const E
     if (v.name != p.variable) continue;
     const Eigen::VectorXd centred = (v.x.array() - v.x.mean()).matrix();
     u.parity = explained_share(centred.cwiseAbs2(), does) > explained_share(centred, does) ? "even" : "odd";
+  }
+  if (p.frequency_hz > 0) {
+    u.nearest = "something that turns, swings or is driven by itself";
+    u.correction.push_back(pulse(problem, p, member.weights));
+    return u;
   }
   u.nearest = p.unit == "m/s" || p.unit == "rad/s"                           ? "aerodynamics"
               : p.variable == "height" || p.variable.starts_with("position") ? "tether, load, contact"

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "../discrepancy/patterns.hpp"
+#include "../discrepancy/pulsations.hpp"
 #include "../evidence/first_stage.hpp"
 #include "../numerics/parallel.hpp"
 
@@ -186,13 +187,18 @@ std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const 
     out.push_back(std::move(h));
   }
   std::vector<Pattern> patterns = make_patterns(problem);
-  for (Pattern& p : patterns) {
+  std::vector<Pulsation> pulsations = make_pulsations(problem, noise);
+  const double each = kExpectedUnknown / static_cast<double>(patterns.size() + pulsations.size());
+  const auto add_unknown = [&](Pattern&& p, double odds) {
     Hypothesis h;
     h.id = "unknown";
     h.pattern = std::make_shared<const Pattern>(std::move(p));
-    h.log_odds = std::log(kExpectedUnknown / static_cast<double>(patterns.size()));
+    h.log_odds = std::log(odds);
     out.push_back(std::move(h));
-  }
+  };
+  for (Pattern& p : patterns) add_unknown(std::move(p), each);
+  // all frequencies are equally likely, and only the strongest is asked
+  for (Pulsation& p : pulsations) add_unknown(std::move(p.pattern), each / p.distinct);
   parallel_for(out.size(), o.threads, [&](std::size_t k) { prepare(problem, noise, out[k]); });
   whiten(noise, o.threads, out);
   return out;

@@ -12,11 +12,12 @@
 namespace omniflight::diagnosis {
 
 /// Smooth function of one variable in one channel: Gaussian process with a squared-exponential kernel, as
-/// coefficients ~ N(0, 1) of radial basis functions.
+/// coefficients ~ N(0, 1) of radial basis functions; or, over time, cosine and sine of one frequency.
 struct Pattern {
   int channel = 0;     ///< 0 to 5
   bool world = false;  ///< forces only: along the world's axes
   std::string variable, unit;
+  double frequency_hz = 0;     ///< of what pulsates in time
   Eigen::MatrixXd raw;         ///< rows x basis functions, for a coefficient of one
   Eigen::MatrixXf amplitudes;  ///< their cosine amplitudes
   Eigen::MatrixXd whitened;

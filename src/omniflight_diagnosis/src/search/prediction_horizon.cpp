@@ -112,6 +112,7 @@ HorizonTest Horizons::test(std::size_t k, const Eigen::VectorXd& known) const {
     for (std::size_t asked = 0; asked < kAsked.size(); ++asked) {
       if (own[asked].size() == 0 || there[asked].size() == 0) continue;
       const Eigen::VectorXd difference = own[asked] - there[asked];
+      ++out.compared;
       const double statistic = std::pow(difference.dot(z), 2) / difference.squaredNorm();
       if (statistic > out.statistic) {
         out.statistic = statistic;

@@ -1,26 +1,31 @@
 // How far ahead regressors are predicted: the one choice of an estimator, made once for a recording.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "../evidence/noise_estimate.hpp"
+#include "../numerics/statistics.hpp"
 #include "../regression/regression_problem.hpp"
 
 namespace omniflight::diagnosis {
 
-/// Chi-square of one degree of freedom that chance exceeds once in a thousand.
-inline constexpr double kHorizonsDisagree = 10.8;
+/// Probability that chance alone makes any of the statistics of a test exceed its threshold.
+inline constexpr double kHorizonsDisagree = 0.01;
 
 /// A horizon that was asked about, and the largest of its statistics against longer ones.
 struct HorizonTest {
   double horizon_s = 0;
   double statistic = 0;       ///< chi-square, one degree of freedom
+  int compared = 0;           ///< statistics out of which this is the largest
   std::string about;          ///< the regressor it belongs to: "Mz of rotors"
   bool beside_found = false;  ///< on what the best set at this horizon leaves, not on the whole residual
-  bool agrees() const { return statistic < kHorizonsDisagree; }
+  /// Bonferroni's: as many as were compared may each exceed it.
+  double threshold() const { return chi_squared_quantile(kHorizonsDisagree / std::max(1, compared), 1); }
+  bool agrees() const { return statistic < threshold(); }
 };
 
 struct HorizonChoice {

@@ -1,0 +1,111 @@
+#include "pulsations.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <unsupported/Eigen/FFT>
+
+#include "patterns.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+constexpr double kPeriods = 8;   ///< in the longest flight at least: slower is a drift
+constexpr double kHighest = 10;  ///< Hz: half of what the grid of 40 Hz can show
+constexpr int kFiner = 4;        ///< frequencies over those that a flight tells apart
+
+using Spectrum = std::vector<std::complex<double>>;
+
+struct Axis {
+  int channel = 0;
+  bool world = false;
+};
+
+/// Share of a channel in an axis at a sample.
+double share_of(const RegressionProblem& problem, const Axis& axis, int channel, int sample) {
+  if (!axis.world) return channel == axis.channel ? 1.0 : 0.0;
+  return channel < 3 ? problem.situation(sample).R_WB(axis.channel, channel) : 0.0;
+}
+
+/// First and last sample of a flight.
+std::vector<Stretch> spans(const RegressionProblem& problem) {
+  std::vector<Stretch> out(static_cast<std::size_t>(problem.flights()), {problem.samples(), 0, 0});
+  for (const Stretch& s : problem.stretches()) {
+    Stretch& flight = out[static_cast<std::size_t>(s.flight)];
+    flight = {std::min(flight.begin, s.begin), std::max(flight.end, s.end), s.flight};
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<Pulsation> make_pulsations(const RegressionProblem& problem, const NoiseModel& noise) {
+  std::vector<Pulsation> out;
+  const int n = problem.samples();
+  const std::vector<Stretch> flights = spans(problem);
+  double longest = 0;  // s
+  for (const Stretch& f : flights)
+    if (f.size() > 1)
+      longest = std::max(longest, problem.situation(f.end - 1).t - problem.situation(f.begin).t);
+  const double highest = std::min(kHighest, 0.25 / problem.period()),
+               lowest = kPeriods / std::max(1e-9, longest);
+  if (!(lowest < highest)) return out;
+  const int length = kFiner * static_cast<int>(std::ceil(longest / problem.period()) + 1);
+  const double step = 1 / (length * problem.period());  // Hz
+  const Eigen::VectorXd weighted = noise.weigh(problem.residual());
+  Eigen::FFT<double> fft;
+  for (int k = 0; k < 9; ++k) {
+    const Axis axis{k < 6 ? k : k - 6, k >= 6};
+    if (problem.forces_only() && !axis.world && axis.channel >= 3) continue;
+    // what a cosine and a sine take from the residual, were they orthogonal
+    const auto bins = static_cast<std::size_t>(highest / step) + 1;
+    std::vector<double> gain(bins, 0.0);
+    for (const Stretch& f : flights) {
+      Spectrum in(static_cast<std::size_t>(length), 0.0), spectrum;
+      std::array<double, 6> square{};
+      for (int i = f.begin; i < f.end; ++i) {
+        const double at = (problem.situation(i).t - problem.situation(f.begin).t) / problem.period();
+        auto& x = in[std::min(static_cast<std::size_t>(std::lround(at)), in.size() - 1)];
+        for (int c = 0; c < 6; ++c) {
+          const double share = share_of(problem, axis, c, i);
+          x += share * weighted[c * n + i];
+          square[static_cast<std::size_t>(c)] += share * share;
+        }
+      }
+      fft.fwd(spectrum, in);
+      for (std::size_t b = static_cast<std::size_t>(std::ceil(lowest / step)); b < bins; ++b) {
+        double information = 0;
+        for (int c = 0; c < 6; ++c)
+          if (square[static_cast<std::size_t>(c)] > 0 && !noise.spectrum(f.flight, c).silent())
+            information += 0.5 * square[static_cast<std::size_t>(c)] /
+                           noise.spectrum(f.flight, c).density(static_cast<double>(b) * step);
+        if (information > 0) gain[b] += 0.5 * std::norm(spectrum[b]) / information;
+      }
+    }
+    const auto best = std::max_element(gain.begin(), gain.end());
+    if (!(*best > 0)) continue;
+    Pulsation p;
+    p.distinct = std::max(1.0, (highest - lowest) * longest);
+    p.pattern.channel = axis.channel;
+    p.pattern.world = axis.world;
+    p.pattern.variable = "time";
+    p.pattern.unit = "s";
+    p.pattern.frequency_hz = static_cast<double>(best - gain.begin()) * step;
+    p.pattern.raw = Eigen::MatrixXd::Zero(problem.rows(), 2 * static_cast<Eigen::Index>(flights.size()));
+    const double size = kPatternShare * problem.scale(axis.channel);
+    for (const Stretch& f : flights)
+      for (int i = f.begin; i < f.end; ++i) {
+        const double phase = 2 * kPi * p.pattern.frequency_hz * problem.situation(i).t;
+        for (int c = 0; c < 6; ++c) {
+          const double share = size * share_of(problem, axis, c, i);
+          if (share == 0) continue;
+          p.pattern.raw(c * n + i, 2 * f.flight) = share * std::cos(phase);
+          p.pattern.raw(c * n + i, 2 * f.flight + 1) = share * std::sin(phase);
+        }
+      }
+    out.push_back(std::move(p));
+  }
+  return out;
+}
+
+}  // namespace omniflight::diagnosis

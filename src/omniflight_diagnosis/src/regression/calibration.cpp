@@ -1,0 +1,320 @@
+#include "calibration.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "omniflight_diagnosis/residual.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+using physics::RotorSituation;
+using physics::Situation;
+
+/// Delay [s] between rotor speeds and IMU, one standard deviation: low-pass filters of autopilots cut between
+/// 30 Hz (accelerometer of a Crazyflie) and 200 Hz and delay by 1 to 10 ms; telemetry of rotor speeds is
+/// averaged over some revolutions.
+constexpr double kFilterDelay = 0.005;
+
+/// Exponent of thrust over rotor speed, one standard deviation about 2: thrust stands find 1.9 to 2.1.
+constexpr double kThrustExponent = 0.05;
+
+/// Share of the variance of what is physics or telemetry, and no matter of how well a vehicle was measured.
+constexpr double kSettled = 1;
+
+/// RMS [m/s, rad/s, 1] of a quantity below which nothing is seen to follow it.
+constexpr double kLeastFollowed = 0.02;
+
+constexpr const char* kAxis[] = {"x", "y", "z"};
+constexpr const char* kForceDiscrepancy = "force_discrepancy";
+constexpr const char* kTorqueDiscrepancy = "torque_discrepancy";
+
+Tolerance tolerance_of(const vehicle::Vehicle& vehicle, const Options& options) {
+  Tolerance out = options.tolerance;
+  for (const auto& [kind, value] : vehicle.tolerance)
+    if (out.told.insert(kind).second) out.value(kind) = std::max(kLeastTolerance, value);
+  return out;
+}
+
+/// Of a force [N, or per unit of a deviation] along axis_B at a rotor, with its drag torque.
+Vec6 at_rotor(const RotorSituation& r, const Vec3& axis_B) {
+  Vec6 wrench;
+  wrench << axis_B, r.p_BR.cross(axis_B) + r.spin * r.drag_ratio * axis_B;
+  return r.thrust * wrench;
+}
+
+class Columns {
+ public:
+  Columns(const RegressionProblem& problem, const vehicle::Vehicle& vehicle, const Options& options)
+      : problem_(problem), vehicle_(vehicle), tol_(tolerance_of(vehicle, options)) {}
+
+  void of_constants();
+  void of_body();
+  void of_accelerometer();
+  void of_rotors();
+  void of_clocks(std::span<const Flight* const> flights);
+  void of_thrust_law(const std::vector<std::array<double, 2>>& drive);
+  void of_discrepancy();
+  Calibration take();
+
+ private:
+  /// `wrench_at`: wrench of a unit deviation at a situation and the index of its sample.
+  template <class WrenchAt>
+  void add(const char* kind, const std::string& which, double deviation, const WrenchAt& wrench_at,
+           double settled = 0) {
+    const int n = problem_.samples();
+    const auto column_at = [&](States states) {
+      Eigen::VectorXd x(problem_.rows());
+      for (int i = 0; i < n; ++i) {
+        const Vec6 w =
+            deviation *
+            wrench_at(states == States::predicted ? problem_.situation(i) : problem_.measured(i), i);
+        for (int c = 0; c < 6; ++c) x[c * n + i] = modelled() && c >= 3 ? 0.0 : w[c];
+      }
+      return x;
+    };
+    Eigen::VectorXd x = column_at(States::predicted), m = column_at(States::measured);
+    if (x.norm() < 1e-12 || !x.allFinite() || !m.allFinite()) return;
+    out_.names.push_back(which.empty() ? kind : kind + ("_" + which));
+    out_.kinds.emplace_back(kind);
+    const bool told = tol_.told.contains(kind);
+    settled_.push_back(told ? 1.0 : settled);
+    // how well an accelerometer is known says nothing of the vehicle
+    if (told && out_.kinds.back() != "acceleration_bias")
+      told_[kind] = std::log(tol_.value(kind) / Tolerance{}.value(kind));
+    columns_.push_back(std::move(x));
+    measured_.push_back(std::move(m));
+  }
+  bool modelled() const { return problem_.forces_only(); }
+  double weight() const { return problem_.size().weight; }
+  double arm() const { return problem_.size().arm; }
+  int rotors() const { return problem_.samples() > 0 ? problem_.situation(0).rotor_count : 0; }
+
+  const RegressionProblem& problem_;
+  const vehicle::Vehicle& vehicle_;
+  Tolerance tol_;
+  Calibration out_;
+  std::vector<Eigen::VectorXd> columns_, measured_;
+  std::vector<double> settled_;
+  std::map<std::string, double> told_;
+};
+
+/// What does not change with time, in the body or in the world.
+void Columns::of_constants() {
+  for (int k = 0; k < 3; ++k) {
+    add("torque_trim", kAxis[k], tol_.torque_trim * weight() * arm(), [&](const Situation&, int) {
+      Vec6 w = Vec6::Zero();
+      w[3 + k] = 1;
+      return w;
+    });
+    add("world_force", kAxis[k], tol_.world_force * weight(), [&](const Situation& s, int) {
+      Vec6 w = Vec6::Zero();
+      w.head<3>() = s.R_WB.row(k).transpose();
+      return w;
+    });
+  }
+}
+
+/// The vehicle file, by the laws of the effects that say the same beyond tolerance.
+void Columns::of_body() {
+  for (int k = 0; k < 3; ++k) {
+    add("inertia", kAxis[k], tol_.inertia * vehicle_.inertia(k, k), [&](const Situation& s, int) {
+      Vec6 w = Vec6::Zero();
+      w[3 + k] = s.dw_WB_B[k];
+      return w;
+    });
+    add("center_of_mass", kAxis[k], tol_.center_of_mass * arm(), [&](const Situation& s, int) {
+      const Vec3 c = Vec3::Unit(k), &w = s.body.w_WB_B;
+      Vec6 wrench;
+      wrench << -vehicle_.mass * (s.dw_WB_B.cross(c) + w.cross(w.cross(c))),
+          -vehicle_.mass * c.cross(Vec3(s.a_WB_B - s.g_B));
+      return wrench;
+    });
+  }
+}
+
+void Columns::of_accelerometer() {
+  for (int k = 0; k < 3; ++k) {
+    // bias of the accelerometer, or, without one, trim of the attitude that turns gravity
+    const double bias = modelled() ? tol_.modelled_trim * kGravity * 0.1
+                        : k < 2    ? tol_.accelerometer_lateral
+                                   : tol_.accelerometer_vertical;
+    add("acceleration_bias", kAxis[k], vehicle_.mass * bias, [&](const Situation&, int) {
+      Vec6 w = Vec6::Zero();
+      w[k] = 1;
+      return w;
+    });
+    if (tol_.accelerometer_scale > 0)
+      add("accelerometer_scale", kAxis[k], tol_.accelerometer_scale, [&](const Situation& s, int) {
+        Vec6 w = Vec6::Zero();
+        w[k] = physics::rotor_wrench(s)[k];
+        return w;
+      });
+    if (tol_.accelerometer_misalignment > 0)
+      add("accelerometer_turn", kAxis[k], tol_.accelerometer_misalignment, [&](const Situation& s, int) {
+        Vec6 w = Vec6::Zero();
+        w.head<3>() = Vec3::Unit(k).cross(physics::rotor_wrench(s).head<3>());
+        return w;
+      });
+    if (!modelled())  // beside the origin it reads what the motion adds there
+      add("imu_position", kAxis[k], tol_.imu_position * arm(), [&](const Situation& s, int) {
+        Vec6 w = Vec6::Zero();
+        w.head<3>() = vehicle_.mass * beside_origin(Vec3::Unit(k), s.body.w_WB_B, s.dw_WB_B);
+        return w;
+      });
+  }
+}
+
+void Columns::of_rotors() {
+  const double thrust = std::hypot(tol_.thrust_scale, tol_.air_density);
+  add(
+      "thrust_scale", "", modelled() ? 0.1 * tol_.modelled_scale : thrust,
+      [](const Situation& s, int) { return physics::rotor_wrench(s); },
+      modelled() ? kSettled : std::pow(tol_.air_density / std::max(1e-12, thrust), 2));
+  if (modelled()) return;
+  add("drag_torque", "", tol_.drag_torque, [](const Situation& s, int) {
+    Vec6 w = Vec6::Zero();
+    for (const RotorSituation& r : s.all_rotors()) w.tail<3>() += r.thrust * r.spin * r.drag_ratio * r.n_B;
+    return w;
+  });
+  for (int r = 0; r < rotors(); ++r) {
+    const auto at = static_cast<std::size_t>(r);
+    const std::string number = std::to_string(r + 1);
+    add("rotor_scale", number, tol_.rotor_scale,
+        [at](const Situation& s, int) { return at_rotor(s.rotors[at], s.rotors[at].n_B); });
+    for (int k = 0; k < 2; ++k) {
+      const auto across = [k](const Vec3& n) {
+        const Vec3 first = n.unitOrthogonal();
+        return k == 0 ? first : Vec3(n.cross(first));
+      };
+      add("rotor_place", number + kAxis[k], tol_.rotor_place * arm(), [&](const Situation& s, int) {
+        const RotorSituation& rotor = s.rotors[at];
+        Vec6 w = Vec6::Zero();
+        w.tail<3>() = rotor.thrust * across(rotor.n_B).cross(rotor.n_B);
+        return w;
+      });
+      add("rotor_axis", number + kAxis[k], tol_.rotor_axis,
+          [&](const Situation& s, int) { return at_rotor(s.rotors[at], across(s.rotors[at].n_B)); });
+    }
+  }
+}
+
+/// Stamps and filters of the accelerometer, of the gyroscope, and, where speeds are modelled from commands,
+/// the motors' time constants shift the rotors' wrench in time, forces and torques apart.
+void Columns::of_clocks(std::span<const Flight* const> flights) {
+  double late = std::max(tol_.rotor_clock, kFilterDelay);
+  if (!flights.empty() && flights.front()->speed_from_command)
+    for (const vehicle::Rotor& r : vehicle_.rotors) late = std::max(late, tol_.motor_lag * r.time_constant);
+  for (int half = 0; half < 2; ++half)
+    add(
+        "rotor_clock", half == 0 ? "force" : "torque", late,
+        [half](const Situation& s, int) {
+          Situation rate = s;
+          for (int k = 0; k < s.rotor_count; ++k) {
+            const RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
+            rate.rotors[static_cast<std::size_t>(k)].thrust =
+                2 * r.thrust_coefficient * std::abs(r.speed) * r.acceleration;
+          }
+          Vec6 wrench = physics::rotor_wrench(rate);
+          wrench.segment<3>(3 - 3 * half).setZero();
+          return wrench;
+        },
+        kSettled);
+}
+
+/// Exponent of thrust over speed; of a thrust that is modelled from duty cycles also its dependence on
+/// voltage.
+void Columns::of_thrust_law(const std::vector<std::array<double, 2>>& drive) {
+  if (modelled()) {
+    for (std::size_t k = 0; k < 2; ++k)
+      add(
+          k == 0 ? "thrust_exponent" : "thrust_voltage", "",
+          k == 0 ? tol_.modelled_exponent : tol_.modelled_voltage,
+          [&drive, k](const Situation& s, int i) {
+            return Vec6(physics::rotor_wrench(s) * drive[static_cast<std::size_t>(i)][k]);
+          },
+          kSettled);
+    return;
+  }
+  double mean = 0;
+  for (int i = 0; i < problem_.samples(); ++i)
+    for (const RotorSituation& r : problem_.situation(i).all_rotors()) mean += std::abs(r.speed);
+  mean = std::max(1.0, mean / std::max(1, problem_.samples() * rotors()));
+  add(
+      "thrust_exponent", "", kThrustExponent,
+      [mean](Situation s, int) {
+        for (int k = 0; k < s.rotor_count; ++k) {
+          RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
+          r.thrust *= std::log(std::max(0.1, std::abs(r.speed) / mean));
+        }
+        return physics::rotor_wrench(s);
+      },
+      kSettled);
+}
+
+/// What no law has quite right (model discrepancy, Kennedy and O'Hagan 2001): every channel follows speed,
+/// rate, attitude and heading by a little, of a size that the flight shows.
+void Columns::of_discrepancy() {
+  Vec3 ahead = Vec3::Zero();  // mean heading
+  for (int i = 0; i < problem_.samples(); ++i) ahead.head<2>() += problem_.measured(i).R_WB.col(0).head<2>();
+  ahead /= std::max(1e-12, ahead.norm());
+  const auto quantity = [&ahead](const Situation& s, int which) {
+    return which < 3   ? s.v_WB_B[which]
+           : which < 6 ? s.body.w_WB_B[which - 3]
+           : which < 8 ? s.R_WB(2, which - 6)
+                       : ahead.x() * s.R_WB(1, 0) - ahead.y() * s.R_WB(0, 0);
+  };
+  constexpr std::array<const char*, 9> kOf{"forward speed", "sideward speed", "speed along z",
+                                           "roll rate",     "pitch rate",     "yaw rate",
+                                           "pitch",         "roll",           "heading"};
+  for (int which = 0; which < static_cast<int>(kOf.size()); ++which) {
+    double square = 0;
+    for (int i = 0; i < problem_.samples(); ++i) square += std::pow(quantity(problem_.measured(i), which), 2);
+    const double size = std::sqrt(square / std::max(1, problem_.samples()));
+    if (size < kLeastFollowed) continue;
+    for (int channel = 0; channel < 6; ++channel)
+      add(channel < 3 ? kForceDiscrepancy : kTorqueDiscrepancy,
+          std::string(kAxis[channel % 3]) + " by " + kOf[static_cast<std::size_t>(which)],
+          tol_.discrepancy * problem_.scale(channel) / size, [&](const Situation& s, int) {
+            Vec6 w = Vec6::Zero();
+            w[channel] = quantity(s, which);
+            return w;
+          });
+  }
+}
+
+Calibration Columns::take() {
+  const auto count = static_cast<Eigen::Index>(columns_.size());
+  out_.columns.resize(problem_.rows(), count);
+  out_.measured.resize(problem_.rows(), count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    out_.columns.col(k) = columns_[static_cast<std::size_t>(k)];
+    out_.measured.col(k) = measured_[static_cast<std::size_t>(k)];
+  }
+  out_.settled = Eigen::Map<const Eigen::VectorXd>(settled_.data(), count);
+  for (const auto& [kind, log_ratio] : told_) out_.told.push_back(log_ratio);
+  return std::move(out_);
+}
+
+}  // namespace
+
+bool is_discrepancy(const std::string& kind) {
+  return kind == kForceDiscrepancy || kind == kTorqueDiscrepancy;
+}
+
+Calibration calibrate(const RegressionProblem& problem, std::span<const Flight* const> flights,
+                      const vehicle::Vehicle& vehicle, const Options& options,
+                      const std::vector<std::array<double, 2>>& drive) {
+  Columns columns(problem, vehicle, options);
+  columns.of_constants();
+  columns.of_body();
+  columns.of_accelerometer();
+  columns.of_rotors();
+  columns.of_clocks(flights);
+  columns.of_thrust_law(drive);
+  columns.of_discrepancy();
+  return columns.take();
+}
+
+}  // namespace omniflight::diagnosis
