@@ -44,7 +44,7 @@ EFFECTS_IN, NAMES_EFFECTS, TRIES = "physics", {"physics", "proof"}, {"test", "be
 # Other things that have the name of an effect: kinds of tolerances and of faults.
 SAME_NAME = {("src/omniflight_vehicle/src/load.cpp", "thrust_scale"),
              ("src/omniflight_diagnosis/src/conditioning/prior_knowledge.cpp", "thrust_scale"),
-             ("src/omniflight_diagnosis/src/regression/regression_problem.cpp", "thrust_scale"),
+             ("src/omniflight_diagnosis/src/regression/calibration.cpp", "thrust_scale"),
              ("src/omniflight_simulation/src/fault_file.cpp", "gust")}
 
 PREFIX = "omniflight_"
