@@ -40,15 +40,18 @@ Eigen::MatrixXf inner_products(Eigen::Ref<const Eigen::MatrixXf> a, Eigen::Ref<c
   return out;
 }
 
-Eigen::MatrixXd inner_products(Eigen::Ref<const Eigen::MatrixXd> a) {
-  Eigen::MatrixXd out(a.cols(), a.cols());
-  if (a.size() == 0) return out.setZero();
+Eigen::MatrixXd inner_products(Eigen::Ref<const Eigen::MatrixXd> a, Eigen::Ref<const Eigen::MatrixXd> b) {
+  Eigen::MatrixXd out(a.cols(), b.cols());
+  if (out.size() == 0) return out;
+  if (a.rows() == 0) return out.setZero();
   double one = 1, zero = 0;
   rntm_t runtime = packed();
-  bli_dgemm_ex(BLIS_TRANSPOSE, BLIS_NO_TRANSPOSE, a.cols(), a.cols(), a.rows(), &one,
-               const_cast<double*>(a.data()), 1, a.outerStride(), const_cast<double*>(a.data()), 1,
-               a.outerStride(), &zero, out.data(), 1, out.outerStride(), nullptr, &runtime);
+  bli_dgemm_ex(BLIS_TRANSPOSE, BLIS_NO_TRANSPOSE, a.cols(), b.cols(), a.rows(), &one,
+               const_cast<double*>(a.data()), 1, a.outerStride(), const_cast<double*>(b.data()), 1,
+               b.outerStride(), &zero, out.data(), 1, out.outerStride(), nullptr, &runtime);
   return out;
 }
+
+Eigen::MatrixXd inner_products(Eigen::Ref<const Eigen::MatrixXd> a) { return inner_products(a, a); }
 
 }  // namespace omniflight::diagnosis

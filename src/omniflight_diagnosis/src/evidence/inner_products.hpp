@@ -10,7 +10,9 @@ namespace omniflight::diagnosis {
 /// processor of an architecture has a quarter of the lanes of today's.
 Eigen::MatrixXf inner_products(Eigen::Ref<const Eigen::MatrixXf> a, Eigen::Ref<const Eigen::MatrixXf> b,
                                int threads = 1);
-/// a^T a, in double precision, on the calling thread.
+/// The same in double precision, on the calling thread.
+Eigen::MatrixXd inner_products(Eigen::Ref<const Eigen::MatrixXd> a, Eigen::Ref<const Eigen::MatrixXd> b);
+/// a^T a.
 Eigen::MatrixXd inner_products(Eigen::Ref<const Eigen::MatrixXd> a);
 
 }  // namespace omniflight::diagnosis

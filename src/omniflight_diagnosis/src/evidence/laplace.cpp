@@ -88,25 +88,23 @@ Evidence::Evidence(const RegressionProblem& problem, const FittedAmplitudes& fit
       tolerances_(tolerances),
       deviations_(problem.calibration().deviations(tolerances)),
       z_(noise.scale(fitted.residual)),
-      b_(noise.scale(fitted.calibration) * deviations_.asDiagonal()) {}
+      b_(std::make_shared<const Eigen::MatrixXd>(noise.scale(fitted.calibration) * deviations_.asDiagonal())),
+      bb_(inner_products(*b_)) {}
 
 void Evidence::evaluate(const Layout& layout, const Eigen::VectorXd& u, std::vector<SetMember>& members,
                         Eigen::VectorXd& rest, Eigen::MatrixXd* columns) const {
-  rest = z_ - b_ * u.head(layout.calibration);
-  if (columns) {
-    columns->resize(z_.size(), layout.total);
-    columns->leftCols(layout.calibration) = b_;
-  }
+  rest = z_ - *b_ * u.head(layout.calibration);
+  if (columns) columns->resize(z_.size(), layout.total - layout.calibration);
   Eigen::VectorXd value;
   Eigen::MatrixXd by_theta, by_start;
   for (std::size_t m = 0; m < members.size(); ++m) {
     SetMember& member = members[m];
     const Hypothesis& h = hypotheses_[static_cast<std::size_t>(member.hypothesis)];
-    const Eigen::Index first = layout.first[m];
+    const Eigen::Index first = layout.first[m], column = first - layout.calibration;
     if (h.pattern) {
       member.weights = u.segment(first, h.pattern->whitened.cols());
       rest -= h.pattern->whitened * member.weights;
-      if (columns) columns->middleCols(first, h.pattern->whitened.cols()) = h.pattern->whitened;
+      if (columns) columns->middleCols(column, h.pattern->whitened.cols()) = h.pattern->whitened;
       continue;
     }
     const auto& coordinates = layout.theta[m];
@@ -118,7 +116,7 @@ void Evidence::evaluate(const Layout& layout, const Eigen::VectorXd& u, std::vec
       rest -= h.linear * Eigen::Map<const Eigen::VectorXd>(member.theta.data(), parameters);
       if (columns)
         for (Eigen::Index k = 0; k < parameters; ++k)
-          columns->col(first + k) =
+          columns->col(column + k) =
               coordinates[static_cast<std::size_t>(k)].prior.slope(u[first + k]) * h.linear.col(k);
       continue;
     }
@@ -133,11 +131,11 @@ void Evidence::evaluate(const Layout& layout, const Eigen::VectorXd& u, std::vec
     if (!columns) continue;
     for (Eigen::Index k = 0; k < parameters; ++k)
       by_theta.col(k) *= predictable * coordinates[static_cast<std::size_t>(k)].prior.slope(u[first + k]);
-    columns->middleCols(first, parameters) = noise_.apply(by_theta);
+    columns->middleCols(column, parameters) = noise_.apply(by_theta);
     if (states == 0) continue;
     for (Eigen::Index k = 0; k < states; ++k)
       by_start.col(k) *= predictable * spread[static_cast<std::size_t>(k) % spread.size()];
-    columns->middleCols(first + parameters, states) = noise_.apply(by_start);
+    columns->middleCols(column + parameters, states) = noise_.apply(by_start);
   }
 }
 
@@ -298,10 +296,17 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
   Eigen::LLT<Eigen::MatrixXd> factor;
   Eigen::VectorXd gradient;
   const auto linearise = [&] {
-    out.precision = inner_products(out.columns);
+    const Eigen::Index shared = layout.calibration, own = out.columns.cols();
+    out.precision.resize(shared + own, shared + own);
+    out.precision.topLeftCorner(shared, shared) = bb_;
+    out.precision.topRightCorner(shared, own) = inner_products(*b_, out.columns);
+    out.precision.bottomLeftCorner(own, shared) = out.precision.topRightCorner(shared, own).transpose();
+    out.precision.bottomRightCorner(own, own) = inner_products(out.columns);
     out.precision.diagonal().array() += 1;
     factor.compute(out.precision);
-    gradient = out.columns.transpose() * rest - u;
+    out.moment.resize(shared + own);
+    out.moment << b_->transpose() * rest, out.columns.transpose() * rest;
+    gradient = out.moment - u;
   };
   linearise();
   const bool linear = std::all_of(members.begin(), members.end(), [&](const SetMember& m) {
@@ -360,7 +365,7 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
 
   // A free coordinate has no gradient at the optimum. What is left of one where a law has a kink (a rope that
   // comes taut), or where the iterations ended before, is no gain, and none of the law's error either.
-  const Eigen::Index own = out.columns.cols();
+  const Eigen::Index own = layout.total;
   std::vector<Eigen::Index> free;
   for (Eigen::Index k = 0; k < own; ++k)
     if (layout.inward(k, u[k]) == 0) free.push_back(k);
@@ -370,8 +375,10 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
     Eigen::VectorXd left = Eigen::VectorXd::Zero(own);
     left(free) = Eigen::VectorXd(
         Eigen::MatrixXd(out.precision(free, free)).llt().solve(Eigen::VectorXd(gradient(free))));
-    const Eigen::VectorXd beyond = rest - out.columns * left;
-    out.columns.conservativeResize(Eigen::NoChange, own + law.cols());
+    const Eigen::Index members_own = out.columns.cols();
+    const Eigen::VectorXd beyond =
+        rest - *b_ * left.head(layout.calibration) - out.columns * left.tail(members_own);
+    out.columns.conservativeResize(Eigen::NoChange, members_own + law.cols());
     out.columns.rightCols(law.cols()) = law;
     u.conservativeResize(own + law.cols());
     u.tail(law.cols()).setZero();
@@ -389,6 +396,7 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
       out.theta_deviation.push_back(std::abs(layout.theta[m][k].prior.slope(u[at])) *
                                     std::sqrt(covariance(at, at)));
     }
+  out.calibration_columns = b_;
   out.rest = std::move(rest);
   out.calibration = deviations_.cwiseProduct(u.head(layout.calibration));
   out.coordinates = std::move(u);

@@ -2,6 +2,7 @@
 // linear (effects' amplitudes, initial states, calibration).
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "../search/hypothesis.hpp"
@@ -24,10 +25,14 @@ Eigen::VectorXd expected_wrench(const RegressionProblem& problem, const Hypothes
 
 struct SetFit {
   std::vector<SetMember> members;
-  Eigen::VectorXd calibration;          ///< coefficients of the problem's calibration columns
-  double log_evidence = 0;              ///< ln p(z | set) up to a constant that all sets share
-  Eigen::VectorXd rest;                 ///< whitened residual at the optimum
-  Eigen::MatrixXd columns;              ///< whitened derivatives by the standardised coordinates
+  Eigen::VectorXd calibration;  ///< coefficients of the problem's calibration columns
+  double log_evidence = 0;      ///< ln p(z | set) up to a constant that all sets share
+  Eigen::VectorXd rest;         ///< whitened residual at the optimum
+  /// Whitened derivatives by the standardised coordinates: first those of calibration, which all sets of an
+  /// evidence share, then those of the members and of errors of their laws.
+  std::shared_ptr<const Eigen::MatrixXd> calibration_columns;
+  Eigen::MatrixXd columns;
+  Eigen::VectorXd moment;               ///< inner products of all of them with `rest`
   Eigen::VectorXd coordinates;          ///< at the optimum
   Eigen::MatrixXd precision;            ///< posterior precision of the coordinates
   std::vector<Eigen::Index> first;      ///< index of the first coordinate of each member
@@ -64,7 +69,7 @@ class Evidence {
   SetMember member_at(int hypothesis, int point, const Eigen::VectorXd& amplitudes) const;
 
   const Eigen::VectorXd& whitened_residual() const { return z_; }
-  const Eigen::MatrixXd& calibration_columns() const { return b_; }
+  const Eigen::MatrixXd& calibration_columns() const { return *b_; }
   const Eigen::VectorXd& tolerances() const { return tolerances_; }
   const RegressionProblem& problem() const { return problem_; }
   const NoiseModel& noise() const { return noise_; }
@@ -87,9 +92,10 @@ class Evidence {
   const std::vector<Hypothesis>& hypotheses_;
   double law_error_;
   Eigen::VectorXd tolerances_;
-  Eigen::VectorXd deviations_;  ///< of the calibration over the problem's
-  Eigen::VectorXd z_;           ///< whitened residual
-  Eigen::MatrixXd b_;           ///< whitened calibration columns
+  Eigen::VectorXd deviations_;                ///< of the calibration over the problem's
+  Eigen::VectorXd z_;                         ///< whitened residual
+  std::shared_ptr<const Eigen::MatrixXd> b_;  ///< whitened calibration columns
+  Eigen::MatrixXd bb_;                        ///< their inner products
 };
 
 }  // namespace omniflight::diagnosis

@@ -36,7 +36,7 @@ Eigen::VectorXd likeliest_tolerances(const Calibration& calibration, const SetFi
   const Eigen::Index size = fit.coordinates.size();
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(size, size);
   const Eigen::MatrixXd products = fit.precision - identity;
-  const Eigen::VectorXd moment = products * fit.coordinates + fit.columns.transpose() * fit.rest;
+  const Eigen::VectorXd moment = products * fit.coordinates + fit.moment;
   const Eigen::VectorXd now = calibration.deviations(current);
   const auto evidence = [&](const Eigen::VectorXd& factors) {
     Eigen::VectorXd scale = Eigen::VectorXd::Ones(size);

@@ -102,7 +102,9 @@ class GridSearch::Implementation {
   Additions additions(const SetFit& fit, Noise noise) const {
     std::set<int> taken;
     for (const SetMember& m : fit.members) taken.insert(m.hypothesis);
-    const Eigen::MatrixXf own = fit.columns.cast<float>();
+    const Eigen::Index shared = fit.calibration_columns->cols();
+    Eigen::MatrixXf own(columns_.rows(), shared + fit.columns.cols());
+    own << fit.calibration_columns->cast<float>(), fit.columns.cast<float>();
     const Eigen::MatrixXf slab = inner_products(own, columns_, limits_.threads);
     const Eigen::VectorXd left = (columns_.transpose() * fit.rest.cast<float>()).cast<double>();
     const Eigen::LLT<Eigen::MatrixXd> factor(fit.precision);
