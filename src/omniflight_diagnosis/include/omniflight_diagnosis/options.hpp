@@ -68,7 +68,7 @@ struct ToldController {
 
 struct Options {
   double law_error = 0.1;    ///< 1, RMS of the relative error of a law of the library
-  double temperature = 2.5;  ///< divides log-likelihoods, for what the model has wrong
+  double temperature = 2;  ///< divides log-likelihoods, for what the model has wrong
   physics::Environment environment;
   Vec3 imu_position = Vec3::Zero();  ///< m, body: where the accelerometer is
   Tolerance tolerance;

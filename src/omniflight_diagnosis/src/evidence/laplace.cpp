@@ -241,7 +241,7 @@ double Evidence::log_integral_over_law_errors(const Layout& layout, const Eigen:
 
 SetFit Evidence::fit(std::vector<SetMember> members) const {
   Layout layout;
-  layout.calibration = layout.total = b_.cols();
+  layout.calibration = layout.total = b_->cols();
   layout.all.resize(static_cast<std::size_t>(layout.total));
   for (SetMember& member : members) {
     const Hypothesis& h = hypotheses_[static_cast<std::size_t>(member.hypothesis)];
