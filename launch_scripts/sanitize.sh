@@ -1,0 +1,82 @@
+#!/usr/bin/env bash
+# Builds the flight path (all that a component links) with sanitizers in a folder of its own, runs the tests of its packages,
+# and flies with its components: in one process, in one process each, and through emulated boards. Closes with
+# "N tests passed, N failed, N flights, N reports"; exit code 0 when nothing failed and no process had anything to report.
+# Options: --sanitize thread | address,undefined   (thread)
+#          --only PACKAGE,PACKAGE   tests of these alone (control,allocation,safety,gateway,recording,bus,components)
+#          --flights-only           no tests
+# Flights need the `omniflight` of test.sh (or OMNIFLIGHT_COMMAND).
+# Example: ./launch_scripts/test.sh && ./launch_scripts/sanitize.sh --sanitize address,undefined
+source "$(dirname "$0")/common.sh"
+sanitize=thread packages="control,allocation,safety,gateway,recording,bus,components"
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --sanitize) sanitize="${2:?--sanitize needs a list}"; shift 2 ;;
+    --only) packages="${2:?--only needs packages}"; shift 2 ;;
+    --flights-only) packages=""; shift ;;
+    *) sed -n '2,10p' "$0"; exit 4 ;;
+  esac
+done
+base="$OMNIFLIGHT_ROOT/build/flight-path-${sanitize//,/-}"
+omniflight="${OMNIFLIGHT_COMMAND:-$OMNIFLIGHT_ROOT/build/testing/install/omniflight_cli/bin/omniflight}"
+[ -x "$omniflight" ] || { echo "$omniflight is not there: run ./launch_scripts/test.sh first, or name one in OMNIFLIGHT_COMMAND" >&2; exit 4; }
+
+say "building the libraries and components with -fsanitize=$sanitize"
+OMNIFLIGHT_COLCON_SELECT="--packages-up-to omniflight_components" \
+  omniflight_build "$base" -DBUILD_TESTING=OFF "-DOMNIFLIGHT_SANITIZE=$sanitize"
+IFS=, read -r -a tested <<<"$packages"
+if [ "${#tested[@]}" -gt 0 ]; then
+  say "building the tests"
+  OMNIFLIGHT_COLCON_SELECT="--packages-select ${tested[*]/#/omniflight_}" \
+    omniflight_build "$base" -DBUILD_TESTING=ON "-DOMNIFLIGHT_SANITIZE=$sanitize"
+fi
+
+# Every process writes what it has to report into a file of its own, so that none is lost with the exit code of a component.
+reports="$base/reports"
+rm -rf "$reports"
+mkdir -p "$reports"
+export TSAN_OPTIONS="suppressions=$OMNIFLIGHT_ROOT/tests/thread_sanitizer.supp log_path=$reports/thread ${TSAN_OPTIONS:-}"
+export ASAN_OPTIONS="log_path=$reports/address ${ASAN_OPTIONS:-}"
+export UBSAN_OPTIONS="halt_on_error=1 print_stacktrace=1 log_path=$reports/undefined ${UBSAN_OPTIONS:-}"
+export OMNIFLIGHT_CONFIGS="$OMNIFLIGHT_ROOT/configs" OMNIFLIGHT_BIN="$base/install"
+
+passed=0 failed=0
+for package in "${tested[@]}"; do
+  say "tests of $package"
+  log="$base/$package.ctest.log"
+  (cd "$base/build/omniflight_$package" && ctest -LE long --output-on-failure -Q -O "$log") || true
+  good="$(grep -cE 'Test +#[0-9]+:.*Passed' "$log" || true)" bad="$(grep -cE '\*\*\*(Failed|Timeout|Exception)' "$log" || true)"
+  grep -E '\*\*\*(Failed|Timeout|Exception)' "$log" || true
+  echo "$package: $good passed, $bad failed; log: $log"
+  passed=$((passed + good)) failed=$((failed + bad))
+  [ "$good" -gt 0 ] || { echo "$package: no test has passed" >&2; failed=$((failed + 1)); }
+done
+
+say "flights"
+flights=0
+fly() {
+  local name="$1" least="$2" code=0
+  shift 2
+  rm -rf "$base/flights/$name"
+  OMNIFLIGHT_PROGRAMS="$base/install/omniflight_components/bin" "$omniflight" fly trajectory_1 --plan "$base/flights/plan" \
+    --sensors laboratory --out "$base/flights/$name" --quiet "$@" >"$base/flights/$name.log" 2>&1 || code=$?
+  local verdict
+  verdict="$(python3 -c 'import json, sys; f = json.load(open(sys.argv[1])); print(f["verdict"], f["reason"])' "$base/flights/$name/flight.json" 2>/dev/null || echo "no result, exit code $code")"
+  echo "$name: $verdict"
+  flights=$((flights + 1))
+  if [[ "$verdict" != $least* ]]; then failed=$((failed + 1)); tail -n 20 "$base/flights/$name.log"; fi
+}
+mkdir -p "$base/flights"
+"$omniflight" plan trajectory_1 --out "$base/flights/plan" --force --quiet
+fly one_process flown --in-process
+fly a_process_each flown
+# Real time: a sanitizer makes everything several times slower, so that periods are missed and the deadlines are longer.
+fly through_boards flown --plant emulator -p controller.missed_share=1 -p gateway.most_missed_share=1 \
+  -p gateway.fresh_for_s=0.1 -p gateway.stale_after_s=1 -p gateway.board_silence_s=2 -p controller.mocap_timeout_s=2 -p controller.imu_timeout_s=2
+
+found="$(find "$reports" -type f | wc -l)"
+for report in "$reports"/*; do
+  [ -f "$report" ] && { echo "--- $report"; head -n 40 "$report"; }
+done
+echo "$sanitize: $passed tests passed, $failed failed, $flights flights, $found reports"
+[ "$failed" -eq 0 ] && [ "$found" -eq 0 ]
