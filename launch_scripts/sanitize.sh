@@ -1,29 +1,40 @@
 #!/usr/bin/env bash
-# Builds the flight path (all that a component links) with sanitizers in a folder of its own, runs the tests of its packages,
-# and flies with its components: in one process, in one process each, and through emulated boards. Closes with
-# "N tests passed, N failed, N flights, N reports of our code"; exit code 0 when nothing failed and none is.
+# Builds the flight path with sanitizers in a folder of its own, runs the tests of its packages, and flies with its components:
+# in one process, in one process each, and through emulated boards. Closes with "N tests passed, N failed, N flights,
+# N reports of our code"; exit code 0 when nothing failed and none is. Needs the tree of test.sh.
 # Options: --sanitize thread | address,undefined   (thread)
+#          --quick    only what has threads and what they share is built with it (core, messages, bus, recording, control,
+#                     safety, gateway, components); other libraries are linked as test.sh has built them
 #          --only PACKAGE,PACKAGE   tests of these alone (control,allocation,safety,gateway,recording,bus,components)
-#          --flights-only           no tests
-# Flights need the `omniflight` of test.sh (or OMNIFLIGHT_COMMAND).
+#          --no-flights, --flights-only
 # Example: ./launch_scripts/test.sh && ./launch_scripts/sanitize.sh --sanitize address,undefined
 source "$(dirname "$0")/common.sh"
-sanitize=thread packages="control,allocation,safety,gateway,recording,bus,components"
+sanitize=thread packages="control,allocation,safety,gateway,recording,bus,components" quick="" fly=yes
 while [ $# -gt 0 ]; do
   case "$1" in
     --sanitize) sanitize="${2:?--sanitize needs a list}"; shift 2 ;;
     --only) packages="${2:?--only needs packages}"; shift 2 ;;
+    --quick) quick=-quick; shift ;;
+    --no-flights) fly=""; shift ;;
     --flights-only) packages=""; shift ;;
-    *) sed -n '2,10p' "$0"; exit 4 ;;
+    *) sed -n '2,12p' "$0"; exit 4 ;;
   esac
 done
-base="$OMNIFLIGHT_ROOT/build/flight-path-${sanitize//,/-}"
-omniflight="${OMNIFLIGHT_COMMAND:-$OMNIFLIGHT_ROOT/build/testing/install/omniflight_cli/bin/omniflight}"
-[ -x "$omniflight" ] || { echo "$omniflight is not there: run ./launch_scripts/test.sh first, or name one in OMNIFLIGHT_COMMAND" >&2; exit 4; }
+base="$OMNIFLIGHT_ROOT/build/flight-path-${sanitize//,/-}$quick"
+plain="$OMNIFLIGHT_ROOT/build/testing/install"
+omniflight="${OMNIFLIGHT_COMMAND:-$plain/omniflight_cli/bin/omniflight}"
+[ -z "$fly$quick" ] || [ -x "$omniflight" ] || { echo "$omniflight is not there: run ./launch_scripts/test.sh first, or name one in OMNIFLIGHT_COMMAND" >&2; exit 4; }
 
-say "building the libraries and components with -fsanitize=$sanitize"
-OMNIFLIGHT_COLCON_SELECT="--packages-up-to omniflight_components" \
-  omniflight_build "$base" -DBUILD_TESTING=OFF "-DOMNIFLIGHT_SANITIZE=$sanitize"
+select="--packages-up-to omniflight_components"
+if [ -n "$quick" ]; then
+  instrumented=(cmake core msgs bus recording control safety gateway components)
+  select="--packages-select ${instrumented[*]/#/omniflight_}"
+  for prefix in "$plain"/omniflight_*; do CMAKE_PREFIX_PATH="${CMAKE_PREFIX_PATH:-}:$prefix"; done
+  export CMAKE_PREFIX_PATH
+  packages="${packages/allocation,/}"
+fi
+say "building with -fsanitize=$sanitize"
+OMNIFLIGHT_COLCON_SELECT="$select" omniflight_build "$base" -DBUILD_TESTING=OFF "-DOMNIFLIGHT_SANITIZE=$sanitize"
 IFS=, read -r -a tested <<<"$packages"
 if [ "${#tested[@]}" -gt 0 ]; then
   say "building the tests"
@@ -55,7 +66,7 @@ done
 
 say "flights"
 flights=0
-fly() {
+fly_once() {
   local name="$1" least="$2" code=0
   shift 2
   rm -rf "$base/flights/$name"
@@ -67,13 +78,15 @@ fly() {
   flights=$((flights + 1))
   if [[ "$verdict" != $least* ]]; then failed=$((failed + 1)); tail -n 20 "$base/flights/$name.log"; fi
 }
-mkdir -p "$base/flights"
-"$omniflight" plan trajectory_1 --out "$base/flights/plan" --force --quiet
-fly one_process flown --in-process
-fly a_process_each flown
-# Real time: a sanitizer makes everything several times slower, so that periods are missed and the deadlines are longer.
-fly through_boards flown --plant emulator -p controller.missed_share=1 -p gateway.most_missed_share=1 \
-  -p gateway.fresh_for_s=0.1 -p gateway.stale_after_s=1 -p gateway.board_silence_s=2 -p controller.mocap_timeout_s=2 -p controller.imu_timeout_s=2
+if [ -n "$fly" ]; then
+  mkdir -p "$base/flights"
+  "$omniflight" plan trajectory_1 --out "$base/flights/plan" --force --quiet
+  fly_once one_process flown --in-process
+  fly_once a_process_each flown
+  # Real time: a sanitizer makes everything several times slower, so that periods are missed and the deadlines are longer.
+  fly_once through_boards flown --plant emulator -p controller.missed_share=1 -p gateway.most_missed_share=1 \
+    -p gateway.fresh_for_s=0.1 -p gateway.stale_after_s=1 -p gateway.board_silence_s=2 -p controller.mocap_timeout_s=2 -p controller.imu_timeout_s=2
+fi
 
 python3 "$OMNIFLIGHT_ROOT/launch_scripts/sanitizer_reports.py" "$reports" | tee "$base/reports.txt" || failed=$((failed + 1))
 echo "$sanitize: $passed tests passed, $failed failed, $flights flights, $(tail -n 1 "$base/reports.txt")"
