@@ -30,6 +30,8 @@ python3 tests/test_architecture.py | tail -n 1 || status=1
 if [[ "$sanitize" == *thread* ]]; then
   export TSAN_OPTIONS="suppressions='$OMNIFLIGHT_ROOT/tests/thread_sanitizer.supp' ${TSAN_OPTIONS:-}"
 fi
+# without it UBSan prints what it finds and the test passes
+export UBSAN_OPTIONS="halt_on_error=1 print_stacktrace=1 ${UBSAN_OPTIONS:-}"
 export OMNIFLIGHT_CONFIGS="$OMNIFLIGHT_ROOT/configs"
 export OMNIFLIGHT_BIN="$base/install"
 colcon --log-base "$base/log" test --metas "$OMNIFLIGHT_ROOT/colcon.meta" \

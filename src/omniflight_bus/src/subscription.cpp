@@ -39,12 +39,12 @@ struct Reader : Endpoint {
 
   /// With one_publisher: whether this message is of the publisher that is followed. Another one takes its
   /// place only when that is gone or has been silent for a second (it may have been killed; its lease lasts
-  /// longer).
-  bool is_followed(dds_instance_handle_t publisher) {
+  /// longer). reader: this one; callbacks may run before `entity` is set.
+  bool is_followed(dds_entity_t reader, dds_instance_handle_t publisher) {
     constexpr std::chrono::seconds kSilence{1};
     const auto now = std::chrono::steady_clock::now();
     if (publisher != followed && followed != 0 && now - followed_at < kSilence) {
-      dds_builtintopic_endpoint_t* alive = dds_get_matched_publication_data(entity, followed);
+      dds_builtintopic_endpoint_t* alive = dds_get_matched_publication_data(reader, followed);
       if (alive != nullptr) {
         dds_builtintopic_free_endpoint(alive);
         report(EventKind::foreign_publisher, foreign.fetch_add(1, std::memory_order_relaxed) + 1);
@@ -64,7 +64,7 @@ struct Reader : Endpoint {
     dds_sample_info_t info;
     while (dds_take(entity, &self.sample, &info, 1, 1) == 1) {
       if (!info.valid_data) continue;
-      if (self.one_publisher && !self.is_followed(info.publication_handle)) continue;
+      if (self.one_publisher && !self.is_followed(entity, info.publication_handle)) continue;
       self.received.fetch_add(1, std::memory_order_relaxed);
       self.on_sample(self.sample, info.source_timestamp);
     }

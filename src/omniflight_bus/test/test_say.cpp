@@ -38,6 +38,7 @@ TEST(Say, AStormTakesNoTimeAndTellsWhatItHeldBack) {
   using Clock = std::chrono::steady_clock;
   ::testing::internal::CaptureStderr();
   std::vector<double> took_us;
+  const auto storm_begins = Clock::now();
   for (int k = 0; k < 10'000; ++k) {
     const auto begin = Clock::now();
     say("storm", "warning number " + std::to_string(k));
@@ -46,11 +47,13 @@ TEST(Say, AStormTakesNoTimeAndTellsWhatItHeldBack) {
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
   say("storm", "the next one");
   const std::string said = ::testing::internal::GetCapturedStderr();
+  const double lasted_s = std::chrono::duration<double>(Clock::now() - storm_begins).count();
   const auto lines = std::count(said.begin(), said.end(), '\n');
   std::sort(took_us.begin(), took_us.end());
   std::printf("10001 lines: %ld said, p99 of a call %.2f us\n", static_cast<long>(lines), took_us[9900]);
   EXPECT_GE(lines, 33);
-  EXPECT_LE(lines, 36);
+  // 32 at once and 15 a second: a busy machine takes longer than the 0.2 s of the pause
+  EXPECT_LE(static_cast<double>(lines), 32.0 + 15.0 * lasted_s + 1.0);
   EXPECT_NE(said.find("the next one ("), std::string::npos) << said.substr(said.size() - 200);
   EXPECT_NE(said.find(" lines were held back before this one)"), std::string::npos);
   EXPECT_LT(took_us[9900], 50.0) << "a control period of 1 ms is to stay unchanged";

@@ -1,8 +1,22 @@
 """A flight through emulated boards that a test ends somehow, with what the boards received in a log."""
 
+import os
 import time
 
 import system
+
+NATNET = """schema: omniflight.natnet/1
+server: 127.0.0.1
+interface: 127.0.0.1
+multicast: 239.255.42.{group}
+data_port: {data}
+command_port: {command}
+version: auto
+up_axis: {up}
+unit: {unit}
+bodies:
+  - {{name: OmniMorph, topic: /omniflight/mocap}}
+"""
 
 
 class BoardFlight(system.SystemTest):
@@ -24,3 +38,9 @@ class BoardFlight(system.SystemTest):
         if fly.poll() is not None:
             self.fail("the flight ended early: " + "".join(fly.communicate()))
         return fly, system.children(fly.pid)
+
+    def natnet_config(self, **values):
+        """File of a motion capture that only this test hears."""
+        port = 20000 + os.getpid() % 10000 * 4
+        return self.write("natnet.yaml", NATNET.format(**({"group": 1 + os.getpid() % 200, "data": port, "command": port + 1,
+                                                           "up": "y", "unit": "mm"} | values)))

@@ -103,6 +103,17 @@ class Kills(test_rotor_line.EndsOnTheLine):
     def test_long_planner_killed_twenty_times(self):
         self.kill_repeatedly("omniflight_planner", lambda f: self.assertGreater(f["flown_on_s"], 1.0), code=0)
 
+    def test_long_natnet_receiver_killed_twenty_times(self):
+        """No pose any more: the vehicle descends on the gyroscopes and accelerometers, and stops on the ground."""
+        figures = []
+        for folder, killed, _ in self.kills("omniflight_natnet", parameters=("--natnet", self.natnet_config())):
+            self.assertIn("gate ramping: failsafe", (folder / "log/gateway.log").read_text())
+            figures.append(self.check_ramp(killed))
+            # from 1.3 m above the floor at 0.3 m/s
+            self.assertGreater(figures[-1]["flown_on_s"], 3.0, "rotors wound down in the air")
+        print(f"\nomniflight_natnet killed {len(figures)} times: descended for {min(f['flown_on_s'] for f in figures):.2f} to "
+              f"{max(f['flown_on_s'] for f in figures):.2f} s, then wound down")
+
 
 class BlockedWrites(test_rotor_line.EndsOnTheLine):
     """The gateway's control period beside a recorder that cannot write, against quiet flights in turn with it."""

@@ -11,29 +11,11 @@ import board_flight
 import board_line
 import test_rotor_line
 
-CONFIG = """schema: omniflight.natnet/1
-server: 127.0.0.1
-interface: 127.0.0.1
-multicast: 239.255.42.{group}
-data_port: {data}
-command_port: {command}
-version: auto
-up_axis: {up}
-unit: {unit}
-bodies:
-  - {{name: OmniMorph, topic: /omniflight/mocap}}
-"""
-
 
 class NatNetFlight(board_flight.BoardFlight):
-    def config(self, **values):
-        port = 20000 + os.getpid() % 10000 * 4
-        return self.write("natnet.yaml", CONFIG.format(**({"group": 1 + os.getpid() % 200, "data": port, "command": port + 1,
-                                                           "up": "y", "unit": "mm"} | values)))
-
     def fly_over_natnet(self, version, **values):
         flight = self.fly(self.short_mission(), "--plant", "emulator", "--sensors", "laboratory", "--natnet",
-                          self.config(**values), "-p", f"natnet_emulator.version='{version}'", timeout=90)
+                          self.natnet_config(**values), "-p", f"natnet_emulator.version='{version}'", timeout=90)
         said = pathlib.Path(self.dir / "flight/log/natnet.log").read_text()
         error = flight["metrics"]["true"]["position_rmse_m"]
         print(f"\nNatNet {version}: {flight['verdict']}, RMSE {1e3 * max(error.values()):.2f} mm; "
@@ -56,7 +38,7 @@ class NatNetFlight(board_flight.BoardFlight):
 
     def test_without_its_receiver_the_vehicle_descends_and_is_not_dropped(self):
         """The descent lasts longer than the rest of the plan and than other losses are given."""
-        fly, pids = self.take_off(parameters=["--natnet", self.config(), "-p", "controller.descend_speed_mps=0.05"])
+        fly, pids = self.take_off(parameters=["--natnet", self.natnet_config(), "-p", "controller.descend_speed_mps=0.05"])
         os.kill(pids["omniflight_natnet"], signal.SIGKILL)
         killed = time.monotonic()
         said = "".join(fly.communicate(timeout=90))
@@ -70,7 +52,7 @@ class NatNetFlight(board_flight.BoardFlight):
         self.assertGreater(flown_s, 6, "rotors wound down in the air")
 
     def test_a_body_that_is_not_streamed_starts_no_rotor(self):
-        config = self.config()
+        config = self.natnet_config()
         log = self.dir / "line.txt"
         done = self.run_command("fly", self.short_mission(), "--plant", "emulator", "--out", "x", "--natnet", config, "-p",
                                 "gateway.connect_timeout_s=4", "-p", f"emulator.line_log={log}", "-p",
@@ -80,7 +62,7 @@ class NatNetFlight(board_flight.BoardFlight):
     def test_a_file_that_makes_no_sense_is_refused(self):
         for change, where in (("up_axis: y", "up_axis: x"), ("unit: mm", "unit: feet"), ("version: auto", "version: 9.9"),
                               ("server: 127.0.0.1", "server: motive"), ("multicast: ", "multicats: ")):
-            config = self.config()
+            config = self.natnet_config()
             config.write_text(config.read_text().replace(change, where))
             done = self.run_command("fly", self.short_mission(), "--plant", "emulator", "--natnet", config, "--out", "x",
                                     expect=4)

@@ -91,12 +91,18 @@ class AllocatorComponent final : public bus::Component {
     bus::resize(command_message_->velocity, rotors);
     bus::resize(command_message_->position, 1);
     bus::resize(state_message_->thrust, rotors);
+    if (losses_)
+      if (auto ok = watch_rotors(); !ok) return ok;
+    // Last: from here on threads of the bus answer, with everything above.
     auto demand = bus::Subscription<ControllerState>::create(
         participant(), topics::controller, bus::Qos::bulk(64).from_one_publisher(),
         [this](const ControllerState& m, std::int64_t) { answer(m); }, &say_foreign);
     if (!demand) return Failure(demand.error());
     demand_.emplace(std::move(*demand));
-    if (!losses_) return {};
+    return {};
+  }
+
+  Status watch_rotors() {
     auto lost = advertise<DiagnosticArray>(topics::lost_rotors, bus::Qos::latched_last());
     if (!lost) return Failure(lost.error());
     lost_.emplace(std::move(*lost));

@@ -78,29 +78,16 @@ class Recorder final : public bus::Component {
       const std::string name = path.substr(path.find_last_of('/') + 1);
       if (auto ok = writer_->write_attachment(name, "text/plain", 0, *content); !ok) return ok;
     }
+    std::vector<const msgs::MessageType*> types;
     for (const topics::Entry& t : topics::recorded) {
       if (!record_truth_ && t.topic == std::string_view(topics::truth)) continue;
       const msgs::MessageType* type = msgs::find_message_type(t.type);
       if (!type)
         return fail(ErrorCode::internal, std::string("type ") + t.type + " is not in the table", "recorder");
-      auto channel = writer_->add_topic(
-          {t.topic, std::string(type->ros_name), std::string(type->schema),
-           std::string("- history: keep_last\n  depth: 512\n  reliability: reliable\n  durability: ") +
-               (t.latched ? "transient_local" : "volatile") + "\n",
-           std::string(type->type_hash)});
-      if (!channel) return Failure(channel.error());
-      const std::size_t index = channels_.size();
-      channels_.push_back(*channel);
-      topics_.emplace_back(t.topic);
-      latched_.push_back(t.latched);
-      sequences_.push_back(0);
-      newest_.emplace_back();
-      auto subscription = bus::RawSubscription::create(
-          participant(), *type, t.topic, t.latched ? bus::Qos::latched_last(16) : bus::Qos::bulk(),
-          [this, index](std::span<const std::byte> cdr, std::int64_t ns) { enqueue(index, cdr, ns); });
-      if (!subscription) return Failure(subscription.error());
-      subscriptions_.push_back(std::move(*subscription));
+      if (auto ok = add_channel(t, *type); !ok) return ok;
+      types.push_back(type);
     }
+    if (auto ok = subscribe(types); !ok) return ok;
     auto counts = bus::Subscription<ComponentState>::create(
         participant(), topics::state, bus::Qos::latched_last(16),
         [this](const ComponentState& m, std::int64_t) { ledger_.note(m); });
@@ -114,11 +101,34 @@ class Recorder final : public bus::Component {
     thread_ = std::thread([this] { write_loop(); });
     return {};
   }
-  Status on_cleanup() override {
-    {
-      const std::lock_guard lock(subscriptions_mutex_);
-      subscriptions_.clear();
+  Status add_channel(const topics::Entry& t, const msgs::MessageType& type) {
+    auto channel = writer_->add_topic(
+        {t.topic, std::string(type.ros_name), std::string(type.schema),
+         std::string("- history: keep_last\n  depth: 512\n  reliability: reliable\n  durability: ") +
+             (t.latched ? "transient_local" : "volatile") + "\n",
+         std::string(type.type_hash)});
+    if (!channel) return Failure(channel.error());
+    channels_.push_back(*channel);
+    topics_.emplace_back(t.topic);
+    latched_.push_back(t.latched);
+    sequences_.push_back(0);
+    newest_.emplace_back();
+    return {};
+  }
+  /// Messages may come from the first subscription on, in threads of the bus: every channel is there before.
+  Status subscribe(const std::vector<const msgs::MessageType*>& types) {
+    for (std::size_t index = 0; index < types.size(); ++index) {
+      auto subscription = bus::RawSubscription::create(
+          participant(), *types[index], topics_[index],
+          latched_[index] ? bus::Qos::latched_last(16) : bus::Qos::bulk(),
+          [this, index](std::span<const std::byte> cdr, std::int64_t ns) { enqueue(index, cdr, ns); });
+      if (!subscription) return Failure(subscription.error());
+      subscriptions_.push_back(std::move(*subscription));
     }
+    return {};
+  }
+  Status on_cleanup() override {
+    subscriptions_.clear();
     counts_.reset();
     stop();
     if (writer_)
@@ -244,7 +254,6 @@ class Recorder final : public bus::Component {
   std::optional<std::int64_t> flight_ns_;  // of the last tick, by the writing thread
   bus::DeliveryLedger ledger_;
   std::optional<bus::Subscription<ComponentState>> counts_;
-  std::mutex subscriptions_mutex_;  ///< never held together with mutex_
   std::vector<bus::RawSubscription> subscriptions_;
   std::optional<bus::Publisher<RecorderState>> state_;
   bus::Message<RecorderState> state_message_;

@@ -2,17 +2,21 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <thread>
 
 #include "omniflight_bus/domain.hpp"
 #include "omniflight_bus/publisher.hpp"
 #include "omniflight_bus/run_components.hpp"
 #include "omniflight_components/components.hpp"
 #include "omniflight_components/topics.hpp"
+#include "omniflight_files/files.hpp"
 #include "omniflight_recording/formats.hpp"
+#include "omniflight_recording/mcap_reader.hpp"
 
 namespace {
 
@@ -181,6 +185,67 @@ TEST_F(Components, ARecorderCountsWhatItNeverReceived) {
           note.text.find("/omniflight/mocap") != std::string::npos)
         told += note.messages;
     EXPECT_EQ(told, static_cast<std::uint64_t>(lost));
+  }
+}
+
+/// Publishes ticks as fast as it can, from its configuration on until the flight has run for a moment.
+class Chatter final : public bus::Component {
+ public:
+  Chatter() : Component("chatter") {}
+  ~Chatter() override { stop(); }
+
+ private:
+  Status on_configure(const YAML::Node&) override {
+    auto made = advertise<msgs::omniflight_msgs::Tick>(components::topics::tick, bus::Qos::bulk(512));
+    if (!made) return Failure(made.error());
+    publisher_.emplace(std::move(*made));
+    thread_ = std::thread([this] {
+      for (; !stopped_.load(); ++message_->index)
+        (void)publisher_->publish(*message_, static_cast<std::int64_t>(message_->index) * 1000);
+    });
+    return {};
+  }
+  Status on_activate() override {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    finish();
+    return {};
+  }
+  Status on_deactivate() override {
+    stop();
+    return {};
+  }
+  Status on_cleanup() override {
+    stop();
+    publisher_.reset();
+    return {};
+  }
+  void stop() {
+    stopped_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+  std::atomic<bool> stopped_{false};
+  bus::Message<msgs::omniflight_msgs::Tick> message_;
+  std::optional<bus::Publisher<msgs::omniflight_msgs::Tick>> publisher_;
+  std::thread thread_;
+};
+
+// Messages come before it listens to the other topics. Its tables grew under them; sanitizers see that first.
+TEST_F(Components, ARecorderIsConfiguredWhileOthersPublish) {
+  for (int k = 0; k < 5; ++k) {
+    const fs::path file = folder_ / ("amid" + std::to_string(k) + ".mcap");
+    std::vector<std::unique_ptr<bus::Component>> parts;
+    parts.push_back(std::make_unique<Chatter>());
+    const Outcome outcome = run({"recorder"}, {"recorder:file:=" + file.string()}, std::move(parts));
+    EXPECT_EQ(outcome.code, 0) << outcome.text;
+    std::uint32_t next = 0;
+    const std::string bytes = files::read_file(file, 256 * files::kMegabyte).value();
+    const auto content = recording::scan_mcap(
+        bytes, file, [&](const recording::McapChannel& channel, const recording::McapMessage& m) {
+          if (channel.topic != components::topics::tick) return;
+          EXPECT_EQ(m.sequence, next++);
+        });
+    EXPECT_TRUE(content) << content.error().text();
+    EXPECT_GT(next, 100u) << outcome.text;
   }
 }
 
