@@ -47,9 +47,6 @@ struct Tolerance {
   double motor_lag = 0.2;      ///< 1, time constants of motors whose speed is not measured
   double imu_position = 0.03;  ///< 1, over the largest arm
   double torque_trim = 0.03;   ///< 1, constant torque over weight times largest rotor arm
-  /// 1, RMS over the weight, or weight times lever, of what follows a quantity of the state in a channel and
-  /// is in no law of the library. Its factor is learned from the flight, as of what is not told.
-  double discrepancy = 0.01;
   /// How unevenly motors of one kind share a load: torque over weight times mean arm.
   double motor_lateral = 0.03, motor_yaw = 0.06;
   /// When thrust is only modelled from duty cycles: its scale, its exponent and its dependence on voltage.
@@ -68,7 +65,7 @@ struct ToldController {
 
 struct Options {
   double law_error = 0.1;    ///< 1, RMS of the relative error of a law of the library
-  double temperature = 2;  ///< divides log-likelihoods, for what the model has wrong
+  double temperature = 2.5;  ///< divides log-likelihoods, for what the model has wrong
   physics::Environment environment;
   Vec3 imu_position = Vec3::Zero();  ///< m, body: where the accelerometer is
   Tolerance tolerance;

@@ -7,8 +7,6 @@
 #include <set>
 #include <string>
 
-#include "../regression/calibration.hpp"
-
 namespace omniflight::diagnosis {
 
 namespace {
@@ -81,7 +79,6 @@ double log_prior_of_tolerances(const Calibration& calibration, const Eigen::Vect
   for (const double factor : kFactors) least = std::min(least, loss(factor));
   double out = 0;
   for (const std::string& kind : untold_kinds(calibration)) {
-    if (is_discrepancy(kind)) continue;  // no matter of a laboratory's care
     const auto at = std::find(calibration.kinds.begin(), calibration.kinds.end(), kind);
     out -= loss(factors[at - calibration.kinds.begin()]) - least;
   }

@@ -23,12 +23,7 @@ constexpr double kThrustExponent = 0.05;
 /// Share of the variance of what is physics or telemetry, and no matter of how well a vehicle was measured.
 constexpr double kSettled = 1;
 
-/// RMS [m/s, rad/s, 1] of a quantity below which nothing is seen to follow it.
-constexpr double kLeastFollowed = 0.02;
-
 constexpr const char* kAxis[] = {"x", "y", "z"};
-constexpr const char* kForceDiscrepancy = "force_discrepancy";
-constexpr const char* kTorqueDiscrepancy = "torque_discrepancy";
 
 Tolerance tolerance_of(const vehicle::Vehicle& vehicle, const Options& options) {
   Tolerance out = options.tolerance;
@@ -55,7 +50,6 @@ class Columns {
   void of_rotors();
   void of_clocks(std::span<const Flight* const> flights);
   void of_thrust_law(const std::vector<std::array<double, 2>>& drive);
-  void of_discrepancy();
   Calibration take();
 
  private:
@@ -253,37 +247,6 @@ void Columns::of_thrust_law(const std::vector<std::array<double, 2>>& drive) {
       kSettled);
 }
 
-/// What no law has quite right (model discrepancy, Kennedy and O'Hagan 2001): every channel follows speed,
-/// rate, attitude and heading by a little, of a size that the flight shows.
-void Columns::of_discrepancy() {
-  Vec3 ahead = Vec3::Zero();  // mean heading
-  for (int i = 0; i < problem_.samples(); ++i) ahead.head<2>() += problem_.measured(i).R_WB.col(0).head<2>();
-  ahead /= std::max(1e-12, ahead.norm());
-  const auto quantity = [&ahead](const Situation& s, int which) {
-    return which < 3   ? s.v_WB_B[which]
-           : which < 6 ? s.body.w_WB_B[which - 3]
-           : which < 8 ? s.R_WB(2, which - 6)
-                       : ahead.x() * s.R_WB(1, 0) - ahead.y() * s.R_WB(0, 0);
-  };
-  constexpr std::array<const char*, 9> kOf{"forward speed", "sideward speed", "speed along z",
-                                           "roll rate",     "pitch rate",     "yaw rate",
-                                           "pitch",         "roll",           "heading"};
-  for (int which = 0; which < static_cast<int>(kOf.size()); ++which) {
-    double square = 0;
-    for (int i = 0; i < problem_.samples(); ++i) square += std::pow(quantity(problem_.measured(i), which), 2);
-    const double size = std::sqrt(square / std::max(1, problem_.samples()));
-    if (size < kLeastFollowed) continue;
-    for (int channel = 0; channel < 6; ++channel)
-      add(channel < 3 ? kForceDiscrepancy : kTorqueDiscrepancy,
-          std::string(kAxis[channel % 3]) + " by " + kOf[static_cast<std::size_t>(which)],
-          tol_.discrepancy * problem_.scale(channel) / size, [&](const Situation& s, int) {
-            Vec6 w = Vec6::Zero();
-            w[channel] = quantity(s, which);
-            return w;
-          });
-  }
-}
-
 Calibration Columns::take() {
   const auto count = static_cast<Eigen::Index>(columns_.size());
   out_.columns.resize(problem_.rows(), count);
@@ -299,10 +262,6 @@ Calibration Columns::take() {
 
 }  // namespace
 
-bool is_discrepancy(const std::string& kind) {
-  return kind == kForceDiscrepancy || kind == kTorqueDiscrepancy;
-}
-
 Calibration calibrate(const RegressionProblem& problem, std::span<const Flight* const> flights,
                       const vehicle::Vehicle& vehicle, const Options& options,
                       const std::vector<std::array<double, 2>>& drive) {
@@ -313,7 +272,6 @@ Calibration calibrate(const RegressionProblem& problem, std::span<const Flight* 
   columns.of_rotors();
   columns.of_clocks(flights);
   columns.of_thrust_law(drive);
-  columns.of_discrepancy();
   return columns.take();
 }
 

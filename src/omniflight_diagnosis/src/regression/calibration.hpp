@@ -11,7 +11,4 @@ Calibration calibrate(const RegressionProblem& problem, std::span<const Flight* 
                       const vehicle::Vehicle& vehicle, const Options& options,
                       const std::vector<std::array<double, 2>>& drive);
 
-/// Whether a kind of columns says how wrong the model is, and not how well a vehicle was measured.
-bool is_discrepancy(const std::string& kind);
-
 }  // namespace omniflight::diagnosis
