@@ -81,6 +81,7 @@ recording::Recording fly(const vehicle::Vehicle& vehicle, const std::vector<phys
     // two passes: effects look at the rotor speeds they change
     for (int pass = 0; pass < 3; ++pass) {
       physics::prepare(vehicle, x, f.alpha, omega, {}, environment, s);
+      s.t = t;
       s.a_WB_B = R_BW * a_W;
       s.dw_WB_B = turn;
       Vec6 need = Vec6::Zero();

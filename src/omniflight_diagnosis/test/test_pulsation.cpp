@@ -15,7 +15,7 @@ TEST(Diagnose, TellsTheFrequencyOfWhatPulsates) {
   pulse.feature.form = physics::Feature::Form::pulse;
   pulse.feature.frequency = 1.37;
   pulse.feature.phase = 0.6;
-  pulse.coefficient = 0.1;
+  pulse.coefficient = 0.15;
   pulse.low = -1;
   pulse.high = 1;
   const vehicle::Vehicle v = test::omnimorph();
@@ -36,7 +36,7 @@ TEST(Diagnose, TellsTheFrequencyOfWhatPulsates) {
   EXPECT_EQ(u.frame, "world");
   ASSERT_EQ(u.correction.size(), 1u);
   EXPECT_NEAR(u.correction[0].frequency_hz, 1.37, 0.25 / f.duration_s);
-  EXPECT_NEAR(u.correction[0].coefficient, 0.1, 0.03);
+  EXPECT_NEAR(u.correction[0].coefficient, 0.15, 0.03);
   ASSERT_TRUE(u.correction[0].model);
   EXPECT_EQ(u.correction[0].model->feature.form, physics::Feature::Form::pulse);
   // at the middle of the flight the phase is what the frequency leaves of it

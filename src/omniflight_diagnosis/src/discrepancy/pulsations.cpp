@@ -46,7 +46,7 @@ std::vector<Pulsation> make_pulsations(const RegressionProblem& problem, const N
   double longest = 0;  // s
   for (const Stretch& f : flights)
     if (f.size() > 1)
-      longest = std::max(longest, problem.situation(f.end - 1).t - problem.situation(f.begin).t);
+      longest = std::max(longest, problem.measured(f.end - 1).t - problem.measured(f.begin).t);
   const double highest = std::min(kHighest, 0.25 / problem.period()),
                lowest = kPeriods / std::max(1e-9, longest);
   if (!(lowest < highest)) return out;
@@ -64,7 +64,7 @@ std::vector<Pulsation> make_pulsations(const RegressionProblem& problem, const N
       Spectrum in(static_cast<std::size_t>(length), 0.0), spectrum;
       std::array<double, 6> square{};
       for (int i = f.begin; i < f.end; ++i) {
-        const double at = (problem.situation(i).t - problem.situation(f.begin).t) / problem.period();
+        const double at = (problem.measured(i).t - problem.measured(f.begin).t) / problem.period();
         auto& x = in[std::min(static_cast<std::size_t>(std::lround(at)), in.size() - 1)];
         for (int c = 0; c < 6; ++c) {
           const double share = share_of(problem, axis, c, i);
@@ -95,7 +95,7 @@ std::vector<Pulsation> make_pulsations(const RegressionProblem& problem, const N
     const double size = kPatternShare * problem.scale(axis.channel);
     for (const Stretch& f : flights)
       for (int i = f.begin; i < f.end; ++i) {
-        const double phase = 2 * kPi * p.pattern.frequency_hz * problem.situation(i).t;
+        const double phase = 2 * kPi * p.pattern.frequency_hz * problem.measured(i).t;
         for (int c = 0; c < 6; ++c) {
           const double share = size * share_of(problem, axis, c, i);
           if (share == 0) continue;
