@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <thread>
@@ -176,7 +177,8 @@ Result<int> run_in_process(const CampaignOptions& o, const Common& common) {
   for (const ManyFlight& f : all->flights) ++counts[{f.group, f.verdict}];
   std::vector<Tally> tallies;
   for (const auto& [key, count] : counts) tallies.push_back({&c->groups[key.first], key.second, count});
-  const auto judgements = judge(*c, tallies);
+  // where chance decides, a flight that is not flown is a result: only the file's own expectations are held
+  const auto judgements = c->expected.empty() ? std::vector<Judgement>{} : judge(*c, tallies);
   const auto statistics = statistics_of(*c, *all);
   nlohmann::json j = to_json(*c, *all, statistics, judgements, o.executor);
   if (auto ok = write_many_page(*c, *all, statistics, judgements, out); !ok) return Failure(ok.error());
@@ -206,10 +208,7 @@ Result<int> run_in_process(const CampaignOptions& o, const Common& common) {
   for (const std::string& m : all->missing) say(common, "  no result: " + m);
   const bool met =
       std::all_of(judgements.begin(), judgements.end(), [](const Judgement& e) { return e.met(); });
-  // where chance decides, a flight that is not flown is a result: only the file's own expectations are held
-  return all->flights.size() == planned && (met || c->expected.empty())
-             ? 0
-             : static_cast<int>(ErrorCode::incomplete);
+  return all->flights.size() == planned && met ? 0 : static_cast<int>(ErrorCode::incomplete);
 }
 
 }  // namespace omniflight::cli

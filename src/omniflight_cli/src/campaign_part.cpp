@@ -79,7 +79,7 @@ Result<Part> part_from(const std::string& spec, const Campaign& campaign) {
     const auto [stop, error] = std::from_chars(at, end, *places[k]);
     if (error != std::errc() || (k < 2 ? stop == end || *stop != ':' : stop != end))
       return bad_input("is not GROUP:FIRST:COUNT", "--part " + spec);
-    at = stop + 1;
+    at = k < 2 ? stop + 1 : stop;
   }
   if (part.group >= campaign.groups.size() || part.first >= campaign.seeds.size() ||
       part.count > campaign.seeds.size() - part.first)

@@ -2,6 +2,7 @@
 // started again.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 

@@ -152,8 +152,11 @@ Status check_confinement(const AnalyseOptions& o) {
   return judge_probe(o, *said);
 }
 
-Status analyse_case(const AnalyseOptions& o, const std::string& name, const fs::path& into) {
+Status analyse_case(AnalyseOptions o, const std::string& name, const fs::path& into) {
   std::error_code ec;
+  const auto confinement = choose_confinement(o.places.seal, o.allow_unsealed);
+  if (!confinement) return Failure(confinement.error());
+  o.confinement = *confinement;
   // the folders of attempts at one case differ, and so do those of their confined parts
   const fs::path part = o.places.out / "working" / (name + into.filename().string()),
                  trial = part.string() + "-probe";

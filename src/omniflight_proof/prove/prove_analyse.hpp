@@ -33,10 +33,9 @@ struct AnalyseOptions {
   }
 };
 
-/// One case on whichever machine this is, into the folder `into`: confined and probed here as on the machine
-/// that has sent it. Errors: the confinement here is weaker, or something leaks.
-Status analyse_case(const AnalyseOptions& options, const std::string& name,
-                    const std::filesystem::path& into);
+/// One case on whichever machine this is, into the folder `into`: confined by what this machine can, and probed
+/// here. Errors: as choose_confinement() and check_confinement().
+Status analyse_case(AnalyseOptions options, const std::string& name, const std::filesystem::path& into);
 /// Runs the probe inside the confinement and writes OUT/probe.json. With a confinement, any leak is an error;
 /// so is anything that hinders the analysis.
 Status check_confinement(const AnalyseOptions& options);

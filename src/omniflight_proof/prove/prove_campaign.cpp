@@ -322,9 +322,7 @@ Result<int> analyse_one(const Options& o) {
   a.limit_s = o.limit_s;
   a.second = o.of_second;
   a.ablation = o.ablation;
-  auto confinement = choose_confinement(a.places.seal, o.allow_unsealed);
-  if (!confinement) return Failure(confinement.error());
-  a.confinement = *confinement;
+  a.allow_unsealed = o.allow_unsealed;
   if (auto ok = analyse_case(a, o.analyse, o.into); !ok) return Failure(ok.error());
   return 0;
 }
