@@ -1,42 +1,11 @@
 // Flights side by side are the flights alone, and a known load sags by what PD control lets it.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
-#include "omniflight_campaign/many_flights.hpp"
+#include "hovering.hpp"
 #include "omniflight_campaign/vary.hpp"
 
 namespace omniflight::campaign {
 namespace {
-
-/// Hover of `duration` s, with a push to one side in between so that there is a motion to look at.
-Loop hovering(double duration = 6) {
-  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
-  Loop loop;
-  loop.vehicle = loop.believed = vehicle::load_vehicle("omnimorph").value();
-  loop.allocator = allocation::AllocatorConfig::case_a();
-  loop.allocator.tilt_mode = allocation::TiltMode::fixed;
-  loop.allocator.initial_tilt = to_radians(30);
-  loop.plant.initial_alpha = to_radians(30);
-  loop.hold = 0.2;
-  loop.settle = 1;
-  std::vector<TrajectoryKnot> knots(2);
-  knots[0].reference.p_WB = knots[1].reference.p_WB = Vec3(0, 0, 1.2);
-  knots[0].reference.alpha = knots[1].reference.alpha = to_radians(30);
-  knots[1].t = duration;
-  loop.trajectory = Trajectory::create(knots).value();
-  loop.duration = loop.hold + loop.settle + duration + 1;
-  loop.plant.initial.p_WB = Vec3(0, 0, 1.2);
-  return loop;
-}
-
-OneFlight one(const Loop& loop,
-              const std::vector<std::pair<std::string, std::vector<double>>>& effects = {}) {
-  OneFlight f;
-  f.start = loop.plant.initial;
-  for (const auto& [id, theta] : effects) f.model.effects.push_back({physics::find_effect(id), theta});
-  return f;
-}
 
 TEST(ManyFlights, ALoadSagsByItsWeightOverTheStiffness) {
   const Loop loop = hovering();
@@ -77,7 +46,9 @@ TEST(ManyFlights, AreTheFlightsAlone) {
 
 TEST(ManyFlights, ALostOneEndsAndTheOthersFlyOn) {
   const Loop loop = hovering(2);
-  const auto out = fly_many(loop, std::vector{one(loop), one(loop, {{"thrust_scale", {-0.7}}, {"payload_mass", {0.5}}}), one(loop)});
+  const auto out = fly_many(
+      loop,
+      std::vector{one(loop), one(loop, {{"thrust_scale", {-0.7}}, {"payload_mass", {0.5}}}), one(loop)});
   ASSERT_TRUE(out) << out.error().text();
   ASSERT_TRUE((*out)[1].ended_early);
   EXPECT_GT(*(*out)[1].ended_early, loop.hold);
@@ -121,8 +92,9 @@ TEST(Vary, TellsWhatCannotBe) {
       std::string::npos);
   EXPECT_NE(words({Varied::Of::effect, "a", "", "payload_mass", "mass", {K::uniform, 0, 1e6}}).find("kg"),
             std::string::npos);
-  EXPECT_NE(words({Varied::Of::effect, "a", "", "clock_offset", "offset", {K::uniform, 0, 1}}).find("sensors"),
-            std::string::npos);
+  EXPECT_NE(
+      words({Varied::Of::effect, "a", "", "clock_offset", "offset", {K::uniform, 0, 1}}).find("sensors"),
+      std::string::npos);
   EXPECT_NE(words({Varied::Of::start, "a", "", "", "w", {K::uniform, 0, 1}}).find("roll"), std::string::npos);
   EXPECT_NE(words({Varied::Of::gain, "a", "", "", "kq", {K::uniform, 0, 1}}).find("kp"), std::string::npos);
   EXPECT_NE(words({Varied::Of::gain, "a", "", "", "kp", {K::normal, -50, 0.1}}).find("outside"),

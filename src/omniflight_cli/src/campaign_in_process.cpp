@@ -1,8 +1,8 @@
 // A campaign without a bus: plans once a group, lets the executor fly the parts, and tells what they say.
 #include <fmt/format.h>
 
-#include <chrono>
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <map>
 #include <thread>
@@ -39,8 +39,9 @@ Status check_effects(const Setup& s) {
   if (!model) return Failure(model.error());
   for (const auto& e : model->effects)
     if (!campaign::acts_without_sensors(*e.effect))
-      return bad_input("the effect " + e.effect->info().id + " acts on sensors, which flights in process have not",
-                       s.effects, "Leave --in-process out, or take another model");
+      return bad_input(
+          "the effect " + e.effect->info().id + " acts on sensors, which flights in process have not",
+          s.effects, "Leave --in-process out, or take another model");
   return {};
 }
 

@@ -18,10 +18,10 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kLook = 0.5;  // s between two looks at the folders
-constexpr double kAsk = 3.0;                            // s between two questions to the controller
-constexpr double kSilent = 900;                         // s that the controller may not answer
-constexpr double kHeld = 10;                            // s that tasks may be on hold
+constexpr double kLook = 0.5;       // s between two looks at the folders
+constexpr double kAsk = 3.0;        // s between two questions to the controller
+constexpr double kSilent = 900;     // s that the controller may not answer
+constexpr double kHeld = 10;        // s that tasks may be on hold
 constexpr double kLateFolder = 10;  // s until a folder of another machine is seen (attribute cache of NFS)
 
 double since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }

@@ -127,7 +127,8 @@ TEST_F(Jobs, AreRunAFewAtOnce) {
   Work work;
   work.program = sh_;
   work.folder = dir_ / ".jobs";
-  for (int k = 0; k < 10; ++k) work.jobs.push_back(job("j" + std::to_string(k), k == 4 ? "exit 1" : "exit 0"));
+  for (int k = 0; k < 10; ++k)
+    work.jobs.push_back(job("j" + std::to_string(k), k == 4 ? "exit 1" : "exit 0"));
   ASSERT_EQ(perform(work.jobs[0], sh_, nullptr).ending, Ending::done);
   fs::create_directories(dir_ / ".partial-left");  // nobody's
   std::size_t last = 0;
@@ -157,7 +158,8 @@ TEST_F(Jobs, RemoveWhatOthersLeftOfJobsThatAreDone) {
       _exit(0);
     }
     const std::size_t before = entries();
-    for (int k = 0; k < 500 && entries() == before; ++k) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    for (int k = 0; k < 500 && entries() == before; ++k)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
     kill(pid, SIGKILL);
     waitpid(pid, nullptr, 0);
   }

@@ -33,8 +33,8 @@ struct AnalyseOptions {
   }
 };
 
-/// One case on whichever machine this is, into the folder `into`: confined by what this machine can, and probed
-/// here. Errors: as choose_confinement() and check_confinement().
+/// One case on whichever machine this is, into the folder `into`: confined by what this machine can, and
+/// probed here. Errors: as choose_confinement() and check_confinement().
 Status analyse_case(AnalyseOptions options, const std::string& name, const std::filesystem::path& into);
 /// Runs the probe inside the confinement and writes OUT/probe.json. With a confinement, any leak is an error;
 /// so is anything that hinders the analysis.
