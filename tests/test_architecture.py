@@ -20,10 +20,10 @@ from pathlib import Path
 
 LEVELS = {
     "cmake": 0, "core": 0, "files": 0, "msgs": 0,
-    "vehicle": 1, "physics": 1,
+    "vehicle": 1, "physics": 1, "jobs": 1,
     "allocation": 2, "control": 2, "planning": 2, "recording": 2, "identification": 2, "gateway": 2, "safety": 2,
     "simulation": 3, "diagnosis": 3, "report": 3, "view": 3,
-    "bus": 4, "reproduction": 4,
+    "bus": 4, "reproduction": 4, "campaign": 4,
     "components": 5, "cli": 5, "proof": 5, "python": 5,
 }
 # Within a level only these; everything may use the build conventions of omniflight_cmake.

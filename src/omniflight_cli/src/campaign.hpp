@@ -3,6 +3,7 @@
 #pragma once
 
 #include "flight.hpp"
+#include "omniflight_campaign/vary.hpp"
 #include "verdict.hpp"
 
 namespace omniflight::cli {
@@ -28,13 +29,22 @@ struct Expectation {
 
 struct Campaign {
   std::string name, question;
-  std::vector<Case> cases;
+  std::vector<Case> groups;  ///< what flights with other seeds have in common; the seed is none's
+  std::vector<std::uint64_t> seeds;
+  std::vector<Case> cases;               ///< groups times seeds; empty where they are not flown one by one
+  std::vector<campaign::Varied> varied;  ///< drawn anew for every seed
   std::vector<Expectation> expected;
   int more_flights = -1;  ///< of the investigation of each flown case at most; -1: none is made
 };
 
-/// Reads omniflight.campaign/1. Refuses unknown keys, names nobody has, and more than 10000 flights.
-Result<Campaign> load_campaign(const std::string& path);
+/// How the flights of a campaign are flown.
+enum class Flying {
+  bus,         ///< each by itself, with components, sensors and a recording
+  in_process,  ///< many at once without: see omniflight_campaign/many_flights.hpp
+};
+/// Reads omniflight.campaign/1. Refuses unknown keys, names nobody has, more than 10000 flights over the bus
+/// and 1000000 in process, and what that way of flying has not.
+Result<Campaign> load_campaign(const std::string& path, Flying flying = Flying::bus);
 
 /// What came of one case.
 struct Outcome {
@@ -48,6 +58,13 @@ struct Outcome {
   bool survived() const { return flown() || verdict == kFlownBadly; }
 };
 
+/// How many flights of a group ended with a verdict.
+struct Tally {
+  const Case* group = nullptr;
+  std::string verdict;  ///< empty: not flown
+  std::size_t flights = 0;
+};
+
 /// How an expectation was met.
 struct Judgement {
   Expectation expected;
@@ -57,6 +74,7 @@ struct Judgement {
   std::string words() const;  ///< "case_b with tilt_mismatch: lost, as expected (1 of 1 flights)"
 };
 /// Without `expect` every flight is expected to be flown; with it, every flight that no entry covers.
+std::vector<Judgement> judge(const Campaign& campaign, const std::vector<Tally>& tallies);
 std::vector<Judgement> judge(const Campaign& campaign, const std::vector<Outcome>& outcomes);
 /// One sentence over all judgements; empty without expectations.
 std::string verdict_in_words(const std::vector<Judgement>& judgements);

@@ -244,7 +244,7 @@ Result<std::string> fingerprint(const FlightOptions& options) {
   return s->fingerprint;
 }
 
-Result<Setup> prepare(const FlightOptions& o) {
+Result<Setup> plan_flight(const FlightOptions& o) {
   // everything that can be wrong with the input is looked at before the first file is written
   auto found = find_inputs(o);
   if (!found) return found;
@@ -274,6 +274,13 @@ Result<Setup> prepare(const FlightOptions& o) {
   s.epoch_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
                    std::chrono::steady_clock::now().time_since_epoch())
                    .count();
+  return s;
+}
+
+Result<Setup> prepare(const FlightOptions& o) {
+  auto planned = plan_flight(o);
+  if (!planned) return planned;
+  Setup s = std::move(*planned);
   auto lock = FolderLock::take(s.out);
   if (!lock) return Failure(lock.error());
   s.lock = std::move(*lock);

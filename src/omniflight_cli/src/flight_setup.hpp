@@ -43,7 +43,9 @@ struct Setup {
 std::string plant_component(const FlightOptions& options);
 /// Every component of the flight in the order of their start, the clock master last.
 std::vector<std::string> components_of(const FlightOptions& options);
-/// Checks everything, plans where there is no plan, then makes the folders and writes the plan.
+/// Checks everything and plans where there is no plan. Writes nothing, locks nothing.
+Result<Setup> plan_flight(const FlightOptions& options);
+/// plan_flight(), then makes the folders and writes the plan.
 Result<Setup> prepare(const FlightOptions& options);
 /// The parameters of this flight, on top of configs/components/default.yaml.
 std::string parameters(const FlightOptions& options, const Setup& setup);

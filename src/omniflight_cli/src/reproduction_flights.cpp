@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <filesystem>
 #include <limits>
-#include <mutex>
 #include <set>
 #include <thread>
 
@@ -36,22 +34,13 @@ void keep_signals(recording::Recording& r) {
     at = kept.count(at->first) > 0 ? std::next(at) : r.signals.erase(at);
 }
 
-/// One flight: kept, flown, or why it is not there.
-Result<recording::Recording> get(const reproduction::Flight& flight, const std::string& folder,
-                                 const WorkTime& time, std::string& remark) {
-  auto options = options_of(flight, folder);
-  if (!options) return Failure(options.error());
-  if (auto kept = flown_before(*options)) {
-    if (const std::string verdict = kept->value("verdict", ""); verdict != kFlown)
-      remark = flight.name + ": " + verdict + " (" + kept->value("reason", "") + ")";
-  } else {
-    if (time.over()) return fail(ErrorCode::incomplete, "the time was over before it began", flight.name);
-    const auto result = fly(*options);
-    if (!result) return Failure(result.error());
-    if (!result->complete) return fail(ErrorCode::incomplete, result->reason, flight.name);
-    if (!result->flown) remark = flight.name + ": " + result->verdict + " (" + result->reason + ")";
-  }
-  auto recording = recording::load(options->out + "/flight.mcap", {});
+/// The recording of a flight that is there; a remark when it did not end as flown.
+Result<recording::Recording> get(const FlightOptions& options, const std::string& name, std::string& remark) {
+  const auto flown = flown_before(options);
+  if (!flown) return fail(ErrorCode::incomplete, "it was not flown to the end", name);
+  if (const std::string verdict = flown->value("verdict", ""); verdict != kFlown)
+    remark = name + ": " + verdict + " (" + flown->value("reason", "") + ")";
+  auto recording = recording::load(options.out + "/flight.mcap", {});
   if (!recording) return Failure(recording.error());
   keep_signals(*recording);
   return recording;
@@ -88,36 +77,64 @@ Result<FlightOptions> options_of(const reproduction::Flight& flight, const std::
   return o;
 }
 
-FlownFlights fly_all(const std::vector<std::string>& names, const std::string& folder, int jobs,
-                     const WorkTime& time, const std::function<void()>& done) {
+Result<int> fly_reproduction(const std::string& name, const std::string& out) {
+  const auto* flight = reproduction::find_flight(name);
+  if (!flight) return bad_input("there is no flight " + files::shown(name), "--fly");
+  auto options = options_of(*flight, out + "/inputs");
+  if (!options) return Failure(options.error());
+  options->out = out;
+  const auto result = fly(*options);
+  if (interrupted()) {  // half a flight is no result
+    std::error_code ec;
+    fs::remove_all(out, ec);
+    return fail(ErrorCode::incomplete, "interrupted", name);
+  }
+  if (!result) return Failure(result.error());
+  if (!result->complete) return fail(ErrorCode::incomplete, result->reason, name);
+  return 0;
+}
+
+Result<FlownFlights> fly_all(const std::vector<std::string>& names, const std::string& folder,
+                             jobs::Executor& executor, const WorkTime& time, const Common& common,
+                             const std::function<void(std::size_t)>& done) {
   FlownFlights out;
   std::vector<std::string> order = names;
   std::stable_partition(order.begin(), order.end(), [](const std::string& name) {
     const auto* f = reproduction::find_flight(name);
     return f && f->plant == "emulator";
   });
-  std::atomic<std::size_t> next{0};
-  std::mutex mutex;
-  const auto work = [&] {
-    for (std::size_t k = next++; k < order.size(); k = next++) {
-      const auto* flight = reproduction::find_flight(order[k]);
-      std::string remark;
-      auto got =
-          flight
-              ? get(*flight, folder, time, remark)
-              : Result<recording::Recording>(fail(ErrorCode::internal, "there is no such flight", order[k]));
-      const std::lock_guard lock(mutex);
-      if (got)
-        out.recordings.emplace(order[k], std::move(*got));
-      else
-        out.missing.emplace(order[k], got.error().text());
-      if (!remark.empty()) out.remarks.push_back(remark);
-      done();
-    }
-  };
-  std::vector<std::thread> threads;
-  for (int i = 0; i < jobs; ++i) threads.emplace_back(work);
-  for (auto& t : threads) t.join();
+  std::vector<FlightOptions> options;
+  std::vector<jobs::Job> list;
+  for (const std::string& name : order) {
+    const auto* flight = reproduction::find_flight(name);
+    if (!flight) return fail(ErrorCode::internal, "there is no such flight", name);
+    auto o = options_of(*flight, folder);
+    if (!o) return Failure(o.error());
+    if (!flown_before(*o))
+      if (auto ok = clear_away(o->out); !ok) return Failure(ok.error());
+    list.push_back({name,
+                    fs::absolute(o->out).lexically_normal(),
+                    {"reproduce", "--fly", name, "--out", jobs::kOut, "--quiet"}});
+    options.push_back(std::move(*o));
+  }
+  auto work = work_of(folder, list, common, done);
+  work.may_begin = [&time] { return !time.over(); };
+  const auto ran = executor.run(work);
+  if (!ran) return Failure(ran.error());
+  for (const auto& m : ran->missing) out.missing.emplace(order[m.job], m.reason);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    if (out.missing.contains(order[k])) continue;
+    std::string remark;
+    auto got = is_done(list[k])
+                   ? get(options[k], order[k], remark)
+                   : Result<recording::Recording>(fail(ErrorCode::incomplete, "interrupted", order[k]));
+    if (got)
+      out.recordings.emplace(order[k], std::move(*got));
+    else
+      out.missing.emplace(order[k], got.error().text());
+    if (!remark.empty()) out.remarks.push_back(remark);
+  }
+  out.remarks.insert(out.remarks.end(), ran->remarks.begin(), ran->remarks.end());
   std::sort(out.remarks.begin(), out.remarks.end());
   return out;
 }

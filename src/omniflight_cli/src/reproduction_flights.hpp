@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "campaign_run.hpp"
 #include "flight.hpp"
 #include "omniflight_recording/recording.hpp"
 #include "omniflight_reproduction/flights.hpp"
@@ -34,10 +35,14 @@ struct FlownFlights {
 /// Options of a flight whose folder is `folder`/NAME; writes its model and world beside it.
 Result<FlightOptions> options_of(const reproduction::Flight& flight, const std::string& folder);
 
-/// Those of `names` that are complete in `folder` and of the same inputs are kept; the others are flown,
-/// `jobs` at once, first those in real time. done() is called after each, one call at a time.
-FlownFlights fly_all(const std::vector<std::string>& names, const std::string& folder, int jobs,
-                     const WorkTime& time, const std::function<void()>& done);
+/// Those of `names` that are complete in `folder` and of the same inputs are kept; the others are flown by
+/// the executor, first those in real time, and none is begun once the time is over. done(): how many are
+/// there.
+Result<FlownFlights> fly_all(const std::vector<std::string>& names, const std::string& folder,
+                             jobs::Executor& executor, const WorkTime& time, const Common& common,
+                             const std::function<void(std::size_t)>& done);
+/// One of its jobs: a flight into the folder `out`. The exit code.
+Result<int> fly_reproduction(const std::string& name, const std::string& out);
 
 /// diagnosis.json over the flights through the boards, kept while their recordings are the same. In a process
 /// of its own, ended at the latest after `most_s`.

@@ -10,12 +10,14 @@
 #include <thread>
 
 #include "omniflight_core/progress.hpp"
+#include "omniflight_jobs/executor_cli.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
 namespace {
 
 struct Options {
+  jobs::ExecutorOptions executor;
   std::string seal, reveal, vehicle, level, salt, real;
   int cases = 240, nulls = 300, jobs = 0, ablations = -1, proposals = 0;
   double limit_s = 600;
@@ -59,6 +61,7 @@ Action add_prove(CLI::App& verb, Common& common) {
   verb.add_option("--reveal", o->reveal, "Open this seal and score the frozen answers in --out");
   verb.add_option("--vehicle", o->vehicle, "Nominal vehicle; default omnimorph");
   verb.add_option("--jobs", o->jobs, "At once; default: processors")->check(CLI::Range(1, 64));
+  jobs::add_executor(verb, o->executor);
   verb.add_option("--limit-s", o->limit_s, "Time of one diagnosis [s]")->check(not_negative(false));
   verb.add_option("--salt", o->salt, "For tests only; a proof draws its own");
   verb.add_option("--ablations", o->ablations,
@@ -90,6 +93,8 @@ Action add_prove(CLI::App& verb, Common& common) {
       if (!value.empty()) a.insert(a.end(), {option, value});
     };
     add("--out", common.out);
+    if (o->executor.name != "local")
+      for (const std::string& argument : arguments_of(o->executor)) a.push_back(argument);
     add("--level", o->level);
     add("--seal", o->seal);
     add("--reveal", o->reveal);

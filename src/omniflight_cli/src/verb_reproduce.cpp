@@ -11,6 +11,7 @@
 #include "folder.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
+#include "omniflight_jobs/executor_cli.hpp"
 #include "omniflight_reproduction/page.hpp"
 #include "reproduction_flights.hpp"
 #include "verbs.hpp"
@@ -31,7 +32,8 @@ constexpr double kDiagnosis = 300;                       // s that the diagnosis
 struct Options {
   std::vector<std::string> figures;
   bool list = false, fast = false, force = false;
-  int jobs = 0;
+  std::string fly;  ///< a job of this verb: the name of its flight
+  jobs::ExecutorOptions executor;
   double budget_s = 0;
 };
 
@@ -79,7 +81,8 @@ class Run {
   Run(const Options& o, const Common& common, std::string out, std::vector<const Figure*> figures)
       : o_(o), common_(common), out_(std::move(out)), time_(o.budget_s) {
     for (const Figure* f : figures) all_.push_back({.figure = f, .finding = {}, .why_not = {}});
-    jobs_ = o.jobs > 0 ? o.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    jobs_ = o.executor.jobs > 0 ? o.executor.jobs
+                                : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   }
 
   Result<int> go() {
@@ -97,7 +100,7 @@ class Run {
       if (!o_.force) keep(one, *key);
     }
     compute(true);  // first what takes no flight: an interrupted run has it
-    fly_and_diagnose();
+    if (auto ok = fly_and_diagnose(); !ok) return Failure(ok.error());
     compute(false);
     return conclude();
   }
@@ -133,7 +136,7 @@ class Run {
     if (j.contains("seconds") && j["seconds"].is_number()) one.seconds = j["seconds"].get<double>();
   }
 
-  void fly_and_diagnose() {
+  Status fly_and_diagnose() {
     std::vector<std::string> names;
     std::set<std::string> seen;
     bool diagnosis = false;
@@ -143,19 +146,22 @@ class Run {
       for (const std::string& name : one.figure->flights)
         if (seen.insert(name).second) names.push_back(name);
     }
-    if (names.empty()) return;
+    if (names.empty()) return {};
     Progress progress("flights", static_cast<double>(names.size()), "flights", common_.quiet);
-    int done = 0;
-    auto flown = fly_all(names, out_ + "/flights", jobs_, time_, [&] { progress.update(++done); });
+    const auto executor = jobs::make_executor(o_.executor);
+    if (!executor) return Failure(executor.error());
+    auto flown = fly_all(names, out_ + "/flights", **executor, time_, common_,
+                         [&](std::size_t done) { progress.update(static_cast<double>(done)); });
     progress.finish();
-    in_.flights = std::move(flown.recordings);
-    missing_ = std::move(flown.missing);
-    remarks_ = std::move(flown.remarks);
-    if (!diagnosis || time_.over()) return;
+    if (!flown) return Failure(flown.error());
+    in_.flights = std::move(flown->recordings);
+    missing_ = std::move(flown->missing);
+    remarks_ = std::move(flown->remarks);
+    if (!diagnosis || time_.over()) return {};
     std::vector<std::string> through_boards;
     for (const auto& [name, recording] : in_.flights)
       if (reproduction::find_flight(name)->plant == "emulator") through_boards.push_back(name);
-    if (through_boards.empty()) return;
+    if (through_boards.empty()) return {};
     say(common_, "diagnosing the flights through the boards ...");
     auto text =
         diagnose_flights(through_boards, out_ + "/flights", std::min(kDiagnosis, time_.left_s() - 60));
@@ -163,6 +169,7 @@ class Run {
       in_.diagnosis = std::move(*text);
     else
       remarks_.push_back("Not diagnosed: " + text.error().text());
+    return {};
   }
 
   void compute(bool fast) {
@@ -251,7 +258,10 @@ Action add_reproduce(CLI::App& verb, Common& common) {
   verb.add_flag("--list", o->list, "Only name them");
   verb.add_flag("--fast", o->fast, "Only those that need no flight")->excludes("figures");
   verb.add_flag("--force", o->force, "Compute again what is there; flights of the same inputs are kept");
-  verb.add_option("--jobs", o->jobs, "At once; default: processors")->check(CLI::Range(1, 64));
+  verb.add_option("--jobs", o->executor.jobs, "At once on this machine; default: processors")
+      ->check(CLI::Range(1, 64));
+  jobs::add_executor(verb, o->executor);
+  verb.add_option("--fly", o->fly)->group("");
   verb.add_option("--budget-s", o->budget_s, "Time after which nothing more is begun [s]")
       ->check(not_negative(false));
   return [o, &common]() -> Result<int> {
@@ -259,6 +269,7 @@ Action add_reproduce(CLI::App& verb, Common& common) {
       list(common);
       return 0;
     }
+    if (!o->fly.empty()) return fly_reproduction(o->fly, common.out);
     auto figures = chosen(*o);
     if (!figures) return Failure(figures.error());
     const std::string out = common.out.empty() ? "runs/reproduction" : common.out;

@@ -12,11 +12,10 @@ namespace {
 using recording::Recording;
 using recording::Signal;
 
-constexpr double kLate = 0.3;          // s that the last reference may be missing of the end
-constexpr double kPoseEvery = 0.01;    // s between poses held against the map
-constexpr double kAtLimit = 0.995;     // share of a rotor's largest thrust that counts as its limit
-constexpr double kMostAtLimit = 0.01;  // share of the flight that a rotor may be at its limit
-constexpr double kAtEnd = 0.25;        // s before the plan's end within which it must be reached
+constexpr double kLate = 0.3;        // s that the last reference may be missing of the end
+constexpr double kPoseEvery = 0.01;  // s between poses held against the map
+constexpr double kAtLimit = 0.995;   // share of a rotor's largest thrust that counts as its limit
+constexpr double kAtEnd = 0.25;      // s before the plan's end within which it must be reached
 
 /// First and last time [s] at which the plan moves; nothing when it only holds.
 std::optional<std::pair<double, double>> motion_of(const Trajectory& trajectory) {

@@ -17,6 +17,9 @@ inline constexpr const char* kLost =
 inline constexpr const char* kNotFlown =
     "not flown to the end";  ///< a component, the recording or the user ended it
 
+/// Share of the flight that a rotor may be at its limit, where the mission keeps headroom.
+inline constexpr double kMostAtLimit = 0.01;
+
 struct FlightVerdict {
   std::string word = kFlown, reason;  ///< the first reason; empty when flown
   nlohmann::json figures;             ///< each figure beside its bound

@@ -19,7 +19,7 @@ list(APPEND CMAKE_PREFIX_PATH ${_omniflight_siblings} "${CMAKE_CURRENT_LIST_DIR}
 set(_omniflight_components ${omniflight_FIND_COMPONENTS})
 if(NOT _omniflight_components)
   foreach(_component core files msgs vehicle physics allocation control planning recording identification gateway safety
-          simulation diagnosis report reproduction view bus components)
+          simulation diagnosis report reproduction view jobs campaign bus components)
     find_package(omniflight_${_component} QUIET)
     if(omniflight_${_component}_FOUND)
       list(APPEND _omniflight_components ${_component})

@@ -1,6 +1,7 @@
 // The allocator on the bus: answers every demand of the controller with rotor speeds and tilt.
 #include <mutex>
 
+#include "control_parameters.hpp"
 #include "conversions.hpp"
 #include "factories.hpp"
 #include "failsafe_message.hpp"
@@ -30,56 +31,15 @@ class AllocatorComponent final : public bus::Component {
  private:
   Status on_configure(const YAML::Node& node) override {
     bus::Parameters p(node, "allocator");
-    const std::string vehicle_name = p.text("vehicle", {});
-    const std::string overrides = p.text("vehicle_set", "");
-    const std::string weights = p.text("weights", "case_a");
-    const std::string mode = p.text("tilt_mode", "fixed");
-    const double alpha_deg = p.number("alpha_deg", 30.0, -180, 180);
-    follow_plan_ = p.flag("follow_plan", true);  // false: stays at alpha_deg whatever the plan says
-    auto config =
-        weights == "case_a" ? allocation::AllocatorConfig::case_a() : allocation::AllocatorConfig::case_b();
-    if (weights != "case_a" && weights != "case_b" && weights != "dynamic")
-      return bad_input("'" + weights + "' is neither case_a nor case_b nor dynamic", "allocator.weights");
-    if (mode != "fixed" && mode != "search")
-      return bad_input("'" + mode + "' is neither fixed nor search", "allocator.tilt_mode");
-    config.w_input = p.number("w_input", config.w_input, 0, 1e6);
-    config.w_rate = p.number("w_rate", config.w_rate, 0, 1e6);
-    config.w_linear = p.number("w_linear", config.w_linear, 1e-12, 1e12);
-    config.w_angular = p.number("w_angular", config.w_angular, 1e-12, 1e12);
-    config.tilt_step = to_radians(p.number("tilt_step_deg", to_degrees(config.tilt_step), 0, 10));
-    config.tilt_candidates = static_cast<int>(p.number("tilt_candidates", config.tilt_candidates, 1, 8));
-    config.mass = p.number("mass_kg", 0.0, 0, 1000);
-    config.keep_min_thrust = p.flag("keep_min_thrust", false);
-    const std::string schedule = p.text("tilt_schedule", "");
-    const bool drop_lost = p.flag("drop_lost_rotors", true);
-    auto& dynamic = config.dynamic_weights;  // eq. 5.3, on top of case_b under the name `dynamic`
-    dynamic.enabled = p.flag("dynamic_weights", weights == "dynamic");
-    dynamic.threshold = p.number("dynamic_threshold_m", dynamic.threshold, 1e-6, 10);
-    dynamic.growth = p.number("dynamic_growth", dynamic.growth, 1, 10);
-    dynamic.shrink = p.number("dynamic_shrink", dynamic.shrink, 1e-3, 1);
-    dynamic.floor = p.number("dynamic_floor", dynamic.floor, 1e-15, 1e6);
-    dynamic.ceiling = p.number("dynamic_ceiling", dynamic.ceiling, 1e-15, 1e6);
-    config.tilt_mode = mode == "search" ? allocation::TiltMode::search : allocation::TiltMode::fixed;
-    config.initial_tilt = to_radians(alpha_deg);
-    if (auto ok = p.finish(); !ok) return ok;
-    auto vehicle = vehicle::load_vehicle(vehicle_name, split(overrides));
-    if (!vehicle) return Failure(vehicle.error());
-    if (vehicle->tilt.kind == vehicle::TiltKind::none) {
-      config.tilt_mode = allocation::TiltMode::fixed;
-      config.initial_tilt = 0.0;
-    }
-    schedule_.reset();
-    if (!schedule.empty()) {
-      auto read = read_tilt_schedule(schedule, vehicle->tilt);
-      if (!read) return Failure(read.error());
-      schedule_.emplace(std::move(*read));
-      config.tilt_mode = allocation::TiltMode::fixed;
-      config.initial_tilt = schedule_->at(0);
-    }
-    auto allocator = allocation::Allocator::create(*vehicle, config);
+    auto read = read_allocator_parameters(p);
+    if (!read) return Failure(read.error());
+    follow_plan_ = read->follow_plan;
+    schedule_ = std::move(read->schedule);
+    const vehicle::Vehicle& vehicle = read->vehicle;
+    auto allocator = allocation::Allocator::create(vehicle, read->config);
     if (!allocator) return Failure(allocator.error());
     allocator_.emplace(std::move(*allocator));
-    if (drop_lost) losses_.emplace(*vehicle);
+    if (read->drop_lost) losses_.emplace(vehicle);
 
     auto state = advertise<AllocatorState>(topics::allocator, bus::Qos::bulk(512));
     if (!state) return Failure(state.error());
@@ -87,7 +47,7 @@ class AllocatorComponent final : public bus::Component {
     auto command = advertise<Actuators>(topics::command, bus::Qos::bulk(512));
     if (!command) return Failure(command.error());
     command_.emplace(std::move(*command));
-    const auto rotors = static_cast<std::size_t>(vehicle->rotor_count());
+    const auto rotors = static_cast<std::size_t>(vehicle.rotor_count());
     bus::resize(command_message_->velocity, rotors);
     bus::resize(command_message_->position, 1);
     bus::resize(state_message_->thrust, rotors);

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <mutex>
 
+#include "control_parameters.hpp"
 #include "conversions.hpp"
 #include "estimator_choice.hpp"
 #include "factories.hpp"
@@ -34,37 +35,8 @@ class ControllerComponent final : public bus::Component {
  private:
   Status on_configure(const YAML::Node& node) override {
     bus::Parameters p(node, "controller");
-    control::LawConfig law;
-    control::ControllerConfig& c = law.gains;
-    const auto gain = [&](const char* key, const Vec3& otherwise) {
-      const auto v = p.numbers(key, std::vector<double>{otherwise.x(), otherwise.y(), otherwise.z()}, 3);
-      return v.size() == 3 ? Vec3(v[0], v[1], v[2]) : otherwise;
-    };
-    c.kp = gain("kp", c.kp);
-    c.kv = gain("kv", c.kv);
-    c.ki = gain("ki", c.ki);
-    c.kR = gain("kR", c.kR);
-    c.kw = gain("kw", c.kw);
-    c.kI = gain("kI", c.kI);
-    c.max_acceleration = p.number("max_acceleration_mps2", c.max_acceleration, 0, 1000);
-    c.max_angular_acceleration =
-        p.number("max_angular_acceleration_radps2", c.max_angular_acceleration, 0, 10000);
-    c.max_integral_acceleration =
-        p.number("max_integral_acceleration_mps2", c.max_integral_acceleration, 0, 1000);
-    c.max_integral_angular_acceleration =
-        p.number("max_integral_angular_acceleration_radps2", c.max_integral_angular_acceleration, 0, 10000);
-    c.feed_forward = p.flag("feed_forward", c.feed_forward);
-    anti_windup_ = p.flag("anti_windup", true);
-    c.unachieved_tolerance = p.number("unachieved_tolerance_mps2", c.unachieved_tolerance, 0, 1000);
-    c.unachieved_angular_tolerance =
-        p.number("unachieved_angular_tolerance_radps2", c.unachieved_angular_tolerance, 0, 10000);
-    const std::string law_name = p.text("law", "full_pose");
-    law.thrust_axis_B = gain("thrust_axis", law.thrust_axis_B);
-    law.max_lean = to_radians(p.number("max_lean_deg", to_degrees(law.max_lean), 1, 89));
-    law.max_correction_speed = p.number("max_correction_speed_mps", law.max_correction_speed, 0.01, 100);
-    law.max_correction_rate = p.number("max_correction_rate_radps", law.max_correction_rate, 0.01, 100);
-    law.disturbance_bandwidth = p.number("disturbance_bandwidth_radps", law.disturbance_bandwidth, 0.1, 500);
-    law.actuator_time_constant = p.number("actuator_time_constant_s", law.actuator_time_constant, 0, 2);
+    const LawParameters law = read_law_parameters(p);
+    anti_windup_ = law.anti_windup;
     auto estimator = read_estimator(p);
     settle_ = p.number("settle_s", 1.0, 0, 600);
     auto guard = read_guard(p);
@@ -73,11 +45,8 @@ class ControllerComponent final : public bus::Component {
     if (!guard) return Failure(guard.error());
     if (!below) return Failure(below.error());
     if (!estimator) return Failure(estimator.error());
-    auto made = control::make_law(law_name, law);
+    auto made = make_law(law);
     if (!made) return Failure(made.error());
-    if (law_name == "incremental" && !anti_windup_)
-      return bad_input("the law incremental has to know what was achieved of its last demand",
-                       "controller.anti_windup", "Give true, or take another law");
     guard_.emplace(*guard, std::move(*below));
     law_ = std::move(*made);
     estimator_ = std::move(*estimator);

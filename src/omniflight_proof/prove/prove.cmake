@@ -1,6 +1,7 @@
 # The concealed-effect proof. Three programs that share a file format and nothing else: the generator (with the plant),
 # the campaign that runs the analysis where it cannot read the truth, and the scorer.
 find_package(omniflight_recording REQUIRED)
+find_package(omniflight_jobs REQUIRED)
 find_package(omniflight_control REQUIRED)
 find_package(omniflight_allocation REQUIRED)
 find_package(omniflight_report REQUIRED)
@@ -30,7 +31,7 @@ target_link_libraries(omniflight_proof_cases PUBLIC omniflight_proof omniflight_
 omniflight_executable(omniflight_proof_generate ${PROVE}/prove_generate.cpp
   LINK omniflight_proof_cases CLI11::CLI11)
 omniflight_executable(omniflight_proof_campaign ${PROVE}/prove_campaign.cpp ${PROVE}/prove_analyse.cpp
-  LINK omniflight_proof_protocol CLI11::CLI11)
+  LINK omniflight_proof_protocol omniflight_jobs::omniflight_jobs CLI11::CLI11)
 omniflight_executable(omniflight_proof_score ${PROVE}/prove_score.cpp ${PROVE}/prove_result.cpp
   LINK omniflight_proof_protocol omniflight_report::omniflight_report CLI11::CLI11)
 add_library(omniflight_proof_baseline_methods STATIC ${PROVE}/baseline_data.cpp ${PROVE}/baseline_methods.cpp)

@@ -69,8 +69,8 @@ Confined run_of(const AnalyseOptions& o, const std::string& name, const fs::path
   return c;
 }
 
-/// What stays: answer, model, and how it went; the rest would only fill the disk.
-Status settle(const AnalyseOptions& o, Running& r) {
+/// What stays: answer, model, and how it went; the rest would only fill the disk. Put in place as a whole.
+Status settle(Running& r, const fs::path& answer) {
   std::error_code ec;
   const json run = {{"exit_code", r.child.exit_code()},
                     {"seconds", std::round(100 * r.child.seconds()) / 100},
@@ -91,16 +91,15 @@ Status settle(const AnalyseOptions& o, Running& r) {
   if (geteuid() == 0 && chown(r.part.c_str(), 0, 0) != 0)
     return bad_input("cannot be taken back", r.part.string());
   if (auto ok = files::write_file_atomic(r.part / "run.json", run.dump(1) + "\n"); !ok) return ok;
-  fs::rename(r.part, o.answers() / r.name, ec);
+  fs::rename(r.part, answer, ec);
   if (ec) return bad_input("cannot be put in place: " + ec.message(), r.part.string());
   return {};
 }
 
-}  // namespace
-
-Status check_confinement(const AnalyseOptions& o) {
-  const fs::path trial = o.places.out / "working" / "probe";
-  if (auto ok = writable_folder(trial, o.confinement); !ok) return ok;
+/// What the probe says inside the confinement, run in the folder `trial`; an error when something leaks or
+/// hinders.
+Result<json> ask_probe(const AnalyseOptions& o, const fs::path& trial) {
+  if (auto ok = writable_folder(trial, o.confinement); !ok) return Failure(ok.error());
   auto names = case_names(o.places.cases());
   if (!names) return Failure(names.error());
   Confined c;
@@ -130,7 +129,11 @@ Status check_confinement(const AnalyseOptions& o) {
   probe["schema"] = "omniflight.proof_probe/1";
   probe["confinement"] = to_string(o.confinement);
   probe["sealed"] = o.confinement != Confinement::none && said["leaks"].empty();
-  if (auto ok = files::write_file_atomic(o.places.probe(), probe.dump(1) + "\n"); !ok) return ok;
+  return probe;
+}
+
+/// What the probe's answer means for going on.
+Status judge_probe(const AnalyseOptions& o, const json& said) {
   if (!said["hindered"].empty())
     return bad_input("the analysis " + said["hindered"][0].get<std::string>(), o.places.out.string(),
                      "Choose an --out that every user may enter, for instance under /tmp or /var/tmp");
@@ -139,6 +142,88 @@ Status check_confinement(const AnalyseOptions& o) {
                      "Choose another --seal, or --allow-unsealed (the result says so)");
   return {};
 }
+
+}  // namespace
+
+Status check_confinement(const AnalyseOptions& o) {
+  const auto said = ask_probe(o, o.places.out / "working" / "probe");
+  if (!said) return Failure(said.error());
+  if (auto ok = files::write_file_atomic(o.places.probe(), said->dump(1) + "\n"); !ok) return ok;
+  return judge_probe(o, *said);
+}
+
+Status analyse_case(AnalyseOptions o, const std::string& name, const fs::path& into) {
+  std::error_code ec;
+  const auto confinement = choose_confinement(o.places.seal, o.allow_unsealed);
+  if (!confinement) return Failure(confinement.error());
+  o.confinement = *confinement;
+  // the folders of attempts at one case differ, and so do those of their confined parts
+  const fs::path part = o.places.out / "working" / (name + into.filename().string()),
+                 trial = part.string() + "-probe";
+  const auto said = ask_probe(o, trial);
+  fs::remove_all(trial, ec);
+  if (!said) return Failure(said.error());
+  if (auto ok = judge_probe(o, *said); !ok) return ok;
+  if (auto ok = writable_folder(part, o.confinement); !ok) return ok;
+  Running r{name, part, ConfinedChild()};
+  auto child = ConfinedChild::start(run_of(o, name, part));
+  if (!child) return Failure(child.error());
+  r.child = std::move(*child);
+  while (!r.child.poll()) {
+    if (interrupted()) {
+      r.child = ConfinedChild();
+      fs::remove_all(part, ec);
+      return fail(ErrorCode::incomplete, "interrupted", name);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  return settle(r, into / "answer");
+}
+
+namespace {
+
+/// Cases without an answer by the executor: each into OUT/working/done-.../CASE, and from there into its
+/// place.
+Status analyse_elsewhere(const AnalyseOptions& o, const std::vector<std::string>& open, Progress& progress,
+                         std::size_t before) {
+  auto executor = jobs::make_executor(o.executor);
+  if (!executor) return Failure(executor.error());
+  const std::string kind = !o.ablation.empty() ? o.ablation : o.second ? "second" : "first";
+  const fs::path done = o.places.out / "working" / ("done-" + kind);
+  jobs::Work work;
+  work.program = o.self;
+  work.run_task = {"run-task"};
+  work.folder = o.places.out / "working" / ("jobs-" + kind);
+  work.stop = interrupted;
+  work.progress = [&](std::size_t count) { progress.update(static_cast<double>(before + count)); };
+  for (const std::string& name : open) {
+    jobs::Job job{
+        name,
+        done / name,
+        {"--analyse", name, "--into", jobs::kOut, "--out", o.places.out.string(), "--seal",
+         o.places.seal.string(), "--command", o.command, "--limit-s", fmt::format("{}", o.limit_s)}};
+    if (!o.vehicle.empty()) job.command.insert(job.command.end(), {"--vehicle", o.vehicle});
+    if (!o.ablation.empty()) job.command.insert(job.command.end(), {"--ablation", o.ablation});
+    if (o.second) job.command.emplace_back("--of-second");
+    if (o.allow_unsealed) job.command.emplace_back("--allow-unsealed");
+    work.jobs.push_back(std::move(job));
+  }
+  const auto ran = (*executor)->run(work);
+  if (!ran) return Failure(ran.error());
+  for (const jobs::Job& job : work.jobs) {
+    std::error_code ec;
+    if (is_done(job)) fs::rename(job.folder / "answer", o.answers() / job.name, ec);
+    if (ec) return bad_input("cannot be put in place: " + ec.message(), job.folder.string());
+  }
+  if (ran->stopped || !ran->missing.empty())
+    return fail(ErrorCode::incomplete,
+                fmt::format("{} of {} cases have no answer{}", ran->missing.size(), open.size(),
+                            ran->missing.empty() ? "" : "; the first: " + ran->missing.front().reason),
+                "", "The same command resumes");
+  return {};
+}
+
+}  // namespace
 
 Status analyse(const AnalyseOptions& o) {
   auto names = case_names(o.flights());
@@ -157,6 +242,13 @@ Status analyse(const AnalyseOptions& o) {
                                         : "diagnosing",
                     static_cast<double>(names->size()), "cases", o.quiet);
   progress.update(static_cast<double>(before));
+  if (o.executor.name != "local") {
+    if (!open.empty())
+      if (auto ok = analyse_elsewhere(o, open, progress, before); !ok) return ok;
+    progress.finish();
+    fs::remove_all(working, ec);
+    return {};
+  }
   std::list<Running> running;
   std::size_t next = 0, done = before;
   while (next < open.size() || !running.empty()) {
@@ -182,7 +274,7 @@ Status analyse(const AnalyseOptions& o) {
         continue;
       }
       ended = true;
-      if (auto ok = settle(o, *it); !ok) return ok;
+      if (auto ok = settle(*it, o.answers() / it->name); !ok) return ok;
       it = running.erase(it);
       progress.update(static_cast<double>(++done));
     }

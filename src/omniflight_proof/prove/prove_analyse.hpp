@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "omniflight_jobs/executor.hpp"
 #include "prove_files.hpp"
 #include "prove_sandbox.hpp"
 
@@ -19,9 +20,11 @@ struct AnalyseOptions {
   int jobs = 1;
   double limit_s = 600;  ///< a case
   bool quiet = false;
-  bool second = false;   ///< the flights in OUT/next, each together with the one before
-  std::string ablation;  ///< of the diagnosis; empty: whole
-  std::size_t most = 0;  ///< cases, the first by name; 0: all
+  bool second = false;             ///< the flights in OUT/next, each together with the one before
+  std::string ablation;            ///< of the diagnosis; empty: whole
+  std::size_t most = 0;            ///< cases, the first by name; 0: all
+  jobs::ExecutorOptions executor;  ///< of the diagnoses; local: children of this process
+  bool allow_unsealed = false;
   std::filesystem::path flights() const { return second ? places.next() : places.cases(); }
   std::filesystem::path answers() const {
     return !ablation.empty() ? places.ablations() / ablation
@@ -30,6 +33,9 @@ struct AnalyseOptions {
   }
 };
 
+/// One case on whichever machine this is, into the folder `into`: confined by what this machine can, and
+/// probed here. Errors: as choose_confinement() and check_confinement().
+Status analyse_case(AnalyseOptions options, const std::string& name, const std::filesystem::path& into);
 /// Runs the probe inside the confinement and writes OUT/probe.json. With a confinement, any leak is an error;
 /// so is anything that hinders the analysis.
 Status check_confinement(const AnalyseOptions& options);

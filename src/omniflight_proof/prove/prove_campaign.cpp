@@ -13,6 +13,8 @@
 
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
+#include "omniflight_jobs/executor_cli.hpp"
+#include "omniflight_jobs/task.hpp"
 #include "prove_analyse.hpp"
 #include "seal.hpp"
 
@@ -38,6 +40,10 @@ struct Options {
   long seed = -1;
   bool tuning = false, allow_unsealed = false, baselines = true, second = true, quiet = false,
        as_json = false;
+  jobs::ExecutorOptions executor;
+  // of a job: one case, and where its answer goes
+  std::string analyse, into, ablation;
+  bool of_second = false;
   // --probe
   std::string probe_seal, probe_secret, probe_readable, probe_writable;
   int probe_parent = 0;
@@ -272,6 +278,8 @@ Result<int> prove(Options o) {
     a.jobs = o.jobs > 0 ? o.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
     a.limit_s = o.limit_s;
     a.quiet = o.quiet;
+    a.executor = o.executor;
+    a.allow_unsealed = o.allow_unsealed;
     auto confinement = choose_confinement(places.seal, o.allow_unsealed);
     if (!confinement) return Failure(confinement.error());
     a.confinement = *confinement;
@@ -302,6 +310,23 @@ Result<int> prove(Options o) {
   return 0;
 }
 
+/// A job of the executor, on whichever machine.
+Result<int> analyse_one(const Options& o) {
+  prctl(PR_SET_DUMPABLE, 0);
+  AnalyseOptions a;
+  a.places = {o.out, o.seal};
+  a.command = o.command;
+  std::error_code ec;
+  a.self = fs::read_symlink("/proc/self/exe", ec).string();
+  a.vehicle = o.vehicle;
+  a.limit_s = o.limit_s;
+  a.second = o.of_second;
+  a.ablation = o.ablation;
+  a.allow_unsealed = o.allow_unsealed;
+  if (auto ok = analyse_case(a, o.analyse, o.into); !ok) return Failure(ok.error());
+  return 0;
+}
+
 int run_probe(const Options& o) {
   const ProbeResult r =
       probe(o.probe_seal, o.probe_secret, o.probe_readable, o.probe_writable, o.probe_parent);
@@ -315,6 +340,8 @@ int run_probe(const Options& o) {
 
 int main(int argc, char** argv) {
   using namespace omniflight;
+  // how the task of a job array calls this program
+  if (argc == 4 && std::string(argv[1]) == "run-task") return jobs::run_task_main(argv[2], argv[3]);
   CLI::App app("The concealed-effect proof: hide effects on an independent plant, diagnose, open, score");
   proof::Options o;
   app.add_option("--cases", o.cases, "Cases with hidden effects")->check(CLI::Range(0, 100000));
@@ -325,7 +352,7 @@ int main(int argc, char** argv) {
   app.add_option("--seal", o.seal,
                  "Folder for the truth; given alone, it stays closed. Default: beside --out, opened");
   app.add_option("--reveal", o.reveal, "Open this seal and score the frozen answers in --out");
-  app.add_option("--vehicle", o.vehicle, "Nominal vehicle");
+  const auto* const vehicle_given = app.add_option("--vehicle", o.vehicle, "Nominal vehicle");
   app.add_option("--jobs", o.jobs, "At once; default: processors")->check(CLI::Range(1, 64));
   app.add_option("--limit-s", o.limit_s, "Time of one diagnosis [s]")->check(CLI::Range(1.0, 86400.0));
   app.add_option("--salt", o.salt, "For tests only; a proof draws its own");
@@ -348,6 +375,11 @@ int main(int argc, char** argv) {
                "Fly what is proposed for cases that could not be told apart, and diagnose both flights");
   app.add_flag("--quiet", o.quiet, "No progress");
   app.add_flag("--json", o.as_json, "proof.json on stdout");
+  jobs::add_executor(app, o.executor);
+  app.add_option("--analyse", o.analyse)->group("");
+  app.add_option("--into", o.into)->group("");
+  app.add_option("--ablation", o.ablation)->group("");
+  app.add_flag("--of-second", o.of_second)->group("");
   app.add_option("--probe", o.probe_seal, "What may be done to this seal? (run inside the confinement)")
       ->group("");
   app.add_option("--probe-secret", o.probe_secret)->group("");
@@ -361,7 +393,8 @@ int main(int argc, char** argv) {
   }
   if (!o.probe_seal.empty()) return proof::run_probe(o);
   install_interrupt_handler();
-  const auto result = proof::prove(o);
+  if (!o.analyse.empty() && !vehicle_given->count()) o.vehicle.clear();  // the case has its own
+  const auto result = o.analyse.empty() ? proof::prove(o) : proof::analyse_one(o);
   if (result) return *result;
   std::cerr << "omniflight prove: " << result.error().text() << "\n";
   if (o.as_json) std::cout << nlohmann::json{{"error", result.error().text()}}.dump() << "\n";

@@ -151,6 +151,10 @@ Result<Batch> Batch::create(const vehicle::Vehicle& vehicle, std::span<const phy
     return bad_input("there are " + std::to_string(config.initial.size()) + " initial states for " +
                          std::to_string(models.size()) + " vehicles",
                      "batch.initial", "Give one a vehicle, or none");
+  if (!config.seeds.empty() && config.seeds.size() != models.size())
+    return bad_input("there are " + std::to_string(config.seeds.size()) + " seeds for " +
+                         std::to_string(models.size()) + " vehicles",
+                     "batch.seeds", "Give one a vehicle, or none");
   PlantConfig at = config.plant;
   // the block that is being filled, for vehicles whose centre of mass is at the origin and for others
   std::size_t open[2] = {0, 0};
@@ -158,6 +162,7 @@ Result<Batch> Batch::create(const vehicle::Vehicle& vehicle, std::span<const phy
   for (std::size_t i = 0; i < models.size(); ++i) {
     const physics::Model& model = models[i];
     if (!config.initial.empty()) at.initial = config.initial[i];
+    if (!config.seeds.empty()) at.seed = config.seeds[i];
     auto plant = Plant::create(vehicle, model, at);
     if (!plant) {
       Error error = plant.error();

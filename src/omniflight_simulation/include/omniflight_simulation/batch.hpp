@@ -20,8 +20,9 @@ std::vector<std::string> lane_effects();
 std::string lane_instruction_set();
 
 struct BatchConfig {
-  PlantConfig plant;                     ///< step, environment, initial state and tilt of every vehicle
-  std::vector<RigidState> initial = {};  ///< one a vehicle instead of plant.initial; or empty
+  PlantConfig plant;                      ///< step, environment, initial state and tilt of every vehicle
+  std::vector<RigidState> initial = {};   ///< one a vehicle instead of plant.initial; or empty
+  std::vector<std::uint64_t> seeds = {};  ///< one a vehicle instead of plant.seed; or empty
   /// What becomes of a vehicle whose model has an effect that lanes do not know, or whose integrator they do
   /// not know: it flies as a Plant of its own beside the lanes, or the batch is refused naming the id.
   enum class Unsupported { plant, refuse } unsupported = Unsupported::plant;

@@ -1,4 +1,4 @@
-#include "process.hpp"
+#include "omniflight_jobs/child.hpp"
 
 #include <fcntl.h>
 #include <sched.h>
@@ -12,7 +12,7 @@
 #include <fstream>
 #include <thread>
 
-namespace omniflight::cli {
+namespace omniflight::jobs {
 
 Result<Child> Child::start(const std::string& program, const std::vector<std::string>& arguments,
                            const ChildOptions& options) {
@@ -100,4 +100,4 @@ std::string Child::last_words() const {
   return last.empty() ? "see " + log_ : last;
 }
 
-}  // namespace omniflight::cli
+}  // namespace omniflight::jobs
