@@ -14,7 +14,7 @@ struct ExecutorOptions {
   std::string name = "local";  ///< local | slurm
   int jobs = 0;                ///< local: at once; 0: processors
   // slurm; empty and 0: what the cluster does without being told
-  std::string partition, account;
+  std::string partition = {}, account = {};
   double time_min = 0;    ///< of a task of the array
   int cpus = 1;           ///< of a task
   int tasks_at_once = 0;  ///< of the array
