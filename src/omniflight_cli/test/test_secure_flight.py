@@ -48,7 +48,7 @@ class SecureFlight(system.SystemTest):
         keys = self.make_keys()
         fly = self.start_boards("--secure", keys, domain=domain)
         self.assertEqual(self.heard_without_keys(domain), [])
-        heard = system.json.loads(self.run_command("topic", "list", "--domain", domain, "--for-s", 1, "--json").stdout)
+        heard = system.json.loads(self.run_command("topic", "list", "--domain", domain, "--for-s", 2, "--json").stdout)
         spoken = {t["topic"]: t["messages"] for t in heard}
         self.assertGreater(spoken["/omniflight/tick"], 10)
         self.assertGreater(spoken["/omniflight/command"], 10)
