@@ -4,24 +4,14 @@
 #include <memory>
 
 #include "omniflight_allocation/allocator.hpp"
+#include "omniflight_campaign/judged_part.hpp"
 #include "omniflight_simulation/batch.hpp"
 
 namespace omniflight::campaign {
 namespace {
 
-constexpr double kAtLimit = 0.995;     // share of the largest thrust that counts as the limit
-constexpr double kAtEnd = 0.25;        // s before the plan's end within which it must be reached
 constexpr std::size_t kTogether = 32;  // flights: their memory stays in the processor's second-level cache
 constexpr int kAskEvery = 500;         // control periods between two questions whether to stop
-
-/// First and last time [s] at which the plan moves; the whole plan when it only holds.
-std::pair<double, double> motion_of(const Trajectory& trajectory) {
-  std::optional<std::pair<double, double>> out;
-  for (const TrajectoryKnot& k : trajectory.knots())
-    if (k.reference.v_WB_W.norm() >= 1e-9 || k.reference.w_WB_B.norm() >= 1e-9)
-      out = {out ? out->first : k.t, k.t};
-  return out.value_or(std::pair{0.0, trajectory.duration()});
-}
 
 /// Control law, allocator and sums of one flight.
 struct Pilot {
@@ -50,7 +40,7 @@ class Flights {
       : loop_(loop),
         batch_(std::move(batch)),
         pilots_(std::move(pilots)),
-        motion_(motion_of(loop.trajectory)) {}
+        motion_(motion_of(loop.trajectory).value_or(std::pair{0.0, loop.trajectory.duration()})) {}
 
   /// False when it was stopped.
   Result<bool> fly(bool (*stop)()) {

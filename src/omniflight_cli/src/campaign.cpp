@@ -271,6 +271,17 @@ std::string verdict_in_words(const std::vector<Judgement>& judgements) {
   return missed.empty() ? "As expected: " + met + "." : "Not as expected: " + missed + ".";
 }
 
+nlohmann::json to_json(const std::vector<Judgement>& judgements) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const Judgement& j : judgements)
+    out.push_back({{"variant", j.expected.variant},
+                   {"effect", j.expected.effect},
+                   {"verdict", j.expected.verdict},
+                   {"flights", j.flights},
+                   {"as_expected", j.as_expected}});
+  return out;
+}
+
 double figure(const nlohmann::json& flight, const std::string& pointer) {
   for (const char* root : {"/metrics/true", "/metrics/measured", "/metrics"}) {
     const nlohmann::json::json_pointer p(root + pointer);

@@ -78,6 +78,8 @@ std::vector<Judgement> judge(const Campaign& campaign, const std::vector<Tally>&
 std::vector<Judgement> judge(const Campaign& campaign, const std::vector<Outcome>& outcomes);
 /// One sentence over all judgements; empty without expectations.
 std::string verdict_in_words(const std::vector<Judgement>& judgements);
+/// As campaign.json lists them.
+nlohmann::json to_json(const std::vector<Judgement>& judgements);
 
 /// A number out of flight.json, NaN when it is not there; true state where there is one, else as measured.
 double figure(const nlohmann::json& flight, const std::string& pointer_below_tracking);

@@ -79,9 +79,8 @@ std::vector<Part> parts_of(const CampaignOptions& o, const Campaign& c) {
   if (each == 0) {
     each = kUsual;
     if (o.executor.name == "local") {  // four jobs a processor, so that none waits long for the last
-      const std::size_t at_once = o.executor.jobs > 0 ? static_cast<std::size_t>(o.executor.jobs)
-                                                      : std::max(1u, std::thread::hardware_concurrency());
-      const std::size_t quarter = c.groups.size() * c.seeds.size() / (4 * at_once);
+      const std::size_t quarter =
+          c.groups.size() * c.seeds.size() / (4 * static_cast<std::size_t>(o.executor.at_once()));
       each = std::clamp(quarter / kUsual * kUsual, kUsual, kMost);
     }
   }

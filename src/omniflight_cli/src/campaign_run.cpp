@@ -29,7 +29,7 @@ nlohmann::json to_json(const Campaign& campaign, const std::vector<Outcome>& out
                    {"verdict", verdict_in_words(judgements)},
                    {"flights", nlohmann::json::array()},
                    {"executor", executor},
-                   {"expectations", nlohmann::json::array()}};
+                   {"expectations", to_json(judgements)}};
   for (const Outcome& o : outcomes)
     j["flights"].push_back({{"name", o.flight.name},
                             {"mission", o.flight.mission},
@@ -40,12 +40,6 @@ nlohmann::json to_json(const Campaign& campaign, const std::vector<Outcome>& out
                             {"flight", o.json}});
   for (std::size_t k = 0; k < investigations.size(); ++k)
     if (investigations[k]) j["flights"][k]["investigation"] = to_json(*investigations[k]);
-  for (const Judgement& e : judgements)
-    j["expectations"].push_back({{"variant", e.expected.variant},
-                                 {"effect", e.expected.effect},
-                                 {"verdict", e.expected.verdict},
-                                 {"flights", e.flights},
-                                 {"as_expected", e.as_expected}});
   return j;
 }
 
@@ -160,12 +154,7 @@ Result<int> fly_one(const CampaignOptions& o, const Common& common) {
     one.options.out = common.out;
     one.options.force = true;
     one.options.keys = o.keys;
-    const auto result = fly(one.options);
-    if (interrupted()) {  // half a flight is no result, and nobody may take it for one
-      std::error_code ec;
-      fs::remove_all(common.out, ec);
-      return fail(ErrorCode::incomplete, "interrupted", o.only);
-    }
+    const auto result = fly_as_job(one.options, o.only);
     if (!result) return Failure(result.error());
     return 0;
   }

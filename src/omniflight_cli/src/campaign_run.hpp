@@ -34,6 +34,9 @@ jobs::Work work_of(const std::string& out, std::vector<jobs::Job> list, const Co
                    std::function<void(std::size_t)> progress);
 /// The full path of this program, which runs the jobs.
 std::string this_program();
+/// Flies a job's flight into options.out. An interrupted one leaves nothing: half a flight is no result, and
+/// nobody may take it for one.
+Result<FlightResult> fly_as_job(const FlightOptions& options, const std::string& name);
 /// Moves what is at `folder` out of the way of a new result and removes it; nothing there is fine.
 Status clear_away(const std::string& folder);
 /// What went on beside the flights: arrays, requeued tasks, remarks of the executor.

@@ -91,7 +91,7 @@ json to_json(const Campaign& c, const ManyFlights& all, const std::vector<GroupS
          {"missing", all.missing},
          {"groups", json::array()},
          {"varied", json::array()},
-         {"expectations", json::array()},
+         {"expectations", to_json(judgements)},
          {"flights", json::array()}};
   for (const campaign::Varied& v : c.varied) j["varied"].push_back({{"name", v.name}, {"unit", v.unit}});
   for (const GroupStatistics& s : statistics)
@@ -107,12 +107,6 @@ json to_json(const Campaign& c, const ManyFlights& all, const std::vector<GroupS
                            {"power_mean_W", to_json(s.mean_power)},
                            {"importance_for_error", to_json(c, s.error)},
                            {"importance_for_loss", to_json(c, s.loss)}});
-  for (const Judgement& e : judgements)
-    j["expectations"].push_back({{"variant", e.expected.variant},
-                                 {"effect", e.expected.effect},
-                                 {"verdict", e.expected.verdict},
-                                 {"flights", e.flights},
-                                 {"as_expected", e.as_expected}});
   for (const ManyFlight& f : all.flights)
     j["flights"].push_back({{"name", fmt::format("{}-seed{}", c.groups[f.group].name, f.seed)},
                             {"verdict", f.verdict},

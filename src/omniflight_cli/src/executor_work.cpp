@@ -29,6 +29,14 @@ jobs::Work work_of(const std::string& out, std::vector<jobs::Job> list, const Co
   return work;
 }
 
+Result<FlightResult> fly_as_job(const FlightOptions& options, const std::string& name) {
+  auto result = fly(options);
+  if (!interrupted()) return result;
+  std::error_code ec;
+  fs::remove_all(options.out, ec);
+  return fail(ErrorCode::incomplete, "interrupted", name);
+}
+
 Status clear_away(const std::string& folder) {
   std::error_code ec;
   if (!fs::exists(fs::symlink_status(folder, ec))) return {};

@@ -83,12 +83,7 @@ Result<int> fly_reproduction(const std::string& name, const std::string& out) {
   auto options = options_of(*flight, out + "/inputs");
   if (!options) return Failure(options.error());
   options->out = out;
-  const auto result = fly(*options);
-  if (interrupted()) {  // half a flight is no result
-    std::error_code ec;
-    fs::remove_all(out, ec);
-    return fail(ErrorCode::incomplete, "interrupted", name);
-  }
+  const auto result = fly_as_job(*options, name);
   if (!result) return Failure(result.error());
   if (!result->complete) return fail(ErrorCode::incomplete, result->reason, name);
   return 0;
@@ -156,11 +151,9 @@ Result<std::string> diagnose_flights(const std::vector<std::string>& names, cons
   if (before && kept && *before == key) return kept;
   if (most_s < kEnding) return fail(ErrorCode::incomplete, "no time was left for it", "diagnosis");
   if (auto ok = make_folder(out); !ok) return Failure(ok.error());
-  std::error_code ec;
-  const std::string self = fs::read_symlink("/proc/self/exe", ec).string();
   arguments.insert(arguments.end(), {"--vehicle", "omnimorph", "--quiet", "--budget-s",
                                      fmt::format("{:.0f}", most_s), "--out", out});
-  auto child = Child::start(self, arguments, {.log = out + "/log.txt"});
+  auto child = Child::start(this_program(), arguments, {.log = out + "/log.txt"});
   if (!child) return Failure(child.error());
   const WorkTime time(most_s + kEnding);
   std::optional<int> code;

@@ -81,8 +81,7 @@ class Run {
   Run(const Options& o, const Common& common, std::string out, std::vector<const Figure*> figures)
       : o_(o), common_(common), out_(std::move(out)), time_(o.budget_s) {
     for (const Figure* f : figures) all_.push_back({.figure = f, .finding = {}, .why_not = {}});
-    jobs_ = o.executor.jobs > 0 ? o.executor.jobs
-                                : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    jobs_ = o.executor.at_once();
   }
 
   Result<int> go() {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "omniflight_campaign/judged_part.hpp"
 #include "omniflight_planning/flown.hpp"
 
 namespace omniflight::cli {
@@ -14,21 +15,10 @@ using recording::Signal;
 
 constexpr double kLate = 0.3;        // s that the last reference may be missing of the end
 constexpr double kPoseEvery = 0.01;  // s between poses held against the map
-constexpr double kAtLimit = 0.995;   // share of a rotor's largest thrust that counts as its limit
-constexpr double kAtEnd = 0.25;      // s before the plan's end within which it must be reached
-
-/// First and last time [s] at which the plan moves; nothing when it only holds.
-std::optional<std::pair<double, double>> motion_of(const Trajectory& trajectory) {
-  std::optional<std::pair<double, double>> out;
-  for (const TrajectoryKnot& k : trajectory.knots())
-    if (k.reference.v_WB_W.norm() >= 1e-9 || k.reference.w_WB_B.norm() >= 1e-9)
-      out = {out ? out->first : k.t, k.t};
-  return out;
-}
 
 /// When the plan ends on the recording's clock [s], from its first motion.
 double planned_end(const Expected& e, const FlightMetrics& m, const Signal& reference) {
-  const auto motion = motion_of(e.plan.trajectory);
+  const auto motion = campaign::motion_of(e.plan.trajectory);
   const double begin = motion ? m.from - motion->first : reference.t_s.front();
   return begin + e.plan.trajectory.duration();
 }
@@ -77,7 +67,7 @@ std::optional<RotorUse> rotor_use(const Recording& r, const vehicle::Vehicle& v,
       most =
           std::max(most, std::abs(thrust->values(i, k)) / v.rotors[static_cast<std::size_t>(k)].max_thrust);
     ++used;
-    at_limit += most >= kAtLimit;
+    at_limit += most >= campaign::kAtLimit;
     out.least_headroom = std::min(out.least_headroom, 1 - most);
   }
   if (used == 0) return std::nullopt;
@@ -161,7 +151,7 @@ class Judge {
   void reached() {
     double worst = 0;
     for (const auto& f : path_of(r_, m_.has_truth, 0))
-      if (f.t >= end_ - kAtEnd && f.t <= end_)
+      if (f.t >= end_ - campaign::kAtEnd && f.t <= end_)
         worst = std::max(worst, (f.pose.p_WB - e_.plan.trajectory.knots().back().reference.p_WB).norm());
     v_.figures["end_error_m"] = worst;
     if (worst > tube_.position)

@@ -58,8 +58,7 @@ class Local final : public Executor {
 }  // namespace
 
 std::unique_ptr<Executor> make_local(const ExecutorOptions& o) {
-  return std::make_unique<Local>(
-      o.jobs > 0 ? o.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+  return std::make_unique<Local>(o.at_once());
 }
 
 std::vector<std::string> arguments_of(const ExecutorOptions& o) {

@@ -49,10 +49,12 @@ struct Options {
   int probe_parent = 0;
 };
 
-fs::path own_folder() {
+fs::path this_program() {
   std::error_code ec;
-  return fs::read_symlink("/proc/self/exe", ec).parent_path();
+  return fs::read_symlink("/proc/self/exe", ec);
 }
+
+fs::path own_folder() { return this_program().parent_path(); }
 
 Result<std::string> program(const std::string& name, const std::vector<fs::path>& more = {}) {
   std::vector<fs::path> folders{own_folder()};
@@ -272,7 +274,7 @@ Result<int> prove(Options o) {
             : Result<std::string>(fs::absolute(o.command, ec).string());
     if (!command) return Failure(command.error());
     a.command = *command;
-    a.self = fs::read_symlink("/proc/self/exe", ec).string();
+    a.self = this_program().string();
     if (!by_family(o))
       a.vehicle = (places.out / "vehicle" / (fs::path(o.vehicle).stem().string() + ".yaml")).string();
     a.jobs = o.jobs > 0 ? o.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -316,8 +318,7 @@ Result<int> analyse_one(const Options& o) {
   AnalyseOptions a;
   a.places = {o.out, o.seal};
   a.command = o.command;
-  std::error_code ec;
-  a.self = fs::read_symlink("/proc/self/exe", ec).string();
+  a.self = this_program().string();
   a.vehicle = o.vehicle;
   a.limit_s = o.limit_s;
   a.second = o.of_second;

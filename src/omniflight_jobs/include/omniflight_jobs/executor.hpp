@@ -1,9 +1,11 @@
 // Who runs the jobs: this machine, or a cluster under Slurm.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "omniflight_jobs/job.hpp"
@@ -21,6 +23,11 @@ struct ExecutorOptions {
   int jobs_per_task = 0;  ///< 0: as few as the largest array allows
   int attempts = 3;       ///< arrays that are submitted for jobs which left no result
   double wait_h = 168;    ///< until the work is given up
+
+  /// Jobs at once on this machine.
+  int at_once() const {
+    return jobs > 0 ? jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  }
 };
 
 /// What the executor is to run, and who is told.
