@@ -186,11 +186,13 @@ Status PlantComponent::obey(double t) {
     return execute(command);
   }
   CommandInbox::Command command;
-  const auto deadline = Watch::now() + Seconds(command_timeout_);
+  const bool first = publisher_.ticks() == 1;  // controller and allocator may still be looking for each other
+  const auto deadline =
+      Watch::now() + Seconds(first ? std::max(command_timeout_, peers_timeout_) : command_timeout_);
   for (int waited = 1; !inbox_.wait_for(stamp, 50ms, command); ++waited) {
     if (!running_) return stopped();
-    // controller and allocator may have met after the first answer, which nobody heard then
-    if (publisher_.ticks() == 1 && waited % 6 == 0)
+    // they may have met after the first answer, which nobody heard then
+    if (first && waited % 6 == 0)
       if (auto ok = publisher_.repeat_tick(); !ok) return ok;
     if (Watch::now() > deadline)
       return give_up(fail(ErrorCode::incomplete,
