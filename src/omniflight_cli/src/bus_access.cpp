@@ -1,5 +1,6 @@
 #include "bus_access.hpp"
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 
 #include "omniflight_bus/domain.hpp"

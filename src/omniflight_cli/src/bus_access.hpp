@@ -1,9 +1,9 @@
 // How a verb joins the bus of a run: on the loopback interface, and with keys where the run has some.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
+#include "command_line_names.hpp"
 #include "omniflight_core/result.hpp"
 
 namespace omniflight::cli {

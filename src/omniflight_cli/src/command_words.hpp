@@ -1,9 +1,10 @@
 // The command's own words, read from its parser: for shell completion and manual pages.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
+
+#include "command_line_names.hpp"
 
 namespace omniflight::cli {
 

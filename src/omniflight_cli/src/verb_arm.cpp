@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "bus_access.hpp"
 #include "operator_desk.hpp"

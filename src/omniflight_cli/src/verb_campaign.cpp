@@ -1,4 +1,6 @@
 // `campaign`: many flights, on this machine or on a cluster.
+#include <CLI/CLI.hpp>
+
 #include "bus_access.hpp"
 #include "campaign_run.hpp"
 #include "omniflight_jobs/executor_cli.hpp"

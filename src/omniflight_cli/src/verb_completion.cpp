@@ -1,4 +1,5 @@
 // `completion` and `man`: the command's own words for shells and man(1).
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
 

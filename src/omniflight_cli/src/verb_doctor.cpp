@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
+#include <CLI/CLI.hpp>
 
 #include "omniflight_bus/domain.hpp"
 #include "omniflight_bus/participant.hpp"

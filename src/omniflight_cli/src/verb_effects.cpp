@@ -2,6 +2,7 @@
 #include "verb_effects.hpp"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "omniflight_files/files.hpp"
 #include "omniflight_physics/document.hpp"
@@ -61,8 +62,8 @@ void print_one(const Common& common, const physics::Effect& effect) {
   for (const physics::Stage stage : info.also) stages += ", " + to_string(stage);
   say(common, info.id + ": " + info.term + "\n  " + info.equation + "\n  LaTeX: " + info.latex +
                   "\n  source: " + info.source + "\n  acts at: " + stages + "; moves " + list(info.channels) +
-                  "\n  needs: " + list(info.signals) + "\n  may look like: " + list(physics::aliases_of(info)) +
-                  "\n  separated by: " + info.separated_by);
+                  "\n  needs: " + list(info.signals) + "\n  may look like: " +
+                  list(physics::aliases_of(info)) + "\n  separated by: " + info.separated_by);
   if (!info.comes_with.empty()) say(common, "  comes with: " + list(info.comes_with));
   if (effect.memory_size().total() > 0)
     say(common, fmt::format("  remembers: {} numbers", effect.memory_size().total()));

@@ -9,8 +9,9 @@ namespace omniflight::cli {
 namespace {
 
 std::vector<double> column(const Eigen::MatrixXd& m, Eigen::Index k) {
-  return k < m.cols() ? std::vector<double>(m.col(k).data(), m.col(k).data() + m.rows())
-                      : std::vector<double>{};
+  std::vector<double> out;
+  if (k < m.cols()) out.assign(m.col(k).begin(), m.col(k).end());
+  return out;
 }
 
 /// Largest norm of `size` columns from `first` on, rows that are not finite left out.

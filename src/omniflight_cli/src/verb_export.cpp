@@ -1,5 +1,6 @@
 // `export` and `import`: recordings from and to other formats.
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <filesystem>
 

@@ -1,5 +1,6 @@
 // `info`: looking into recordings.
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "log_sources.hpp"
 #include "omniflight_recording/formats.hpp"

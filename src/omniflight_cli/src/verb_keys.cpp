@@ -1,5 +1,6 @@
 // `keys`: identities, permissions and governance for a secured bus, made by authorities that are then gone.
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <chrono>
 #include <filesystem>

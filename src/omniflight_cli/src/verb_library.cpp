@@ -1,5 +1,6 @@
 // `vehicles`: what there is, and what each of them can be asked for.
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "omniflight_allocation/actuation.hpp"
 #include "omniflight_files/files.hpp"

@@ -1,5 +1,6 @@
 // `new effect|vehicle|mission NAME`: a file to start from, that works as it is.
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <filesystem>
 #include <regex>

@@ -1,5 +1,6 @@
 // `replay`: the messages of an MCAP file on the bus again.
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <chrono>
 #include <thread>

@@ -1,5 +1,6 @@
 // `reproduce`: the figures of the OmniMorph thesis, computed anew, on one page.
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <atomic>

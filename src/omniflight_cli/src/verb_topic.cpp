@@ -1,6 +1,7 @@
 // `topic list|echo|hz|record`: what is said on the bus right now.
 #include <fmt/format.h>
 #include <unistd.h>
+#include <CLI/CLI.hpp>
 
 #include <chrono>
 #include <filesystem>

@@ -1,5 +1,6 @@
 // `view`: a page on the loopback interface, live from a run or as the replay of a recording.
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <atomic>
 #include <chrono>

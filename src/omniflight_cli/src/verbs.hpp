@@ -1,11 +1,11 @@
 // Every verb of the command line: one file each, one line in main.cpp.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "command_line_names.hpp"
 #include "omniflight_core/result.hpp"
 
 namespace omniflight::cli {

@@ -27,6 +27,9 @@ target_link_libraries(omniflight_proof_family_scores PUBLIC omniflight_proof_fam
   omniflight_report::omniflight_report PRIVATE omniflight_warnings)
 omniflight_executable(omniflight_proof_families_score ${FAMILIES}/families_score.cpp
   LINK omniflight_proof_family_scores CLI11::CLI11)
+foreach(_library family_truth family_cases injection family_scores)
+  omniflight_precompile(omniflight_proof_${_library} REUSE_FROM omniflight_proof)
+endforeach()
 
 if(BUILD_TESTING)
   foreach(test test_families test_family_scores test_injection)
