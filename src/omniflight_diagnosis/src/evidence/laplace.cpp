@@ -91,6 +91,16 @@ Evidence::Evidence(const RegressionProblem& problem, const FittedAmplitudes& fit
       b_(std::make_shared<const Eigen::MatrixXd>(noise.scale(fitted.calibration) * deviations_.asDiagonal())),
       bb_(inner_products(*b_)) {}
 
+Evidence Evidence::with(const Eigen::VectorXd& tolerances) const {
+  Evidence out = *this;
+  out.tolerances_ = tolerances;
+  out.deviations_ = problem_.calibration().deviations(tolerances);
+  const Eigen::VectorXd change = out.deviations_.cwiseQuotient(deviations_);
+  out.b_ = std::make_shared<const Eigen::MatrixXd>(*b_ * change.asDiagonal());
+  out.bb_ = change.asDiagonal() * bb_ * change.asDiagonal();
+  return out;
+}
+
 void Evidence::evaluate(const Layout& layout, const Eigen::VectorXd& u, std::vector<SetMember>& members,
                         Eigen::VectorXd& rest, Eigen::MatrixXd* columns) const {
   rest = z_ - *b_ * u.head(layout.calibration);

@@ -61,6 +61,9 @@ class Evidence {
   Evidence(const RegressionProblem& problem, const NoiseModel& noise,
            const std::vector<Hypothesis>& hypotheses, double law_error, const Eigen::VectorXd& tolerances);
 
+  /// The same noise beside other tolerances.
+  Evidence with(const Eigen::VectorXd& tolerances) const;
+
   /// Maximises the posterior density from these values and integrates around it.
   SetFit fit(std::vector<SetMember> members) const;
 

@@ -23,7 +23,7 @@ constexpr double kRival = 12;         ///< nat: rivals that are this far behind 
 constexpr double kWorth = 1e-3;       ///< nat
 constexpr int kPasses =
     3;  ///< noise and set in turn: the second knows the calibration, the third its tolerances
-constexpr std::size_t kTried = 4;  ///< sets that are asked in their own noise at once
+constexpr std::size_t kTried = 4;  ///< sets that are asked in their own noise to the end
 
 /// ln evidence plus ln prior of a set in the noise that it leaves itself, beside the tolerances that are
 /// likeliest with it, and that set fitted there.
@@ -41,40 +41,61 @@ class Profiler {
       : problem_(problem), hypotheses_(hypotheses), slow_(slow), fitted_(fitted), o_(o) {}
 
   Profile of(std::vector<SetMember> members, const Eigen::VectorXd& tolerances) const {
+    Profile out = begin(std::move(members), tolerances);
+    for (int pass = 0; pass < kPasses && (pass == 0 || !o_.stopped()); ++pass) turn(out);
+    return out;
+  }
+
+  /// The best of these sets, each in its own noise. Only those that lead after the first turn go on.
+  Profile best_of(const std::vector<std::vector<SetMember>>& sets, const Eigen::VectorXd& tolerances) const {
+    std::vector<Profile> all(sets.size());
+    for (std::size_t k = 0; k < sets.size(); ++k) all[k] = begin(sets[k], tolerances);
+    for (int pass = 0; pass < kPasses && (pass == 0 || !o_.stopped()); ++pass) {
+      parallel_for(
+          all.size(), o_.threads, [&](std::size_t k) { turn(all[k]); }, o_.stop);
+      std::stable_sort(all.begin(), all.end(),
+                       [](const Profile& x, const Profile& y) { return x.joint > y.joint; });
+      all.resize(std::min(all.size(), kTried));
+    }
+    return std::move(all.front());
+  }
+
+ private:
+  /// A set that has not been fitted yet.
+  static Profile begin(std::vector<SetMember> members, const Eigen::VectorXd& tolerances) {
     Profile out;
     out.tolerances = tolerances;
+    out.fit.members = std::move(members);
+    return out;
+  }
+
+  /// Noise beside the set and the calibration that were fitted last, then set and tolerances in it.
+  void turn(Profile& p) const {
     std::vector<Hypothesis> few;
     std::vector<int> index;
     double log_prior = 0;
-    for (SetMember& m : members) {
+    for (SetMember& m : p.fit.members) {
       index.push_back(m.hypothesis);
       few.push_back(without_grid(hypotheses_[static_cast<std::size_t>(m.hypothesis)]));
       log_prior += few.back().log_odds;
       m.hypothesis = static_cast<int>(few.size()) - 1;
     }
-    for (int pass = 0; pass < kPasses && (pass == 0 || !o_.stopped()); ++pass) {
-      SetFit now;
-      now.members = members;
-      Eigen::VectorXd known = wrench_of_set(problem_, few, now, States::predicted);
-      if (pass > 0) known += problem_.calibration().columns * out.fit.calibration;
-      out.noise = estimate_noise(problem_, slow_, known, o_.temperature);
-      whiten(*out.noise, 1, few);
-      out.fit = Evidence(problem_, fitted_, *out.noise, few, o_.law_error, out.tolerances).fit(members);
-      Eigen::VectorXd likeliest = likeliest_tolerances(problem_.calibration(), out.fit, out.tolerances);
-      if (likeliest != out.tolerances) {
-        out.tolerances = std::move(likeliest);
-        out.fit =
-            Evidence(problem_, fitted_, *out.noise, few, o_.law_error, out.tolerances).fit(out.fit.members);
-      }
-      members = out.fit.members;
+    Eigen::VectorXd known = wrench_of_set(problem_, few, p.fit, States::predicted);
+    if (p.fit.calibration.size() > 0) known += problem_.calibration().columns * p.fit.calibration;
+    p.noise = estimate_noise(problem_, slow_, known, o_.temperature);
+    whiten(*p.noise, 1, few);
+    const Evidence evidence(problem_, fitted_, *p.noise, few, o_.law_error, p.tolerances);
+    p.fit = evidence.fit(std::move(p.fit.members));
+    Eigen::VectorXd likeliest = likeliest_tolerances(problem_.calibration(), p.fit, p.tolerances);
+    if (likeliest != p.tolerances) {
+      p.tolerances = std::move(likeliest);
+      p.fit = evidence.with(p.tolerances).fit(std::move(p.fit.members));
     }
-    out.joint = out.fit.log_evidence + log_prior - out.noise->log_scale() +
-                log_prior_of_tolerances(problem_.calibration(), out.tolerances);
-    for (std::size_t k = 0; k < index.size(); ++k) out.fit.members[k].hypothesis = index[k];
-    return out;
+    p.joint = p.fit.log_evidence + log_prior - p.noise->log_scale() +
+              log_prior_of_tolerances(problem_.calibration(), p.tolerances);
+    for (std::size_t k = 0; k < index.size(); ++k) p.fit.members[k].hypothesis = index[k];
   }
 
- private:
   const RegressionProblem& problem_;
   const std::vector<Hypothesis>& hypotheses_;
   const SlowColumns& slow_;
@@ -82,31 +103,15 @@ class Profiler {
   const Options& o_;
 };
 
-/// The best of these sets, each in its own noise.
-Profile best_of(const Profiler& profiler, const std::vector<std::vector<SetMember>>& sets,
-                const Eigen::VectorXd& tolerances, const Options& o) {
-  std::vector<Profile> all(sets.size());
-  parallel_for(
-      sets.size(), o.threads, [&](std::size_t k) { all[k] = profiler.of(sets[k], tolerances); }, o.stop);
-  return std::move(*std::max_element(all.begin(), all.end(),
-                                     [](const Profile& a, const Profile& b) { return a.joint < b.joint; }));
-}
-
 /// Drops what is not worth its place when the noise may take over what it does.
 void without_idle_members(const Profiler& profiler, Profile& best) {
-  for (bool dropped = true; dropped && !best.fit.members.empty();) {
-    dropped = false;
-    Profile better;
-    for (std::size_t k = 0; k < best.fit.members.size(); ++k) {
-      std::vector<SetMember> rest = best.fit.members;
-      rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
-      Profile without = profiler.of(std::move(rest), best.tolerances);
-      if (without.joint > best.joint && without.joint > better.joint) better = std::move(without);
-    }
-    if (better.joint > best.joint) {
-      best = std::move(better);
-      dropped = true;
-    }
+  while (!best.fit.members.empty()) {
+    std::vector<std::vector<SetMember>> without(best.fit.members.size(), best.fit.members);
+    for (std::size_t k = 0; k < without.size(); ++k)
+      without[k].erase(without[k].begin() + static_cast<std::ptrdiff_t>(k));
+    Profile better = profiler.best_of(without, best.tolerances);
+    if (better.joint <= best.joint) return;
+    best = std::move(better);
   }
 }
 
@@ -236,7 +241,7 @@ Inference infer_at(std::unique_ptr<RegressionProblem> at, const std::vector<cons
         }
     }
     if (tried.empty()) break;  // nothing near enough to ask
-    Profile best = best_of(profiler, tried, current.tolerances, o);
+    Profile best = profiler.best_of(tried, current.tolerances);
     without_idle_members(profiler, best);
     if (!(best.joint > current.joint + kWorth)) break;
     current = std::move(best);
