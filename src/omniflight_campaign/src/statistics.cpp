@@ -28,7 +28,8 @@ Estimate share(std::size_t successes, std::size_t trials) {
   const double n = static_cast<double>(trials), p = static_cast<double>(successes) / n, z2 = kZ * kZ;
   const double centre = (p + z2 / (2 * n)) / (1 + z2 / n);
   const double half = kZ / (1 + z2 / n) * std::sqrt(p * (1 - p) / n + z2 / (4 * n * n));
-  return {p, std::max(0.0, centre - half), std::min(1.0, centre + half)};
+  // exactly so where none, or all, succeed: the difference leaves what rounding does
+  return {p, successes == 0 ? 0.0 : centre - half, successes == trials ? 1.0 : centre + half};
 }
 
 Estimate mean(std::span<const double> values) {

@@ -10,6 +10,10 @@ namespace omniflight::campaign {
 namespace {
 
 TEST(Share, IsWilsonsInterval) {
+  for (const std::size_t n : {1u, 7u, 2000u}) {
+    EXPECT_EQ(share(0, n).low, 0) << n;
+    EXPECT_EQ(share(n, n).high, 1) << n;
+  }
   // Newcombe 1998, Statistics in Medicine 17, 857-872, table I, method 3
   const Estimate a = share(81, 263);
   EXPECT_NEAR(a.low, 0.2553, 5e-5);

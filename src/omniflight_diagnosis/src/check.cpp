@@ -5,6 +5,7 @@
 #include "experiment_design/detectability.hpp"
 #include "numerics/text.hpp"
 #include "report/intake.hpp"
+#include "report/other_stages.hpp"
 #include "search/offered_effects.hpp"
 #include "sensor_checks/findings.hpp"
 #include "sensor_checks/merge_recordings.hpp"
@@ -46,6 +47,7 @@ Result<Diagnosis> check_one(const Recording& recorded, const vehicle::Vehicle& v
   const auto candidates = offered_effects(used, vehicle, o);
   describe_candidates(used, vehicle, candidates, o, d.intake);
   add_faults(f.faults, f.excluded, d);
+  judge_sizes(vehicle, o, d.findings);
   d.summary = format("%.1f s of %.1f s can be used (%zu windows cut out). ", f.usable() / f.rate_hz,
                      f.duration_s, f.excluded.size());
   for (const Finding& x : d.findings) d.summary += x.sentence + " ";

@@ -8,6 +8,7 @@
 #include "numerics/text.hpp"
 #include "omniflight_physics/effect_ids.hpp"
 #include "report/intake.hpp"
+#include "report/other_stages.hpp"
 #include "sensor_checks/findings.hpp"
 #include "sensor_checks/inverse_dynamics.hpp"
 #include "sensor_checks/merge_recordings.hpp"
@@ -66,6 +67,7 @@ Diagnosis judge_sensors_of(const recording::Recording& r, const vehicle::Vehicle
         part.as_well.emplace_back(physics::effect_id::mocap_offset);
     add_kinematics(*errors, d);
   }
+  judge_sizes(vehicle, o, d.findings);
   if (const auto needed = inverse_dynamics(r, vehicle, o))
     for (SensorFact& f : facts_of(*needed)) d.intake.sensors.push_back(std::move(f));
   return d;
@@ -81,6 +83,7 @@ Diagnosis diagnose_sensors(std::span<const recording::Recording> flown, const ve
     Diagnosis agreement;
     agreement.findings = one.findings;
     check_redundancy(r, vehicle, o, agreement);
+    judge_sizes(vehicle, o, agreement.findings);
     for (std::size_t k = one.findings.size(); k < agreement.findings.size(); ++k)
       one.findings.push_back(agreement.findings[k]);
     one.mismatch.insert(one.mismatch.end(), agreement.mismatch.begin(), agreement.mismatch.end());

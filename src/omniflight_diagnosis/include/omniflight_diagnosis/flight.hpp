@@ -27,9 +27,10 @@ struct SensorFault {
   std::string effect;   ///< contracts id
   std::string channel;  ///< "rotor1_speed", "vbat"
   std::string sentence;
-  double share = 0;  ///< of the flight
-  double probability = 0.99;
+  double share = 0;       ///< of the flight
+  double log_factor = 0;  ///< ln Bayes factor against a sensor that works; where it has a size, that tells
   std::vector<ParameterValue> parameters = {};  ///< where it has a size
+  std::vector<std::string> rivals = {};         ///< what this recording shows alike
 };
 
 /// Uninterrupted samples [begin, end) of the grid that may be used.

@@ -45,7 +45,7 @@ void name_clock(Repaired& r, const char* channel, const char* whose, double lag_
                       format("the clock of the %s %.3f +- %.3f s %s on that of the %s; corrected.", whose,
                              std::abs(lag_s), se_s, lag_s > 0 ? "late" : "early", ruler),
                       1,
-                      0.99,
+                      0,
                       {{"offset", "t_d", "s", lag_s, lag_s - wide, lag_s + wide}}});
 }
 

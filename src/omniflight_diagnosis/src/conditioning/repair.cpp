@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../numerics/log_factor.hpp"
 #include "../numerics/text.hpp"
 #include "analysis_scope.hpp"
 #include "clocks.hpp"
@@ -115,6 +116,7 @@ void cut_freezes(Repaired& r) {
     std::vector<std::string> names;
     std::vector<Window> windows;
     double starts = -1e18;
+    std::ptrdiff_t repeated = 0;  // samples of the signal that repeats most
     for (const char* name : sender) {
       const auto at = r.recording.signals.find(name);
       if (at == r.recording.signals.end()) continue;
@@ -128,6 +130,7 @@ void cut_freezes(Repaired& r) {
         windows.push_back({time_of(s, run.begin), time_of(s, std::min(run.end, s.size() - 1)), ""});
         std::fill(bad.begin() + run.begin + 1, bad.begin() + run.end, 1);
       }
+      repeated = std::max(repeated, std::count(bad.begin(), bad.end(), 1));
       s = without(s, bad);
       names.emplace_back(name);
     }
@@ -156,7 +159,8 @@ void cut_freezes(Repaired& r) {
         (again ? format(" and %zu times in all (%.1f s)", windows.size(), length(windows)) : "") +
         "; cut out.";
     if (longest > kSubstantialFreeze || share > kSubstantialShare)
-      r.faults.push_back({physics::effect_id::stale_samples, names.front(), sentence, share});
+      r.faults.push_back({physics::effect_id::stale_samples, names.front(), sentence, share,
+                          log_factor_of_repeats(repeated)});
     else
       r.notes.push_back(sentence);
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "../numerics/log_factor.hpp"
 #include "omniflight_physics/effect_ids.hpp"
 #include "quantisation.hpp"
 #include "rotor_limits.hpp"
@@ -62,7 +63,7 @@ double speed_over_duty(const recording::Signal& speed, const Eigen::MatrixXd& du
 
 /// A rotor whose telemetry is off by more than motors of one kind differ at a duty cycle.
 void compare_with_duty(const recording::Recording& r, std::vector<SensorFault>& faults) {
-  constexpr double kMotorsDiffer = 0.3;
+  constexpr double kMotorsDiffer = 0.3;  // three standard deviations
   const recording::Signal *speed = r.find("rotor_speed"), *pwm = r.find("pwm");
   if (!speed || !pwm || speed->width() < 3 || speed->width() != pwm->width() || r.find("rotor_command"))
     return;
@@ -83,7 +84,7 @@ void compare_with_duty(const recording::Recording& r, std::vector<SensorFault>& 
                       "The speed of rotor " + std::to_string(c + 1) + " reads " +
                           std::to_string(static_cast<int>(std::lround(100 * (1 + e)))) +
                           " % of what its duty cycle gives on the other rotors: its sensor's scale is wrong.",
-                      1.0});
+                      1.0, log_factor_of_size(e, kMotorsDiffer / 3, std::abs(e))});
   }
 }
 
@@ -126,7 +127,7 @@ std::vector<SensorFault> find_sensor_faults(const recording::Recording& recordin
                         "The speed of rotor " + std::to_string(c + 1) + " stands still for " +
                             std::to_string(static_cast<int>(std::lround(100 * share))) +
                             " % of the flight while the other rotors move: its sensor is stuck.",
-                        share});
+                        share, log_factor_of_repeats(bad)});
     }
   }
   // motors that run in steps, or telemetry that reads in steps, stand still in between: of most rotors at
@@ -139,12 +140,17 @@ std::vector<SensorFault> find_sensor_faults(const recording::Recording& recordin
   if (voltage_never_changes(recording) && (by_duty || varies(recording.find("rotor_speed")))) {
     const recording::Signal& vbat = *recording.find("vbat");
     const std::string span = std::to_string(static_cast<int>(vbat.t_s.back() - vbat.t_s.front()));
-    // speeds in a loop of their own, and a supply on the ground: only motors driven by duty cycle tell surely
-    faults.push_back({physics::effect_id::battery_sensor_fault, "vbat",
-                      "The battery voltage never changes in " + span +
-                          " s of flight, whatever the motors draw: its sensor is frozen" +
-                          (by_duty ? "." : ", or a supply holds it to the last digit."),
-                      1.0, by_duty ? 0.99 : 0.7});
+    // speeds in a loop of their own, and a supply on the ground: only motors driven by duty cycle tell
+    faults.push_back(
+        {physics::effect_id::battery_sensor_fault,
+         "vbat",
+         "The battery voltage never changes in " + span +
+             " s of flight, whatever the motors draw: its sensor is frozen" +
+             (by_duty ? "." : ", or a supply holds it to the last digit."),
+         1.0,
+         log_factor_of_repeats(vbat.size()),
+         {},
+         by_duty ? std::vector<std::string>{} : std::vector<std::string>{"a supply on the ground"}});
   }
   return faults;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../numerics/log_factor.hpp"
 #include "omniflight_physics/effect_ids.hpp"
 #include "omniflight_physics/prior.hpp"
 
@@ -14,12 +15,12 @@ constexpr double kExpected = 0.35;
 
 double probability_of(const Finding& f, const physics::VehicleSize& size) {
   const physics::Effect* effect = physics::find_effect(f.effect);
-  if (!effect) return f.probability;
+  if (!effect) return std::nan("");
   int count = 0;
   for (const physics::Effect* e : physics::builtin_effects())
     count += e->info().stage != physics::Stage::wrench;
   const double log_odds = std::log(kExpected * physics::occurrence(effect->info()) / std::max(1, count));
-  double best = 0;
+  double log_factor = f.parameters.empty() ? f.log_factor : -1e300;
   for (const ParameterValue& p : f.parameters) {
     const double error = (p.high - p.low) / (2 * 1.96);
     const auto& all = effect->info().parameters;
@@ -29,10 +30,9 @@ double probability_of(const Finding& f, const physics::VehicleSize& size) {
     const double neutral = at == all.end() ? 0 : at->neutral;
     const double deviation =
         at == all.end() ? std::max(std::abs(p.value), error) : physics::prior_of(*effect, k, size).slope(0);
-    best = std::max(best, presence(p.value - neutral, error, deviation, log_odds));
+    log_factor = std::max(log_factor, log_factor_of_size(p.value - neutral, error, deviation));
   }
-  // without a size: a sensor that repeats or holds its values, found by counting samples
-  return f.parameters.empty() ? f.probability : best;
+  return 1 / (1 + std::exp(-(log_factor + log_odds))) / (1 + f.rivals);
 }
 
 }  // namespace
@@ -47,18 +47,17 @@ std::vector<const Flight*> with_honest_speeds(const std::vector<Flight>& flights
   return out;
 }
 
-double presence(double estimate, double standard_error, double deviation, double log_odds) {
-  const double s2 = standard_error * standard_error, d2 = deviation * deviation;
-  const double log_factor = 0.5 * estimate * estimate / s2 * d2 / (s2 + d2) - 0.5 * std::log1p(d2 / s2);
-  return 1 / (1 + std::exp(-(log_factor + log_odds)));
+void judge_sizes(const vehicle::Vehicle& vehicle, const Options& o, std::vector<Finding>& findings) {
+  const physics::VehicleSize size = physics::size_of(vehicle, o.environment.gravity);
+  for (Finding& f : findings) f.probability = probability_of(f, size);
 }
 
 void add_judged(const Diagnosis& others, const vehicle::Vehicle& vehicle, const Options& o, Diagnosis& d) {
-  const physics::VehicleSize size = physics::size_of(vehicle, o.environment.gravity);
+  std::vector<Finding> findings = others.findings;
+  judge_sizes(vehicle, o, findings);
   bool any = false;
-  for (Finding f : others.findings) {
-    f.probability = probability_of(f, size);
-    const bool kept = f.probability >= 0.5;
+  for (Finding& f : findings) {
+    const bool kept = f.probability * (1 + f.rivals) >= 0.5;  // it, or one of its rivals
     d.decisions.push_back({f.effect, "size of what a stage beside the wrench shows", f.probability, 0.5,
                            "normal likelihood against the prior of its size", kept ? "kept" : "refused"});
     if (!kept) continue;

@@ -8,9 +8,10 @@ namespace omniflight::diagnosis {
 /// Those flights whose rotor speeds can be believed.
 std::vector<const Flight*> with_honest_speeds(const std::vector<Flight>& flights);
 
-/// Posterior probability that a parameter with this estimate and standard error is not its neutral value:
-/// normal likelihood, prior N(neutral, deviation^2) against a point at neutral, with these log prior odds.
-double presence(double estimate, double standard_error, double deviation, double log_odds);
+/// Gives every finding of such a stage its posterior probability: by the parameter that is farthest from its
+/// neutral value for its prior, or by Finding::log_factor where it has none; shared equally with the rivals
+/// that explain the recording as well.
+void judge_sizes(const vehicle::Vehicle& vehicle, const Options& options, std::vector<Finding>& findings);
 
 /// Adds to d those findings of `others` that are likelier there than not, with that probability, and what
 /// belongs to them.

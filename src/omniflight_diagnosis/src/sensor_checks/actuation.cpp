@@ -377,7 +377,6 @@ void add_actuation(const std::vector<std::vector<ActuationFit>>& flights, Diagno
   }
   const auto complete = [&](Finding& f, const physics::Effect& effect, const std::string& sentence) {
     f.effect = effect.info().id;
-    f.probability = 0.99;
     f.stage = physics::Stage::actuation;
     f.channels = effect.info().channels;
     f.equation = effect.info().equation;

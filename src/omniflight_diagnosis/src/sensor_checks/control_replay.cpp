@@ -337,7 +337,6 @@ void add_control(const recording::Recording& r, const ToldController& told, Diag
   }
   if (f.parameters.empty()) return;
   f.effect = physics::effect_id::controller_mismatch;
-  f.probability = 0.99;
   f.stage = physics::Stage::control;
   f.sentence = "The controller asks for something else than its told gains do: " + f.sentence + ".";
   f.equation = "qddr = feed-forward + k_p e + k_v de/dt + k_i integral(e)";

@@ -26,7 +26,6 @@ void add_sensor(Diagnosis& d, const char* id, const std::string& channel, const 
   if (!effect) return;
   Finding f;
   f.effect = id;
-  f.probability = 0.99;
   f.stage = effect->info().stage;
   f.channels = {channel};
   f.equation = effect->info().equation;
@@ -49,7 +48,9 @@ void add_sensor(Diagnosis& d, const char* id, const std::string& channel, const 
 Finding finding_of(const SensorFault& fault) {
   Finding out;
   out.effect = fault.effect;
-  out.probability = fault.probability;
+  out.log_factor = fault.log_factor;
+  out.cannot_be_told_apart_from = fault.rivals;
+  out.rivals = static_cast<int>(fault.rivals.size());
   out.stage = physics::Stage::sensing;
   out.channels = {fault.channel};
   out.sentence = fault.sentence;

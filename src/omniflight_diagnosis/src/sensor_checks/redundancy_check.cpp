@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "../conditioning/quantisation.hpp"
+#include "../numerics/log_factor.hpp"
 #include "../numerics/statistics.hpp"
 #include "../numerics/text.hpp"
 #include "findings.hpp"
@@ -97,8 +98,8 @@ std::vector<SpeedGain> speed_gains(const Signal& speed, const Signal& command) {
 
 /// Two causes that this recording cannot separate.
 void leave_open(Diagnosis& d, const char* rival) {
-  d.findings.back().probability = 0.5;
   d.findings.back().cannot_be_told_apart_from = {rival};
+  d.findings.back().rivals = 1;
 }
 
 void judge_steps(const Recording& r, Diagnosis& d) {
@@ -138,6 +139,7 @@ void judge_speeds(const Recording& r, Diagnosis& d) {
                       empties ? "and ever more so, as on a battery that gives way."
                               : "as on a battery that gives way, or by a telemetry that reads low."),
                {}, 1 - common, se);
+    d.findings.back().log_factor = log_factor_of_size(1 - common, se, 1 - common);
     if (!empties) leave_open(d, physics::effect_id::rotor_speed_sensor_fault);
   }
   if (odd == 1) {
