@@ -151,6 +151,7 @@ class TwoNodes(system.SystemTest):
     def test_long_the_proof_on_the_cluster(self):
         if not (system.PROGRAMS.parent.parent / "omniflight_proof/bin/omniflight_proof_campaign").exists():
             self.skipTest("built without MuJoCo")
+        self.dir.chmod(0o755)  # the analysis runs as a user who must not read the truth, and must enter here
         self.run_command("prove", "--cases", "2", "--nulls", "2", "--tuning", "--no-second", "--no-baselines",
                          "--ablations", "0", "--executor", "slurm", "--out", "proof", "--allow-unsealed",
                          env=self.cluster.environment(), timeout=3000)
