@@ -28,7 +28,6 @@ class Simulator final : public ThreadedComponent {
   Status on_configure(const YAML::Node& node) override {
     bus::Parameters p(node, "simulator");
     lockstep_ = p.text("rate", "max") != "realtime";
-    answered_ = false;
     recorder_window_ = static_cast<std::uint64_t>(p.integer("recorder_window_ticks", 0, 0, 100000));
     command_timeout_ = p.number("command_timeout_s", 2.0, 0.01, 60.0);
     stale_after_ = p.number("stale_after_s", 0.3, 0.005, 10.0);
@@ -104,9 +103,9 @@ class Simulator final : public ThreadedComponent {
   Status obey(std::int64_t stamp_ns) {
     RotorCommand command;
     if (lockstep_) {
-      // Until the first command controller and allocator may still be looking for each other.
+      // At the first tick controller and allocator may still be looking for each other.
       const double patience =
-          answered_ ? command_timeout_ : std::max(command_timeout_, parameters_.peers_timeout);
+          stamp_ns > 0 ? command_timeout_ : std::max(command_timeout_, parameters_.peers_timeout);
       const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(patience);
       for (int waited = 1; !inbox_.wait_for(stamp_ns, 50ms, command); ++waited) {
         if (!running()) return fail(ErrorCode::incomplete, "stopped in flight", "simulator");
@@ -122,7 +121,6 @@ class Simulator final : public ThreadedComponent {
                       "simulator", "See whether controller and allocator are still alive");
         }
       }
-      answered_ = true;
     } else {
       command = inbox_.newest();
       const double now = to_s(stamp_ns);
@@ -237,7 +235,6 @@ class Simulator final : public ThreadedComponent {
   std::chrono::steady_clock::time_point start_;  ///< when simulated time 0 was due
   bool lockstep_ = true;
   double command_timeout_ = 2.0, stale_after_ = 0.3;
-  bool answered_ = false;  ///< a tick of this flight has been answered
 };
 
 }  // namespace
