@@ -20,10 +20,10 @@ bodies:
 
 
 class BoardFlight(system.SystemTest):
-    def take_off(self, out="flight", parameters=(), **options):
-        """A flight through emulated boards that flies freely: (process, {component: pid})."""
+    def take_off(self, out="flight", parameters=(), mission=None, **options):
+        """A flight through emulated boards that flies freely, of the short mission or another: (process, {component: pid})."""
         self.log = self.dir / "line.txt"
-        fly = self.start_command("fly", self.short_mission(), "--plant", "emulator", "--sensors", "laboratory", "--out", out,
+        fly = self.start_command("fly", mission or self.short_mission(), "--plant", "emulator", "--sensors", "laboratory", "--out", out,
                                  "-p", f"emulator.line_log={self.log}", *parameters, **options)
         try:
             # 2 s of the gateway's hold after the first command

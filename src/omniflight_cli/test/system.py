@@ -129,6 +129,11 @@ class SystemTest(unittest.TestCase):
             text = text.replace(old, new)
         return self.write(name, text)
 
+    def hovering_mission(self, hold_s=60):
+        """The short mission, which then hovers for hold_s: a test may end the flight however slow the machine is."""
+        moved = "by: [0.1, 0, 0.1], hold_s: "
+        return self.short_mission(changes={moved + "0.5": moved + str(hold_s)})
+
     def json(self, path):
         return json.loads((self.dir / path).read_text())
 

@@ -57,7 +57,7 @@ class EndsOnTheLine(board_flight.BoardFlight):
         return figures
 
     def test_control_c(self):
-        fly, pids = self.take_off()
+        fly, pids = self.take_off(mission=self.hovering_mission())
         ended = time.monotonic()
         fly.send_signal(signal.SIGINT)
         output = fly.communicate(timeout=20)
@@ -67,7 +67,7 @@ class EndsOnTheLine(board_flight.BoardFlight):
         self.check_ramp(ended)
 
     def test_killed_fly(self):
-        fly, pids = self.take_off()
+        fly, pids = self.take_off(mission=self.hovering_mission())
         ended = time.monotonic()
         fly.kill()
         fly.wait(timeout=5)
@@ -84,7 +84,7 @@ class EndsOnTheLine(board_flight.BoardFlight):
         self.check_ramp(began)
 
     def test_killed_allocator(self):
-        fly, pids = self.take_off()
+        fly, pids = self.take_off(mission=self.hovering_mission())
         ended = time.monotonic()
         os.kill(pids["omniflight_allocator"], signal.SIGKILL)
         output = fly.communicate(timeout=30)
@@ -93,7 +93,7 @@ class EndsOnTheLine(board_flight.BoardFlight):
         self.check_ramp(ended)
 
     def test_long_sigterm(self):
-        fly, pids = self.take_off()
+        fly, pids = self.take_off(mission=self.hovering_mission())
         ended = time.monotonic()
         fly.terminate()
         output = fly.communicate(timeout=20)
@@ -124,7 +124,7 @@ class EndsOnTheLine(board_flight.BoardFlight):
         self.assertLess(back - continued, 2.0)
 
     def test_a_component_that_stands_still_is_named_within_its_lease(self):
-        fly, pids = self.take_off()
+        fly, pids = self.take_off(mission=self.hovering_mission(8))
         for name in ("recorder", "controller", "emulator"):
             os.kill(pids[f"omniflight_{name}"], signal.SIGSTOP)
             time.sleep(0.4)
@@ -159,7 +159,7 @@ class EndsOnTheLine(board_flight.BoardFlight):
         self.assertIn(f"{said['periods_missed']} of {said['periods']} control periods missed", output)
 
     def test_emergency_stop_is_acknowledged(self):
-        fly, pids = self.take_off()
+        fly, pids = self.take_off(mission=self.hovering_mission())
         stopped = time.monotonic()
         done = self.run_command("estop", "--json")
         said = system.json.loads(done.stdout)
@@ -224,7 +224,7 @@ class EndsOnTheLine(board_flight.BoardFlight):
     def test_long_keys_of_the_terminal_stop(self):
         self.log = self.dir / "line.txt"
         master, slave = pty.openpty()
-        fly = subprocess.Popen([system.COMMAND, "fly", self.short_mission(), "--plant", "emulator", "--out", "flight", "-p",
+        fly = subprocess.Popen([system.COMMAND, "fly", self.hovering_mission(), "--plant", "emulator", "--out", "flight", "-p",
                                 f"emulator.line_log={self.log}"], cwd=self.dir, stdin=slave, stdout=subprocess.PIPE,
                                stderr=subprocess.STDOUT, text=True)
         self.addCleanup(fly.kill)

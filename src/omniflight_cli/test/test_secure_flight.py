@@ -20,7 +20,7 @@ class SecureFlight(system.SystemTest):
 
     def start_boards(self, *arguments, domain):
         """A flight through emulated boards that has begun: its process."""
-        fly = self.start_command("fly", self.short_mission(), "--plant", "emulator", "--out", "flight", "--domain", domain,
+        fly = self.start_command("fly", self.hovering_mission(), "--plant", "emulator", "--out", "flight", "--domain", domain,
                                  "-p", f"emulator.line_log={self.dir / 'line.txt'}", *arguments)
         log = self.dir / "line.txt"
         system.wait_until("commands on the line",

@@ -55,7 +55,7 @@ class Verdicts(system.SystemTest):
     def test_a_simulator_or_gateway_that_is_ended_is_no_complete_flight(self):
         for name, plant in (("omniflight_simulator", ("--rate", "realtime")), ("omniflight_gateway", ("--plant", "emulator"))):
             out = name
-            fly = self.start_command("fly", self.short_mission(), *plant, "--out", out, "--quiet")
+            fly = self.start_command("fly", self.hovering_mission(), *plant, "--out", out, "--quiet")
             recording = self.dir / out / "flight.mcap"
             system.wait_until("a recording that grows",
                               lambda: recording.exists() and recording.stat().st_size > 300_000 or fly.poll() is not None, 30)

@@ -99,7 +99,7 @@ class OnADomain(View):
     domain = str(110 + os.getpid() % 80)  # its own: a stop must not reach a run of somebody else
 
     def take_off(self):
-        fly = self.start_command("fly", self.short_mission(), "--plant", "emulator", "--domain", self.domain, "--out", "flight")
+        fly = self.start_command("fly", self.hovering_mission(), "--plant", "emulator", "--domain", self.domain, "--out", "flight")
         said = self.dir / "flight/log/gateway.log"
         system.wait_until("the gateway", lambda: said.exists() and "activated" in said.read_text(), 30)
         return fly
