@@ -30,7 +30,8 @@ if [ -n "$quick" ]; then
   instrumented=(cmake core msgs bus recording control safety gateway components)
   select="--packages-select ${instrumented[*]/#/omniflight_}"
   for prefix in "$plain"/omniflight_*; do CMAKE_PREFIX_PATH="${CMAKE_PREFIX_PATH:-}:$prefix"; done
-  export CMAKE_PREFIX_PATH
+  # colcon asks for what it was not told to build in the workspaces that are named here
+  export CMAKE_PREFIX_PATH COLCON_PREFIX_PATH="$plain"
   packages="${packages/allocation,/}"
 fi
 say "building with -fsanitize=$sanitize"
