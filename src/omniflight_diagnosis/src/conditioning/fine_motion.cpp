@@ -1,0 +1,233 @@
+#include "fine_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "attitude_rows.hpp"
+#include "force_frame.hpp"
+#include "omniflight_diagnosis/filter.hpp"
+#include "omniflight_diagnosis/residual.hpp"
+#include "torque_alignment.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+using recording::Recording;
+using recording::Signal;
+
+constexpr double kLeastTorqueLag = 0.0015;  ///< s: what a linear grid of some milliseconds can tell
+
+/// Signed squares, and back. Filters work on squares: thrust follows them, so that the wrench is filtered as
+/// the acceleration is, also where rotors reverse.
+Eigen::MatrixXd squares(const Eigen::MatrixXd& x) { return x.cwiseProduct(x.cwiseAbs()); }
+Eigen::MatrixXd roots(const Eigen::MatrixXd& x) { return x.array().abs().sqrt() * x.array().sign(); }
+
+/// First-order lag of every rotor command with the vehicle's own time constants.
+Eigen::MatrixXd modelled_speed(const Eigen::MatrixXd& command, double rate_hz, const vehicle::Vehicle& v) {
+  Eigen::MatrixXd speed = command;
+  for (Eigen::Index r = 0; r < command.cols(); ++r) {
+    const double tau = v.rotors[static_cast<std::size_t>(r)].time_constant;
+    for (Eigen::Index i = 1; i < command.rows(); ++i)
+      speed(i, r) = lagged_speed(speed(i - 1, r), command(i - 1, r), tau, 1.0 / rate_hz);
+  }
+  return speed;
+}
+
+/// Rows of world axes in axes of the body.
+void turn_into_body(const Eigen::MatrixXd& attitude, Eigen::MatrixXd& x) {
+  for (Eigen::Index i = 0; i < x.rows(); ++i)
+    x.row(i) = (quaternion(attitude, i).conjugate() * Vec3(x.row(i))).transpose();
+}
+
+/// Lays one signal after the other on the grid.
+class Taking {
+ public:
+  Taking(const ChosenSignals& signals, const Repaired& repaired, const Grid& grid,
+         const vehicle::Vehicle& vehicle, const Options& o, UsedSamples& used, Flight& f)
+      : in_(signals),
+        grid_(grid),
+        vehicle_(vehicle),
+        o_(o),
+        used_(used),
+        f_(f),
+        widest_(widest_kernel(signals, grid)),
+        repeated_(in_windows(repaired.frozen, grid)),
+        limited_(in_windows(repaired.clipped, grid)) {}
+
+  void rotors(FineMotion& m) const;
+  void place(FineMotion& m) const;
+  void turning(FineMotion& m) const;
+  void force(FineMotion& m) const;
+  void tilt(const Recording& recording, FineMotion& m) const;
+  void rotors_on_the_clock_of_the_gyro(FineMotion& m) const;
+  Eigen::MatrixXd take(const Signal& s, const std::string& label, double more = 0) const;
+
+ private:
+  /// Variance that a signal's kernel lacks to the widest.
+  double missing(const Signal& s, int derivatives) const {
+    return widest_ - kernel_variance(s, grid_, derivatives);
+  }
+  Eigen::MatrixXd derivative(const Eigen::MatrixXd& x) const { return differentiate(x, grid_.rate_hz); }
+
+  const ChosenSignals& in_;
+  const Grid& grid_;
+  const vehicle::Vehicle& vehicle_;
+  const Options& o_;
+  UsedSamples& used_;
+  Flight& f_;
+  double widest_;
+  std::vector<char> repeated_, limited_;
+};
+
+Eigen::MatrixXd Taking::take(const Signal& s, const std::string& label, double more) const {
+  Channel c = on_grid(s, grid_, o_, more);
+  std::vector<char> gap = negated(c.valid);
+  for (std::size_t i = 0; i < gap.size(); ++i) gap[i] = gap[i] && !repeated_[i] && !limited_[i];
+  used_.exclude(gap, o_.margin_s, "gap in " + label);
+  return std::move(c.x);
+}
+
+void Taking::rotors(FineMotion& m) const {
+  const Signal& measured = in_.rotors.speed;
+  Signal squared = measured;
+  squared.values = squares(measured.values);
+  m.rotor_speed = roots(take(squared, measured.name, missing(measured, 0)));
+  // momentum goes with the speed itself: the root of a filtered square starts at zero like a wall
+  Signal itself = squared;
+  itself.values = roots(squared.values);
+  m.rotor_turning = on_grid(itself, grid_, o_, missing(measured, 1)).x;
+  if (f_.speed_from_command)
+    for (Eigen::MatrixXd* x : {&m.rotor_speed, &m.rotor_turning})
+      *x = modelled_speed(*x, grid_.rate_hz, vehicle_);
+}
+
+void Taking::place(FineMotion& m) const {
+  const Eigen::MatrixXd nothing = Eigen::MatrixXd::Zero(grid_.size(), 3);
+  f_.has_position = in_.position.has_value();
+  m.position = in_.position ? take(*in_.position, "position") : nothing;
+  m.velocity = in_.velocity   ? take(*in_.velocity, "velocity")
+               : in_.position ? derivative(m.position)
+                              : nothing;
+  if (!in_.position)
+    f_.notes.push_back("No position: effects that depend on height or place are not offered.");
+  if (!in_.velocity && !in_.position) f_.notes.push_back("No velocity: drag is not offered.");
+}
+
+void Taking::turning(FineMotion& m) const {
+  f_.has_gyro = in_.gyro != nullptr;
+  m.rate = in_.gyro ? take(*in_.gyro, "gyro", missing(*in_.gyro, 1))
+                    : rate_from_attitude(on_grid(in_.attitude, grid_, o_, missing(in_.attitude, 2)).x,
+                                         grid_.rate_hz);
+  m.angular_acceleration = derivative(m.rate);
+}
+
+void Taking::force(FineMotion& m) const {
+  const double gravity = o_.environment.gravity;
+  f_.has_accelerometer = in_.acc != nullptr;
+  if (in_.acc) {
+    m.specific_force = take(*in_.acc, "acc", missing(*in_.acc, 0));
+    if ((in_.velocity || in_.position) &&
+        force_is_in_world(m.specific_force, derivative(m.velocity), m.attitude, used_.flags(), gravity)) {
+      turn_into_body(m.attitude, m.specific_force);
+      f_.notes.push_back("'acc' follows the world's axes, not the body's: it was turned into the body.");
+    }
+    return;
+  }
+  m.specific_force =
+      in_.velocity ? derivative(on_grid(*in_.velocity, grid_, o_, missing(*in_.velocity, 1)).x)
+                   : derivative(derivative(on_grid(*in_.position, grid_, o_, missing(*in_.position, 2)).x));
+  m.specific_force.col(2).array() += gravity;
+  turn_into_body(m.attitude, m.specific_force);
+  f_.notes.push_back("No accelerometer: acceleration is the derivative of the velocity.");
+}
+
+void Taking::tilt(const Recording& recording, FineMotion& m) const {
+  m.alpha = Eigen::MatrixXd::Zero(grid_.size(), 1);
+  if (const Signal* a = recording.find("alpha")) {
+    m.alpha = take(*a, "alpha");
+    f_.has_alpha = true;
+  } else if (vehicle_.tilt.kind != vehicle::TiltKind::none) {
+    f_.notes.push_back("No tilt angle: it is taken as zero.");
+  }
+}
+
+void Taking::rotors_on_the_clock_of_the_gyro(FineMotion& m) const {
+  if (!in_.gyro || f_.speed_from_command) return;
+  const auto lag = lag_behind_rotors(m.angular_acceleration, m.rotor_speed, m.rotor_turning, m.alpha,
+                                     grid_.rate_hz, used_.flags(), vehicle_);
+  if (!lag) return;
+  f_.alignment.push_back(
+      {"rotor_speed (torque)", "gyro", lag->lag_s, lag->se_s, 0, 0, std::sqrt(lag->explained)});
+  if (std::abs(lag->lag_s) > kLeastTorqueLag + 3 * lag->se_s)
+    for (Eigen::MatrixXd* s : {&m.rotor_speed, &m.rotor_turning}) *s = delayed(*s, lag->lag_s, grid_.rate_hz);
+}
+
+}  // namespace
+
+Result<Grid> fine_grid(const ChosenSignals& signals, const std::string& file, const Options& o) {
+  double from = -1e18, to = 1e18, fastest = 1e18;
+  for (const Signal* s : signals.all()) {
+    from = std::max(from, s->t_s.front());
+    to = std::min(to, s->t_s.back());
+    if (s->median_period_s() > 0) fastest = std::min(fastest, s->median_period_s());
+  }
+  if (!(to - from > 2.0) || !(fastest < 1.0))
+    return bad_input("the needed signals overlap for less than 2 s", file, "Give a longer recording");
+  if (to - from > 7200) return bad_input("longer than two hours", file, "Give a part of the recording");
+  Grid grid;
+  grid.step = std::clamp(static_cast<int>(std::lround(1.0 / fastest / o.grid_hz)), 3, 15);
+  grid.rate_hz = o.grid_hz * grid.step;
+  const int fine = static_cast<int>((to - from) * grid.rate_hz);
+  for (int i = 0; i < fine; ++i) grid.t.push_back(from + i / grid.rate_hz);
+  return grid;
+}
+
+double widest_kernel(const ChosenSignals& c, const Grid& grid) {
+  return std::max({kernel_variance(c.rotors.speed, grid, 0),
+                   c.gyro ? kernel_variance(*c.gyro, grid, 1) : kernel_variance(c.attitude, grid, 2),
+                   c.acc        ? kernel_variance(*c.acc, grid, 0)
+                   : c.velocity ? kernel_variance(*c.velocity, grid, 1)
+                                : kernel_variance(*c.position, grid, 2)});
+}
+
+FineMotion fine_motion(const ChosenSignals& signals, const Repaired& repaired, const Grid& grid,
+                       const vehicle::Vehicle& vehicle, const Options& o, UsedSamples& used, Flight& f) {
+  f.alignment = signals.alignment;
+  f.kernel_s = std::sqrt(widest_kernel(signals, grid) + 1 / (12 * o.grid_hz * o.grid_hz));
+  const Taking taking(signals, repaired, grid, vehicle, o, used, f);
+  FineMotion m;
+  m.attitude = taking.take(signals.attitude, "attitude");
+  taking.rotors(m);
+  taking.place(m);
+  taking.turning(m);
+  taking.force(m);
+  taking.tilt(repaired.recording, m);
+  taking.rotors_on_the_clock_of_the_gyro(m);
+  return m;
+}
+
+Eigen::MatrixXd reference_motion(const Recording& recording, const Grid& grid, const Options& o) {
+  const auto given = [&](const char* name, const char* integral) -> Eigen::MatrixXd {
+    if (const Signal* s = recording.find(name)) return on_grid(*s, grid, o).x;
+    const Signal* s = integral ? recording.find(integral) : nullptr;
+    return s ? differentiate(on_grid(*s, grid, o).x, grid.rate_hz) : Eigen::MatrixXd::Zero(grid.size(), 0);
+  };
+  Eigen::MatrixXd v = given("ref_velocity", "ref_position"), a = given("ref_acceleration", "ref_velocity"),
+                  w = given("ref_angular_velocity", nullptr),
+                  dw = given("ref_angular_acceleration", "ref_angular_velocity");
+  if (a.cols() == 0 && v.cols() > 0) a = differentiate(v, grid.rate_hz);
+  const Signal* attitude = recording.find("ref_attitude");
+  if (attitude && w.cols() == 0) w = rate_from_attitude(on_grid(*attitude, grid, o).x, grid.rate_hz);
+  if (w.cols() > 0 && dw.cols() == 0) dw = differentiate(w, grid.rate_hz);
+  a.rowwise() += o.environment.gravity * Eigen::RowVector3d::UnitZ().leftCols(a.cols());
+  if (attitude) {
+    const Eigen::MatrixXd q = on_grid(*attitude, grid, o).x;
+    for (Eigen::MatrixXd* x : {&v, &a})
+      if (x->cols() == 3) turn_into_body(q, *x);
+  }
+  Eigen::MatrixXd out(grid.size(), v.cols() + a.cols() + w.cols() + dw.cols());
+  out << v, a, w, dw;
+  return out;
+}
+
+}  // namespace omniflight::diagnosis
