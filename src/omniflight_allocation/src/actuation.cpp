@@ -23,10 +23,10 @@ int rank_of(const Matrix& m, double tolerance = kRankTolerance) {
   return static_cast<int>((s.array() > tolerance * s[0]).count());
 }
 
-/// Smallest of six singular values over the largest; 0 with fewer than six rotors.
-double smallest_share(const vehicle::Vehicle& v, double alpha) {
+/// Singular value number `rank` over the largest; 0 with fewer rotors.
+double smallest_share(const vehicle::Vehicle& v, double alpha, int rank) {
   const Eigen::VectorXd s = Eigen::JacobiSVD<Matrix>(scaled_matrix(v, alpha)).singularValues();
-  return s.size() < 6 ? 0.0 : s[5] / s[0];
+  return rank < 1 || s.size() < rank ? 0.0 : s[rank - 1] / s[0];
 }
 
 /// Share of the rotors' range that carries the weight with `up_B` upward.
@@ -123,17 +123,17 @@ std::string names_of(const Matrix& basis) {
 }
 
 /// The place of the smallest share between two tilts, by golden section.
-double minimum_between(const vehicle::Vehicle& v, double a, double b) {
+double minimum_between(const vehicle::Vehicle& v, int rank, double a, double b) {
   constexpr double kGolden = 0.6180339887498949;
   double x = b - kGolden * (b - a), y = a + kGolden * (b - a);
-  double fx = smallest_share(v, x), fy = smallest_share(v, y);
+  double fx = smallest_share(v, x, rank), fy = smallest_share(v, y, rank);
   while (b - a > 1e-9) {
     if (fx < fy) {
       b = y, y = x, fy = fx;
-      x = b - kGolden * (b - a), fx = smallest_share(v, x);
+      x = b - kGolden * (b - a), fx = smallest_share(v, x, rank);
     } else {
       a = x, x = y, fx = fy;
-      y = a + kGolden * (b - a), fy = smallest_share(v, y);
+      y = a + kGolden * (b - a), fy = smallest_share(v, y, rank);
     }
   }
   return 0.5 * (a + b);
@@ -141,23 +141,30 @@ double minimum_between(const vehicle::Vehicle& v, double a, double b) {
 
 std::vector<SingularTilt> singular_tilts(const vehicle::Vehicle& v, const std::vector<double>& alphas) {
   std::vector<SingularTilt> out;
+  int rank = 0;  // of nearly all tilts
+  for (const double alpha : alphas) rank = std::max(rank, rank_of(scaled_matrix(v, alpha), kLooseRank));
   std::vector<double> share;
-  for (const double alpha : alphas) share.push_back(smallest_share(v, alpha));
-  if (*std::max_element(share.begin(), share.end()) < kLooseRank) return out;  // of lower rank everywhere
+  for (const double alpha : alphas) share.push_back(smallest_share(v, alpha, rank));
   for (std::size_t i = 0; i < alphas.size(); ++i) {
     const bool falls = i == 0 || share[i] <= share[i - 1],
                rises = i + 1 == alphas.size() || share[i] <= share[i + 1];
     if (!falls || !rises) continue;
     const double at =
-        minimum_between(v, alphas[i == 0 ? 0 : i - 1], alphas[std::min(i + 1, alphas.size() - 1)]);
+        minimum_between(v, rank, alphas[i == 0 ? 0 : i - 1], alphas[std::min(i + 1, alphas.size() - 1)]);
     const Matrix B = scaled_matrix(v, at);
-    if (smallest_share(v, at) > kLooseRank) continue;
-    const Eigen::JacobiSVD<Matrix> svd(B, Eigen::ComputeFullU);
+    if (smallest_share(v, at, rank) > kLooseRank) continue;
     SingularTilt s;
     s.alpha = std::abs(at) < 1e-8 ? 0.0 : at;
     s.rank = rank_of(B, kLooseRank);
-    s.lost_B = svd.matrixU().col(s.rank);
-    s.lost = names_of(svd.matrixU().rightCols(6 - s.rank));
+    // what the thrusts that give nothing here give beside it, beyond what there is here
+    const Eigen::JacobiSVD<Matrix> svd(B, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Matrix null = svd.matrixU().rightCols(6 - s.rank);
+    const Matrix idle = svd.matrixV().rightCols(B.cols() - s.rank);
+    const double beside = at + (at + kStep <= alphas.back() ? kStep : -kStep);
+    const Matrix more = null * (null.transpose() * scaled_matrix(v, beside) * idle);
+    const Matrix lost = Eigen::JacobiSVD<Matrix>(more, Eigen::ComputeFullU).matrixU().leftCols(rank - s.rank);
+    s.lost_B = lost.col(0);
+    s.lost = names_of(lost);
     out.push_back(s);
   }
   return out;

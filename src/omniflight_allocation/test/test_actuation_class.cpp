@@ -120,5 +120,51 @@ TEST(ActuationClass, OfOmniMorphWithTheOtherSpinsLosesYawAtAnAngle) {
   EXPECT_NE(c.words().find("7.52 deg rank 5, without torque about z"), std::string::npos) << c.words();
 }
 
+/// Four rotors without drag torque turn the body about z only by leaning about their arms.
+TEST(ActuationClass, OfFourTiltingRotorsNamesTheTiltWithoutYaw) {
+  auto v = ring(4, 1.2);
+  v.tilt = {vehicle::TiltKind::common, to_radians(-10), to_radians(30), 1.0};
+  for (std::size_t k = 0; k < 4; ++k) {
+    vehicle::Rotor& r = v.rotors[k];
+    r.drag_ratio = 0, r.tilts = true;
+    r.tilt_axis_B = (k % 2 == 0 ? 1 : -1) * r.p_BR.normalized();
+  }
+  const auto c = classify_actuation(v).value();
+  ASSERT_EQ(c.singular.size(), 1u);
+  EXPECT_NEAR(c.singular[0].alpha, 0.0, 1e-8);
+  EXPECT_EQ(c.singular[0].rank, 3);
+  EXPECT_EQ(c.singular[0].lost, "torque about z");
+  EXPECT_EQ(actuation_at(v, to_radians(20))->rank, 4);
+}
+
+/// The published criterion of seven rotors that turn one way (Tognon and Franchi, RA-L 3(3), 2018): equal
+/// thrusts give no wrench, so that any wrench is reached with positive thrusts, and the matrix is well
+/// conditioned.
+TEST(ActuationClass, OfSevenRotorsThatTurnOneWayIsOmnidirectional) {
+  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+  const auto v = vehicle::load_vehicle("o7_plus").value();
+  ASSERT_EQ(v.rotor_count(), 7);
+  Eigen::MatrixXd B = v.allocation_matrix(0);
+  const double length = B.bottomRows<3>().norm() / std::sqrt(7.0);
+  B.bottomRows<3>() /= length;
+  EXPECT_LT(B.rowwise().sum().norm(), 1e-4) << "balanced, as far as six digits tell";
+  const Eigen::VectorXd s = Eigen::JacobiSVD<Eigen::MatrixXd>(B).singularValues();
+  EXPECT_LT(s[0] / s[5], 1.11);
+  for (const vehicle::Rotor& r : v.rotors) EXPECT_FALSE(r.bidirectional);
+  // every direction of force and torque is a positive combination: least-norm thrusts and a multiple of ones
+  const Eigen::MatrixXd inverse = B.completeOrthogonalDecomposition().pseudoInverse();
+  for (int k = 0; k < 12; ++k) {
+    const Vec6 wrench = (k < 6 ? 1.0 : -1.0) * Vec6::Unit(k % 6);
+    Eigen::VectorXd u = inverse * wrench;
+    u.array() -= u.minCoeff();
+    EXPECT_LT((B * u - wrench).norm(), 1e-4) << k;
+  }
+  const auto c = classify_actuation(v).value();
+  EXPECT_EQ(c.words(), "omnidirectional");
+  auto without_one = v;
+  without_one.rotors.pop_back();
+  EXPECT_NE(classify_actuation(without_one)->words(), "omnidirectional") << "seven are the fewest";
+}
+
 }  // namespace
 }  // namespace omniflight::allocation

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "design_compare.hpp"
 #include "design_page.hpp"
 #include "hover_power_page.hpp"
 #include "omniflight_allocation/actuation.hpp"
@@ -81,18 +82,46 @@ nlohmann::json sweep_json(const allocation::DesignResult& sweep) {
   return out;
 }
 
+/// `design A B`.
+Result<int> compare_designs(const std::vector<std::string>& names, const std::vector<double>& alphas,
+                            double f_max, double mass, const std::vector<std::string>& set, Common& common) {
+  std::vector<ComparedDesign> both;
+  for (const std::string& name : names) {
+    const auto vehicle = vehicle::load_vehicle(name, set);
+    if (!vehicle) return Failure(vehicle.error());
+    auto one = design_to_compare(*vehicle, alphas, f_max, mass);
+    if (!one) return Failure(one.error());
+    both.push_back(std::move(*one));
+  }
+  const nlohmann::json j = comparison_json(both[0], both[1]);
+  print_json(common, j);
+  for (const std::string& line : comparison_lines(both[0], both[1])) say(common, line);
+  if (common.out.empty()) return 0;
+  if (auto ok = make_folder(common.out); !ok) return Failure(ok.error());
+  if (auto ok = files::write_file_atomic(common.out + "/comparison.json", j.dump(2) + "\n"); !ok)
+    return Failure(ok.error());
+  if (auto ok = comparison_page(both[0], both[1]).write(common.out + "/report.html"); !ok)
+    return Failure(ok.error());
+  say(common, "report: " + common.out + "/report.html");
+  return 0;
+}
+
 }  // namespace
 
 Action add_design(CLI::App& verb, Common& common) {
   struct Options {
-    std::string vehicle;
+    std::vector<std::string> vehicles;
     std::vector<double> alpha_deg;
     double f_max = 0, mass = 0;
     std::vector<std::string> set;
     bool hover_power = false;
   };
   auto o = std::make_shared<Options>();
-  verb.add_option("vehicle", o->vehicle, "Name or path")->required();
+  verb.add_option("vehicle", o->vehicles,
+                  "Name or path; two of them are put beside each other, for instance design omnimorph "
+                  "omnicopter --out compared")
+      ->required()
+      ->expected(1, 2);
   verb.add_option("--alpha", o->alpha_deg, "Tilt [deg]; may be given several times");
   verb.add_option("--f-max", o->f_max, "Largest thrust of a rotor [N]; default: the vehicle's")
       ->check(not_negative(false));
@@ -103,10 +132,15 @@ Action add_design(CLI::App& verb, Common& common) {
                 "Power and rotor loads of hovering, over attitude and tilt; for instance design omnimorph "
                 "--hover-power --out design");
   return [o, &common]() -> Result<int> {
-    auto vehicle = vehicle::load_vehicle(o->vehicle, o->set);
-    if (!vehicle) return Failure(vehicle.error());
     std::vector<double> alphas;
     for (const double a : o->alpha_deg) alphas.push_back(to_radians(a));
+    if (o->vehicles.size() == 2) {
+      if (o->hover_power)
+        return bad_input("maps one vehicle", "--hover-power", "Give one vehicle, or leave --hover-power out");
+      return compare_designs(o->vehicles, alphas, o->f_max, o->mass, o->set, common);
+    }
+    auto vehicle = vehicle::load_vehicle(o->vehicles.front(), o->set);
+    if (!vehicle) return Failure(vehicle.error());
     if (alphas.empty())
       for (double a = vehicle->tilt.min; a <= vehicle->tilt.max + 1e-9; a += to_radians(5))
         alphas.push_back(a);

@@ -2,6 +2,9 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <cmath>
+
 #include "omniflight_allocation/actuation.hpp"
 #include "omniflight_files/files.hpp"
 #include "verbs.hpp"
@@ -22,6 +25,40 @@ nlohmann::json to_json(const allocation::ActuationClass& c) {
   for (const allocation::SingularTilt& s : c.singular)
     singular.push_back({{"alpha_deg", to_degrees(s.alpha)}, {"rank", s.rank}, {"lost", s.lost}});
   return {{"words", c.words()}, {"tilts", tilts}, {"singular", singular}};
+}
+
+/// Rank, trim and lean over the tilt: "rank 4 at 0 deg, 6 from 1 to 60 deg; in hover every rotor keeps 74 %
+/// of half its range from its limits at 0 deg, 48 % at 60 deg; hovers leaning by up to 180 deg at 32 deg".
+std::string rank_and_trim(const allocation::ActuationClass& c) {
+  const auto deg = [](const allocation::ActuationAtTilt& t) { return to_degrees(t.alpha); };
+  const auto& all = c.tilts;
+  std::string out;
+  for (std::size_t i = 0, last = 0; i < all.size(); i = last + 1) {
+    for (last = i; last + 1 < all.size() && all[last + 1].rank == all[i].rank;) ++last;
+    out += fmt::format("{}{}", out.empty() ? "rank " : ", ", all[i].rank);
+    if (all.size() > 1)
+      out += last > i ? fmt::format(" from {:.3g} to {:.3g} deg", deg(all[i]), deg(all[last]))
+                      : fmt::format(" at {:.3g} deg", deg(all[i]));
+  }
+  const allocation::ActuationAtTilt *easy = nullptr, *hard = nullptr;  // of the tilts at which it hovers
+  for (const allocation::ActuationAtTilt& t : all) {
+    if (!t.hovers()) continue;
+    if (!easy || t.hover_load < easy->hover_load) easy = &t;
+    if (!hard || t.hover_load > hard->hover_load) hard = &t;
+  }
+  if (!easy) return out + "; hovers at no tilt";
+  out += fmt::format("; in hover every rotor keeps {:.0f} % of half its range from its limits",
+                     100 * easy->reserve());
+  if (hard->hover_load - easy->hover_load > 0.005)
+    out +=
+        fmt::format(" at {:.3g} deg, {:.0f} % at {:.3g} deg", deg(*easy), 100 * hard->reserve(), deg(*hard));
+  const auto lean =
+      std::max_element(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.lean < b.lean; });
+  if (lean->lean > 0) {
+    out += fmt::format("; hovers leaning by up to {:.3g} deg", to_degrees(lean->lean));
+    if (all.size() > 1) out += fmt::format(" at {:.3g} deg", deg(*lean));
+  }
+  return out;
 }
 
 }  // namespace
@@ -49,6 +86,7 @@ Action add_vehicles(CLI::App& verb, Common& common) {
       say(common, fmt::format("{:24} {:7.3f} kg, {} rotors, thrust to weight {:.2f}  {}", name, v->mass,
                               v->rotor_count(), ratio, v->file));
       say(common, "    " + actuation->words());
+      say(common, "    " + rank_and_trim(*actuation));
     }
     print_json(common, all);
     return 0;

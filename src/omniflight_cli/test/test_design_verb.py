@@ -36,6 +36,41 @@ class Design(system.SystemTest):
             self.assertIn(line, done.stdout + done.stderr)
         self.assertIn("Power of hovering, the most expensive direction of each lean", (self.dir / "d/report.html").read_text())
 
+    def test_two_designs_stand_beside_each_other_with_their_differences(self):
+        alone = {}
+        for name, alpha in (("omnimorph", "54.7356"), ("omnicopter", "0")):
+            self.run_command("design", name, "--alpha", alpha, "--f-max", "5.95", "--mass", "1.595", "--out", name)
+            alone[name] = self.json(f"{name}/design.json")["points"][0]
+        done = self.run_command("design", "omnimorph", "omnicopter", "--alpha", "54.7356", "--f-max", "5.95", "--mass", "1.595",
+                                "--out", "both")
+        compared = self.json("both/comparison.json")
+        figures = {f["figure"]: f for f in compared["figures"][0]}
+        inradius = figures["force inradius"]
+        for key, name in (("first", "omnimorph"), ("second", "omnicopter")):
+            self.assertEqual(inradius[key], alone[name]["force_at_zero_torque"]["d_min_surface"])
+            self.assertEqual(figures["mass limit"][key], alone[name]["mass_limit_kg"])
+            self.assertEqual(figures["torque inradius"][key], alone[name]["torque_at_zero_force"]["d_min_surface"])
+        self.assertAlmostEqual(inradius["difference"], inradius["second"] - inradius["first"], places=12)
+        self.assertAlmostEqual(inradius["first"], 19.43, places=2)  # N, the thesis's 19.4
+        self.assertLess(inradius["second"], inradius["first"], "drag torques of one hand take some of the omnicopter's")
+        self.assertAlmostEqual(figures["tilt"]["first"], 54.7356, places=6)
+        self.assertEqual([d["vehicle"] for d in compared["designs"]], ["omnimorph", "omnicopter"])
+        page = (self.dir / "both/report.html").read_text()
+        for words in ("omnimorph at 54.74 deg", "omnicopter", "difference", "Forces at zero torque over the weight"):
+            self.assertIn(words, page)
+        self.assertIn("torque inradius in the worst attitude [Nm]", done.stdout + done.stderr)
+
+    def test_designs_without_a_tilt_given_are_compared_at_their_best(self):
+        self.run_command("design", "tilted_hexarotor", "quadrotor_1200g", "--out", "both")
+        compared = self.json("both/comparison.json")
+        self.assertEqual(len(compared["figures"]), 1)
+        figures = {f["figure"]: f for f in compared["figures"][0]}
+        self.assertEqual((figures["rank"]["first"], figures["rank"]["second"]), (6, 4))
+        self.assertAlmostEqual(figures["force inradius"]["second"], 0, places=9, msg="along one axis only")
+        self.assertNotIn("first", figures["hovers in every attitude from"], "neither does")
+        done = self.run_command("design", "tilted_hexarotor", "quadrotor_1200g", "--hover-power", expect=4)
+        self.assertIn("maps one vehicle", done.stderr)
+
     def test_the_sweep_is_dense_and_crosses_the_weight_at_the_marked_tilt(self):
         self.run_command("design", "omnimorph", "--alpha", "30", "--f-max", "5.95", "--mass", "1.595", "--out", "d")
         design = self.json("d/design.json")

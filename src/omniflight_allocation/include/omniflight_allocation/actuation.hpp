@@ -58,7 +58,8 @@ struct ActuationClass {
 Result<ActuationAtTilt> actuation_at(const vehicle::Vehicle& vehicle, double alpha);
 
 /// Over the range of the tilt. Ranks are those of a common tilt of all rotors; singular tilts are minima of
-/// the smallest singular value (Nakamura 1991, chapter 3), found to 1e-9 rad.
+/// the smallest singular value (Nakamura 1991, chapter 3) of the rank that nearly all tilts have, found to
+/// 1e-9 rad.
 Result<ActuationClass> classify_actuation(const vehicle::Vehicle& vehicle);
 
 }  // namespace omniflight::allocation

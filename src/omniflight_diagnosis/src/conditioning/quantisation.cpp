@@ -26,7 +26,7 @@ Speeds at_rest(const recording::Signal& s, const Eigen::MatrixXd& command) {
     for (Eigen::Index i = 1; i < s.values.rows(); ++i) {
       const double a = s.values(i - 1, c), b = s.values(i, c), u = command(i, c);
       if (!std::isfinite(a) || !std::isfinite(b) || !std::isfinite(u)) continue;
-      if (std::abs(b - a) > 0.002 * std::abs(b)) continue;
+      if (b == 0 || std::abs(b - a) > 0.002 * std::abs(b)) continue;  // zero: too slow for the telemetry
       out.measured.push_back(b);
       out.asked.push_back(u);
     }

@@ -26,15 +26,27 @@ std::vector<char> stuck(const recording::Signal& s, Eigen::Index column, double 
   return out;
 }
 
-/// Samples at which the command stands still as well, as at the limit of a rotor: no sensor is to blame.
+/// rad/s, the slowest that any rotor is read at: telemetry that times revolutions reads zero below.
+double slowest_reading(const recording::Signal& speed) {
+  double least = 1e300;
+  for (Eigen::Index c = 0; c < speed.width(); ++c)
+    for (Eigen::Index i = 0; i < speed.size(); ++i)
+      if (const double s = std::abs(speed.values(i, c)); s > 0) least = std::min(least, s);
+  return least;
+}
+
+/// Samples at which the command stands still as well, as at the limit of a rotor, or asks for less than
+/// telemetry reads, which is zero then: no sensor is to blame.
 std::vector<char> obeys(const recording::Recording& r, const recording::Signal& speed, Eigen::Index column,
                         const std::vector<char>& still) {
   constexpr double kLag = 0.1, kStill = 2e-3;  // s, of a motor; of the command
+  constexpr double kUnread = 1.25;             // of the slowest reading: commands are ahead of their motors
   const recording::Signal* command = r.find("rotor_command");
   if (!command) command = r.find("pwm");
   std::vector<char> out(still.size(), 0);
   if (!command || command->width() != speed.width()) return out;
   const Eigen::MatrixXd asked = recording::resample(*command, speed.t_s, kLag);
+  const double slowest = r.find("rotor_command") ? slowest_reading(speed) : 0.0;
   for (std::size_t i = 0; i < still.size();) {
     std::size_t j = i;
     double low = 1e300, high = -1e300;
@@ -47,6 +59,11 @@ std::vector<char> obeys(const recording::Recording& r, const recording::Signal& 
       std::fill(out.begin() + static_cast<std::ptrdiff_t>(i), out.begin() + static_cast<std::ptrdiff_t>(j),
                 1);
     i = j;
+  }
+  for (std::size_t i = 0; i < still.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    if (still[i] && speed.values(k, column) == 0 && std::abs(asked(k, column)) < kUnread * slowest)
+      out[i] = 1;
   }
   return out;
 }
