@@ -239,6 +239,17 @@ const ActuationAtTilt& ActuationClass::strongest() const {
   });
 }
 
+std::string ActuationClass::range(std::size_t first, std::size_t last) const {
+  if (tilts.size() < 2) return {};
+  char text[100];
+  if (last > first)
+    std::snprintf(text, sizeof text, " from %.3g to %.3g deg", to_degrees(tilts[first].alpha),
+                  to_degrees(tilts[last].alpha));
+  else
+    std::snprintf(text, sizeof text, " at %.3g deg", to_degrees(tilts[first].alpha));
+  return text;
+}
+
 std::string ActuationClass::words() const {
   std::string out;
   char text[200];
@@ -256,14 +267,7 @@ std::string ActuationClass::words() const {
                     t.thrust_axis_B.y(), t.thrust_axis_B.z());
       out += text;
     }
-    if (tilts.size() > 1) {
-      if (last > i)
-        std::snprintf(text, sizeof text, " from %.3g to %.3g deg", to_degrees(t.alpha),
-                      to_degrees(tilts[last].alpha));
-      else
-        std::snprintf(text, sizeof text, " at %.3g deg", to_degrees(t.alpha));
-      out += text;
-    }
+    out += range(i, last);
     i = last + 1;
   }
   for (const SingularTilt& s : singular) {

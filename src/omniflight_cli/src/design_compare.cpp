@@ -35,7 +35,7 @@ Result<double> best_tilt(const vehicle::Vehicle& v, const allocation::ActuationC
 
 std::string cell(double value, bool known) { return known ? fmt::format("{:.4g}", value) : "none"; }
 
-/// Hulls of one set of both, from above and from the side; `scale` divides each.
+/// Hulls of one set of both, from above and from the side, or over each one's weight.
 std::vector<report::OutlineView> views(const ComparedDesign* const (&both)[2], std::size_t k,
                                        std::vector<Vec3> DesignPoint::*vertices, const std::string& quantity,
                                        const std::string& unit, bool over_weight) {
@@ -57,12 +57,16 @@ std::vector<report::OutlineView> views(const ComparedDesign* const (&both)[2], s
 
 }  // namespace
 
+vehicle::Vehicle loaded(vehicle::Vehicle v, double mass, double f_max) {
+  if (mass > 0) v.mass = mass;
+  for (vehicle::Rotor& rotor : v.rotors)
+    if (f_max > 0) rotor.max_thrust = f_max;
+  return v;
+}
+
 Result<ComparedDesign> design_to_compare(const vehicle::Vehicle& vehicle, const std::vector<double>& alphas,
                                          double f_max, double mass) {
-  vehicle::Vehicle carried = vehicle;
-  if (mass > 0) carried.mass = mass;
-  for (vehicle::Rotor& rotor : carried.rotors)
-    if (f_max > 0) rotor.max_thrust = f_max;
+  const vehicle::Vehicle carried = loaded(vehicle, mass, f_max);
   ComparedDesign out;
   auto actuation = allocation::classify_actuation(carried);
   if (!actuation) return Failure(actuation.error());

@@ -26,6 +26,9 @@ struct ComparedFigure {
       true;  ///< false: one of the two has no such figure (a tilt from which on it hovers everywhere)
 };
 
+/// The vehicle with the mass [kg] and the largest thrust [N] that were asked for; 0 keeps its own.
+vehicle::Vehicle loaded(vehicle::Vehicle vehicle, double mass, double f_max);
+
 /// The design at `alphas` [rad]; a vehicle that does not tilt is taken as it is, once for each. Without
 /// alphas at the tilt at which its force in the weakest direction is largest, or, where it has none, at which
 /// it lifts most. Refuses what allocation::design refuses.

@@ -15,14 +15,6 @@
 namespace omniflight::cli {
 namespace {
 
-/// The vehicle with the mass [kg] and the largest thrust [N] that were asked for; 0 keeps its own.
-vehicle::Vehicle loaded(vehicle::Vehicle v, double mass, double f_max) {
-  if (mass > 0) v.mass = mass;
-  for (vehicle::Rotor& rotor : v.rotors)
-    if (f_max > 0) rotor.max_thrust = f_max;
-  return v;
-}
-
 /// Every degree of the tilt and both limits.
 std::vector<double> sweep_tilts(const vehicle::Vehicle& v) {
   if (v.tilt.kind == vehicle::TiltKind::none) return {0.0};

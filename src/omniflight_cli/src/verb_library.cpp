@@ -35,10 +35,7 @@ std::string rank_and_trim(const allocation::ActuationClass& c) {
   std::string out;
   for (std::size_t i = 0, last = 0; i < all.size(); i = last + 1) {
     for (last = i; last + 1 < all.size() && all[last + 1].rank == all[i].rank;) ++last;
-    out += fmt::format("{}{}", out.empty() ? "rank " : ", ", all[i].rank);
-    if (all.size() > 1)
-      out += last > i ? fmt::format(" from {:.3g} to {:.3g} deg", deg(all[i]), deg(all[last]))
-                      : fmt::format(" at {:.3g} deg", deg(all[i]));
+    out += fmt::format("{}{}{}", out.empty() ? "rank " : ", ", all[i].rank, c.range(i, last));
   }
   const allocation::ActuationAtTilt *easy = nullptr, *hard = nullptr;  // of the tilts at which it hovers
   for (const allocation::ActuationAtTilt& t : all) {

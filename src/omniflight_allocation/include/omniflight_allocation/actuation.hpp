@@ -49,6 +49,9 @@ struct ActuationClass {
   const ActuationAtTilt& strongest() const;
   /// "fully actuated from 1 to 60 deg, omnidirectional from 42; singular at 7.6 deg (torque about z)".
   std::string words() const;
+  /// " from 1 to 60 deg" of tilts `first` to `last`, " at 42 deg" of one; nothing for a vehicle that does not
+  /// tilt.
+  std::string range(std::size_t first, std::size_t last) const;
 };
 
 /// By the rank of the allocation matrix and by trim: the exact share of the rotors' ranges (RotorLoad) that
