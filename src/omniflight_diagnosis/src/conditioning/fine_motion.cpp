@@ -39,6 +39,17 @@ void turn_into_body(const Eigen::MatrixXd& attitude, Eigen::MatrixXd& x) {
     x.row(i) = (quaternion(attitude, i).conjugate() * Vec3(x.row(i))).transpose();
 }
 
+/// Variance [s^2] of the widest kernel under which a signal of the regression reaches a sample. Both sides
+/// are blurred to it: a slower one takes amplitude from the motion and not from the rotors, which looks like
+/// inertia.
+double widest_kernel(const ChosenSignals& c, const Grid& grid) {
+  return std::max({kernel_variance(c.rotors.speed, grid, 0),
+                   c.gyro ? kernel_variance(*c.gyro, grid, 1) : kernel_variance(c.attitude, grid, 2),
+                   c.acc        ? kernel_variance(*c.acc, grid, 0)
+                   : c.velocity ? kernel_variance(*c.velocity, grid, 1)
+                                : kernel_variance(*c.position, grid, 2)});
+}
+
 /// Lays one signal after the other on the grid.
 class Taking {
  public:
@@ -61,6 +72,8 @@ class Taking {
   void tilt(const Recording& recording, FineMotion& m) const;
   void rotors_on_the_clock_of_the_gyro(FineMotion& m) const;
   Eigen::MatrixXd take(const Signal& s, const std::string& label, double more = 0) const;
+  /// See Flight::kernel_s.
+  double kernel_s() const { return std::sqrt(widest_ + 1 / (12 * o_.grid_hz * o_.grid_hz)); }
 
  private:
   /// Variance that a signal's kernel lacks to the widest.
@@ -182,19 +195,11 @@ Result<Grid> fine_grid(const ChosenSignals& signals, const std::string& file, co
   return grid;
 }
 
-double widest_kernel(const ChosenSignals& c, const Grid& grid) {
-  return std::max({kernel_variance(c.rotors.speed, grid, 0),
-                   c.gyro ? kernel_variance(*c.gyro, grid, 1) : kernel_variance(c.attitude, grid, 2),
-                   c.acc        ? kernel_variance(*c.acc, grid, 0)
-                   : c.velocity ? kernel_variance(*c.velocity, grid, 1)
-                                : kernel_variance(*c.position, grid, 2)});
-}
-
 FineMotion fine_motion(const ChosenSignals& signals, const Repaired& repaired, const Grid& grid,
                        const vehicle::Vehicle& vehicle, const Options& o, UsedSamples& used, Flight& f) {
   f.alignment = signals.alignment;
-  f.kernel_s = std::sqrt(widest_kernel(signals, grid) + 1 / (12 * o.grid_hz * o.grid_hz));
   const Taking taking(signals, repaired, grid, vehicle, o, used, f);
+  f.kernel_s = taking.kernel_s();
   FineMotion m;
   m.attitude = taking.take(signals.attitude, "attitude");
   taking.rotors(m);

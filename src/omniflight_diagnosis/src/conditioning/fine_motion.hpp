@@ -20,11 +20,6 @@ struct FineMotion {
 /// The time that all chosen signals share. Errors: less than 2 s, or more than two hours.
 Result<Grid> fine_grid(const ChosenSignals& signals, const std::string& file, const Options& options);
 
-/// Variance [s^2] of the widest kernel under which a signal of the regression reaches a sample. Both sides
-/// are blurred to it: a slower one takes amplitude from the motion and not from the rotors, which looks like
-/// inertia.
-double widest_kernel(const ChosenSignals& signals, const Grid& grid);
-
 /// Takes out of `used` where a signal has a gap, except where `repaired` has cut it already. Sets what the
 /// flight has (gyroscope, accelerometer, position, tilt angle), its kernel and its alignment, and adds to its
 /// notes what a missing signal costs.
