@@ -10,11 +10,11 @@
 namespace omniflight::cli {
 
 Action add_compare(CLI::App& verb, Common& common) {
-  struct Options {
+  struct CompareOptions {
     std::string simulated, real, vehicle = "omnimorph";
     std::vector<std::string> set;
   };
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<CompareOptions>();
   verb.add_option("simulated", o->simulated, "Recording of the simulated flight")->required();
   verb.add_option("real", o->real, "Recording of the real (or otherwise different) flight")->required();
   verb.add_option("--vehicle", o->vehicle, "Vehicle whose coefficients give the power");

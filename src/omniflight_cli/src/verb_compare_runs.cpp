@@ -15,12 +15,12 @@ namespace {
 
 using nlohmann::json;
 
-struct Options {
+struct CompareRunsOptions {
   std::vector<std::string> recordings;
   std::string runs = "runs.csv", gains, map;
 };
 
-Result<int> run(const Options& o, const Common& common) {
+Result<int> compare_runs(const CompareRunsOptions& o, const Common& common) {
   identification::PidnGains gains{std::nan(""), std::nan(""), std::nan(""), std::nan("")};
   if (!o.gains.empty()) {
     const auto told = load_gains(o.gains);
@@ -84,13 +84,13 @@ Result<int> run(const Options& o, const Common& common) {
 }  // namespace
 
 Action add_compare_runs(CLI::App& verb, Common& common) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<CompareRunsOptions>();
   verb.add_option("recordings", o->recordings, "Logs with commanded and measured speed of the rotors [rad/s]")
       ->required();
   verb.add_option("--runs", o->runs, "List of runs that these are appended to");
   verb.add_option("--gains", o->gains, "gains.json that was flown, kept beside the errors");
   add_map(verb, o->map);
-  return [o, &common] { return run(*o, common); };
+  return [o, &common] { return compare_runs(*o, common); };
 }
 
 }  // namespace omniflight::cli

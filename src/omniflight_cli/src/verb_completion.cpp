@@ -35,10 +35,10 @@ Result<std::vector<std::string>> names_of(const std::string& kind) {
 }  // namespace
 
 Action add_completion(CLI::App& verb, Common&) {
-  struct Options {
+  struct CompletionOptions {
     std::string shell, kind;
   };
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<CompletionOptions>();
   verb.add_option("shell", o->shell, "bash | zsh | fish; words: the names that one of these scripts asks for")
       ->required()
       ->check(CLI::IsMember({"bash", "zsh", "fish", "words"}));

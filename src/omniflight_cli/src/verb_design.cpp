@@ -101,14 +101,14 @@ Result<int> compare_designs(const std::vector<std::string>& names, const std::ve
 }  // namespace
 
 Action add_design(CLI::App& verb, Common& common) {
-  struct Options {
+  struct DesignOptions {
     std::vector<std::string> vehicles;
     std::vector<double> alpha_deg;
     double f_max = 0, mass = 0;
     std::vector<std::string> set;
     bool hover_power = false;
   };
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<DesignOptions>();
   verb.add_option("vehicle", o->vehicles,
                   "Name or path; two of them are put beside each other, for instance design omnimorph "
                   "omnicopter --out compared")

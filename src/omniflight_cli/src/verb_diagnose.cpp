@@ -31,7 +31,7 @@
 namespace omniflight::cli {
 namespace {
 
-struct Options {
+struct DiagnoseOptions {
   std::vector<std::string> recordings, held_out, set, baseline;
   Questions questions;
   std::string vehicle, refly, plan, told, map, ablation, test_bed = "pyramid";
@@ -43,7 +43,7 @@ struct Options {
 /// Flies the mission again without and with the model, with the recording's seed, and compares all three.
 /// What hangs on more than the model (a neighbour's wash) cannot be flown again: this is said, and nothing
 /// compared.
-Result<Refit> refly(const Options& o, const std::string& out, const recording::Recording& real,
+Result<Refit> refly(const DiagnoseOptions& o, const std::string& out, const recording::Recording& real,
                     const Common& common, diagnosis::Diagnosis& d) {
   auto vehicle = vehicle::load_vehicle(o.vehicle, o.set);
   if (!vehicle) return Failure(vehicle.error());
@@ -88,8 +88,8 @@ Result<Refit> refly(const Options& o, const std::string& out, const recording::R
 }
 
 /// What told.yaml says, and the tracks of the neighbours it names.
-Status take_told(const Options& o, const recording::Recording& first, diagnosis::Options& options,
-                 Common& common) {
+Status take_told(const DiagnoseOptions& o, const recording::Recording& first,
+                 diagnosis::DiagnoseOptions& options, Common& common) {
   const std::string file = o.told.empty() ? diagnosis::prior_knowledge_beside(o.recordings.front()) : o.told;
   if (file.empty()) return {};
   const auto told = diagnosis::load_prior_knowledge(file);
@@ -107,8 +107,8 @@ Status take_told(const Options& o, const recording::Recording& first, diagnosis:
 
 /// Several recordings: each flew beside neighbours of its own, named in the told.yaml that is its own
 /// (<recording>.told.yaml, or told.yaml in a folder of its own). The first one's are already loaded.
-Status take_neighbours(const Options& o, std::vector<recording::Recording>& fit,
-                       std::vector<recording::Recording>& held_out, diagnosis::Options& options) {
+Status take_neighbours(const DiagnoseOptions& o, std::vector<recording::Recording>& fit,
+                       std::vector<recording::Recording>& held_out, diagnosis::DiagnoseOptions& options) {
   if (fit.size() + held_out.size() < 2) return {};
   const auto give = [](recording::Recording& to, const physics::NeighbourTrack& track) {
     recording::Signal s;
@@ -166,7 +166,8 @@ std::string mission_yaml(const diagnosis::ProposedFlight& f, const std::string& 
 }
 
 /// Writes the best proposed flight that the planner certifies in the test bed; says why when there is none.
-Status write_next_flight(const Options& o, const std::string& out, diagnosis::Diagnosis& d, Common& common) {
+Status write_next_flight(const DiagnoseOptions& o, const std::string& out, diagnosis::Diagnosis& d,
+                         Common& common) {
   std::string why;
   for (const auto& f : d.next_flight.proposed) {
     if (interrupted()) break;
@@ -204,7 +205,7 @@ Status write_next_flight(const Options& o, const std::string& out, diagnosis::Di
 }
 
 /// The answer on the console.
-void tell(const Options& o, const Common& common, const vehicle::Vehicle& vehicle,
+void tell(const DiagnoseOptions& o, const Common& common, const vehicle::Vehicle& vehicle,
           const std::vector<recording::Recording>& recordings, const diagnosis::Diagnosis& d,
           const Refit& refit, const std::string& out) {
   say(common, "verdict: " + to_string(d.verdict) + "\n" + d.summary);
@@ -257,9 +258,10 @@ void tell(const Options& o, const Common& common, const vehicle::Vehicle& vehicl
 }
 
 /// Writes and tells the answer: the exit code.
-Result<int> conclude(const Options& o, Common& common, const vehicle::Vehicle& vehicle,
-                     const std::vector<recording::Recording>& recordings, const diagnosis::Options& options,
-                     std::chrono::steady_clock::time_point begin, diagnosis::Diagnosis& d) {
+Result<int> conclude(const DiagnoseOptions& o, Common& common, const vehicle::Vehicle& vehicle,
+                     const std::vector<recording::Recording>& recordings,
+                     const diagnosis::DiagnoseOptions& options, std::chrono::steady_clock::time_point begin,
+                     diagnosis::Diagnosis& d) {
   const recording::Recording& flown = recordings.front();
   const bool answered =
       d.verdict != diagnosis::Verdict::checked && d.verdict != diagnosis::Verdict::unfinished;
@@ -304,7 +306,7 @@ Result<int> conclude(const Options& o, Common& common, const vehicle::Vehicle& v
 }  // namespace
 
 Action add_diagnose(CLI::App& verb, Common& common) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<DiagnoseOptions>();
   verb.add_option("recordings", o->recordings, "Recordings to fit")->required();
   verb.add_option("--vehicle", o->vehicle, "Name or path of the nominal vehicle")->required();
   verb.add_option("--held-out", o->held_out, "Recordings that are only predicted");
@@ -354,7 +356,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     auto baseline = load_all(o->baseline, o->map);
     if (!baseline) return Failure(baseline.error());
     ablate_input(o->ablation, *fit, *vehicle);
-    diagnosis::Options options;
+    diagnosis::DiagnoseOptions options;
     options.baseline = std::move(*baseline);
     if (auto ok = take_told(*o, fit->front(), options, common); !ok) return Failure(ok.error());
     if (auto ok = take_neighbours(*o, *fit, *held_out, options); !ok) return Failure(ok.error());

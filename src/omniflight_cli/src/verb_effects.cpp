@@ -87,12 +87,12 @@ Result<const physics::Effect*> known_effect(const std::string& id) {
 }
 
 Action add_effects(CLI::App& verb, Common& common) {
-  struct Options {
+  struct EffectsOptions {
     std::string id, docs;
     bool gallery = false;
     GalleryOptions flights;
   };
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<EffectsOptions>();
   verb.add_option("id", o->id, "One effect in full");
   verb.add_option("--write-docs", o->docs, "Write the whole library as Markdown into this file");
   verb.add_flag("--gallery", o->gallery, "Fly a mission once per effect and plot what each one does");

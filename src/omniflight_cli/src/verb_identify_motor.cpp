@@ -17,7 +17,7 @@
 namespace omniflight::cli {
 namespace {
 
-struct Options {
+struct IdentifyMotorOptions {
   std::vector<std::string> recordings, held_out;
   std::vector<int> rotors;
   std::string map, command, trend = "line", voltage = "auto", update;
@@ -57,7 +57,7 @@ struct Split {
 };
 Result<Split> split_data(const std::vector<recording::Recording>& fit,
                          const std::vector<recording::Recording>& held_out, const MotorSignals& signals,
-                         Eigen::Index rotor, const Options& o) {
+                         Eigen::Index rotor, const IdentifyMotorOptions& o) {
   Split out;
   auto data = gather(fit, signals, rotor);
   if (!data) return Failure(data.error());
@@ -76,7 +76,8 @@ Result<Split> split_data(const std::vector<recording::Recording>& fit,
 /// that does not move, or a command that is a speed, leaves one.
 Result<VoltageUse> voltage_use(const std::vector<recording::Recording>& fit,
                                const std::vector<recording::Recording>& held_out, const MotorSignals& signals,
-                               Eigen::Index rotor, const Options& o, const std::function<bool()>& stop) {
+                               Eigen::Index rotor, const IdentifyMotorOptions& o,
+                               const std::function<bool()>& stop) {
   if (signals.voltage == VoltageUse::none) return signals.voltage;
   const bool duty = signals.command != "rotor_command" && signals.reference_V > 0;
   VoltageUse best = VoltageUse::none;
@@ -102,7 +103,8 @@ Result<VoltageUse> voltage_use(const std::vector<recording::Recording>& fit,
 
 Result<RotorReport> identify(const std::vector<recording::Recording>& fit,
                              const std::vector<recording::Recording>& held_out, MotorSignals signals,
-                             Eigen::Index rotor, const Options& o, const std::function<bool()>& stop) {
+                             Eigen::Index rotor, const IdentifyMotorOptions& o,
+                             const std::function<bool()>& stop) {
   const auto use = voltage_use(fit, held_out, signals, rotor, o, stop);
   if (!use) return Failure(use.error());
   signals.voltage = *use;
@@ -118,7 +120,7 @@ Result<RotorReport> identify(const std::vector<recording::Recording>& fit,
   return RotorReport{rotor, *use, std::move(*result), std::move(data->validation)};
 }
 
-Status write_results(const MotorReport& report, const Options& o, const Common& common) {
+Status write_results(const MotorReport& report, const IdentifyMotorOptions& o, const Common& common) {
   const std::string out = common.out.empty() ? fresh_folder("motor") : common.out;
   auto lock = FolderLock::take(out);
   if (!lock) return Failure(lock.error());
@@ -146,7 +148,7 @@ Status write_results(const MotorReport& report, const Options& o, const Common& 
   return {};
 }
 
-Result<int> run(const Options& o, const Common& common) {
+Result<int> identify_motor(const IdentifyMotorOptions& o, const Common& common) {
   using clock = std::chrono::steady_clock;
   const auto end =
       clock::now() + std::chrono::duration_cast<clock::duration>(std::chrono::duration<double>(o.budget_s));
@@ -192,7 +194,7 @@ Result<int> run(const Options& o, const Common& common) {
 }  // namespace
 
 Action add_identify_motor(CLI::App& verb, Common& common) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<IdentifyMotorOptions>();
   verb.add_option("recordings", o->recordings, "Logs with command and measured speed of the rotors")
       ->required();
   verb.add_option("--held-out", o->held_out, "Logs to judge the models on; otherwise the end of each log is");
@@ -215,7 +217,7 @@ Action add_identify_motor(CLI::App& verb, Common& common) {
                   "Vehicle (name or path) whose file gets the lags, with their source");
   verb.add_option("--budget-s", o->budget_s, "Time for all searches [s]")->check(not_negative(false));
   add_map(verb, o->map);
-  return [o, &common] { return run(*o, common); };
+  return [o, &common] { return identify_motor(*o, common); };
 }
 
 }  // namespace omniflight::cli

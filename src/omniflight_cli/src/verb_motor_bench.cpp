@@ -21,7 +21,7 @@ namespace {
 using namespace gateway;
 using nlohmann::json;
 
-struct Options {
+struct MotorBenchOptions {
   std::string devices, gains;
   std::size_t rotors = 4;
   identification::PrbsConfig prbs;
@@ -49,7 +49,7 @@ class TemporaryFolder {
   std::string path_;
 };
 
-GatewayConfig gateway_config(const Options& o, const std::vector<std::string>& devices) {
+GatewayConfig gateway_config(const MotorBenchOptions& o, const std::vector<std::string>& devices) {
   GatewayConfig config;
   for (const std::string& device : devices)
     config.boards.push_back({device, std::min<std::size_t>(o.rotors, 4)});
@@ -71,7 +71,7 @@ Result<std::optional<BoardGains>> board_gains(const std::string& file) {
   return std::optional<BoardGains>(gains);
 }
 
-BenchConfig bench_config(const Options& o, const std::optional<BoardGains>& gains) {
+BenchConfig bench_config(const MotorBenchOptions& o, const std::optional<BoardGains>& gains) {
   BenchConfig config;
   config.gains = gains;
   config.period_s = o.prbs.period_s;
@@ -82,7 +82,7 @@ BenchConfig bench_config(const Options& o, const std::optional<BoardGains>& gain
 }
 
 /// Emulated boards and motors, in their own time: as fast as this machine goes.
-Result<BenchRecord> run_emulated(const Options& o, const BenchConfig& bench,
+Result<BenchRecord> run_emulated(const MotorBenchOptions& o, const BenchConfig& bench,
                                  std::span<const double> command) {
   const TemporaryFolder folder;
   if (folder.path().empty())
@@ -121,7 +121,7 @@ Result<BenchRecord> run_emulated(const Options& o, const BenchConfig& bench,
   return run_motor_bench(*gateway, o.rotors, command, bench, clock);
 }
 
-Result<BenchRecord> run_hardware(const Options& o, const BenchConfig& bench,
+Result<BenchRecord> run_hardware(const MotorBenchOptions& o, const BenchConfig& bench,
                                  std::span<const double> command) {
   std::vector<std::string> devices;
   std::stringstream list(o.devices);
@@ -177,7 +177,7 @@ std::string csv_of(const BenchRecord& record, std::size_t rotors) {
   return text;
 }
 
-Result<int> run(const Options& o, const Common& common) {
+Result<int> motor_bench(const MotorBenchOptions& o, const Common& common) {
   if (o.rotors > 4 && o.rotors % 4 != 0)
     return bad_input(fmt::format("are {}; a board drives four", o.rotors), "--rotors",
                      "Choose 1 to 4, 8, 12 or 16");
@@ -226,7 +226,7 @@ Result<int> run(const Options& o, const Common& common) {
 }  // namespace
 
 Action add_motor_bench(CLI::App& verb, Common& common) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<MotorBenchOptions>();
   o->prbs.period_s = 0.005;
   verb.add_option("--low", o->prbs.low, "Slower of the two speeds [rad/s]")->required();
   verb.add_option("--high", o->prbs.high, "Faster of the two speeds [rad/s]")->required();
@@ -250,7 +250,7 @@ Action add_motor_bench(CLI::App& verb, Common& common) {
   verb.add_option("--lag-up-ms", o->lag_up_ms, "Of the emulated motors [ms]")->check(not_negative(false));
   verb.add_option("--lag-down-ms", o->lag_down_ms, "Of the emulated motors [ms]")->check(not_negative(false));
   verb.add_option("--delay-ms", o->delay_ms, "Of the emulated motors [ms]")->check(not_negative());
-  return [o, &common] { return run(*o, common); };
+  return [o, &common] { return motor_bench(*o, common); };
 }
 
 }  // namespace omniflight::cli

@@ -10,7 +10,7 @@
 namespace omniflight::cli {
 
 Action add_plan(CLI::App& verb, Common& common) {
-  struct Options {
+  struct PlanOptions {
     std::vector<std::string> words;
     std::optional<std::uint64_t> seed;
     std::optional<double> budget_ms;
@@ -18,7 +18,7 @@ Action add_plan(CLI::App& verb, Common& common) {
     bool force = false;
     std::vector<std::string> set;
   };
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<PlanOptions>();
   verb.add_option("mission", o->words, "MISSION | verify FOLDER | explain MISSION")
       ->required()
       ->expected(1, 2);

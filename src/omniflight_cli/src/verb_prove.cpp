@@ -17,7 +17,7 @@
 namespace omniflight::cli {
 namespace {
 
-struct Options {
+struct ProveOptions {
   jobs::ExecutorOptions executor;
   std::string seal, reveal, vehicle, level, salt, real;
   int cases = 240, nulls = 300, jobs = 0, ablations = -1, proposals = 0;
@@ -52,7 +52,7 @@ Result<int> run(std::vector<std::string> arguments) {
 }  // namespace
 
 Action add_prove(CLI::App& verb, Common& common) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<ProveOptions>();
   verb.add_option("--cases", o->cases, "Cases with hidden effects")->check(CLI::Range(0, 100000));
   verb.add_option("--nulls", o->nulls, "Cases without: nulls and decoys")->check(CLI::Range(0, 100000));
   verb.add_option("--level", o->level, "Only this level of concealment")

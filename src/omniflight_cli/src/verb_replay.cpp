@@ -23,7 +23,7 @@ using namespace std::chrono_literals;
 constexpr double kLongestGap =
     1.0;  // s of silence that is waited for; stamps may jump from one clock to another
 
-struct Options {
+struct ReplayOptions {
   std::string file;
   std::vector<std::string> only;
   double rate = 1.0, wait_s = 2.0;
@@ -36,7 +36,7 @@ struct Message {
   std::string data;
 };
 
-Result<int> replay(const Options& o, const Common& common) {
+Result<int> replay(const ReplayOptions& o, const Common& common) {
   auto bytes = files::read_file(o.file, std::size_t{2} << 30);
   if (!bytes) return Failure(bytes.error());
   std::map<std::string, std::size_t> index;
@@ -117,7 +117,7 @@ Result<int> replay(const Options& o, const Common& common) {
 }  // namespace
 
 Action add_replay(CLI::App& verb, Common& common) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<ReplayOptions>();
   verb.add_option("recording", o->file, "MCAP file; others: `omniflight import LOG --out LOG.mcap` first")
       ->required();
   verb.add_option("--topic", o->only, "Only these topics");

@@ -30,7 +30,7 @@ constexpr const char* kSchema = "omniflight.reproduced_figure/1";
 constexpr std::size_t kLargest = 64 * files::kMegabyte;  // of a figure's file
 constexpr double kDiagnosis = 300;                       // s that the diagnosis may take
 
-struct Options {
+struct ReproduceOptions {
   std::vector<std::string> figures;
   bool list = false, fast = false, force = false;
   std::string fly;  ///< a job of this verb: the name of its flight
@@ -38,7 +38,7 @@ struct Options {
   double budget_s = 0;
 };
 
-Result<std::vector<const Figure*>> chosen(const Options& o) {
+Result<std::vector<const Figure*>> chosen(const ReproduceOptions& o) {
   std::vector<const Figure*> out;
   if (o.figures.empty()) {
     for (const Figure& f : reproduction::figures())
@@ -79,7 +79,7 @@ void list(const Common& common) {
 /// One run over a folder.
 class Run {
  public:
-  Run(const Options& o, const Common& common, std::string out, std::vector<const Figure*> figures)
+  Run(const ReproduceOptions& o, const Common& common, std::string out, std::vector<const Figure*> figures)
       : o_(o), common_(common), out_(std::move(out)), time_(o.budget_s) {
     for (const Figure* f : figures) all_.push_back({.figure = f, .finding = {}, .why_not = {}});
     jobs_ = o.executor.at_once();
@@ -237,7 +237,7 @@ class Run {
     return left == 0 ? 0 : static_cast<int>(ErrorCode::incomplete);
   }
 
-  const Options& o_;
+  const ReproduceOptions& o_;
   const Common& common_;
   std::string out_;
   WorkTime time_;
@@ -252,7 +252,7 @@ class Run {
 }  // namespace
 
 Action add_reproduce(CLI::App& verb, Common& common) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<ReproduceOptions>();
   verb.add_option("figures", o->figures,
                   "Figures and tables, for instance 5.3 A.8 'table 7.1'; default: all");
   verb.add_flag("--list", o->list, "Only name them");

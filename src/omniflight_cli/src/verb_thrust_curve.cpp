@@ -15,7 +15,7 @@ namespace {
 using namespace identification;
 using nlohmann::json;
 
-struct Options {
+struct ThrustCurveOptions {
   std::vector<std::string> sweeps;
   std::string thrust_unit, update;
 };
@@ -34,7 +34,7 @@ json to_json(const RotorCurve& c, const char* unit) {
           {"speeds_radps", {c.slowest, c.fastest}}};
 }
 
-json to_json(const Options& o, const std::vector<BenchSweep>& sweeps, const ThrustCurves& curves) {
+json to_json(const ThrustCurveOptions& o, const std::vector<BenchSweep>& sweeps, const ThrustCurves& curves) {
   json files_list = json::array();
   for (const BenchSweep& s : sweeps)
     files_list.push_back({{"file", s.file}, {"rows", s.thrust_N.size()}, {"dropped", s.dropped}});
@@ -103,7 +103,7 @@ Status write_page(const std::string& out, const std::vector<BenchSweep>& sweeps,
   return page.write(out + "/report.html");
 }
 
-Status update(const Options& o, const std::vector<BenchSweep>& sweeps, const ThrustCurves& curves,
+Status update(const ThrustCurveOptions& o, const std::vector<BenchSweep>& sweeps, const ThrustCurves& curves,
               const Common& common) {
   const auto vehicle = vehicle::load_vehicle(o.update);
   if (!vehicle) return Failure(vehicle.error());
@@ -124,7 +124,7 @@ Status update(const Options& o, const std::vector<BenchSweep>& sweeps, const Thr
   return {};
 }
 
-Result<int> run(const Options& o, const Common& common) {
+Result<int> thrust_curve(const ThrustCurveOptions& o, const Common& common) {
   std::vector<BenchSweep> sweeps;
   for (const std::string& path : o.sweeps) {
     const auto text = files::read_gzip_or_plain(path, 64 * files::kMegabyte);
@@ -160,7 +160,7 @@ Result<int> run(const Options& o, const Common& common) {
 }  // namespace
 
 Action add_thrust_curve(CLI::App& verb, Common& common) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<ThrustCurveOptions>();
   verb.add_option("sweeps", o->sweeps,
                   "CSV of a thrust stand: rotor speed [rpm], thrust, torque where measured")
       ->required();
@@ -169,7 +169,7 @@ Action add_thrust_curve(CLI::App& verb, Common& common) {
       ->check(CLI::IsMember({"N", "g", "gf", "kg"}));
   verb.add_option("--update", o->update,
                   "Vehicle (name or path) whose file gets thrust_coefficient and drag_ratio");
-  return [o, &common] { return run(*o, common); };
+  return [o, &common] { return thrust_curve(*o, common); };
 }
 
 }  // namespace omniflight::cli

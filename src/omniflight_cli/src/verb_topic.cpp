@@ -26,7 +26,7 @@ using namespace std::chrono_literals;
 namespace fs = std::filesystem;
 namespace topics = components::topics;
 
-struct Options {
+struct TopicOptions {
   std::string action, topic, keys;
   double for_s = 3.0;
   std::uint64_t count = 5;
@@ -98,7 +98,7 @@ Result<const topics::Entry*> find_topic(const std::string& name) {
                    near.empty() ? "`omniflight topic list` shows them" : "Did you mean '" + near + "'?");
 }
 
-Result<int> list(const Options& o, const bus::Participant& participant, const Common& common) {
+Result<int> list(const TopicOptions& o, const bus::Participant& participant, const Common& common) {
   Ear ear(0);
   for (const auto& entry : topics::recorded)
     if (auto ok = ear.listen(participant, entry); !ok) return Failure(ok.error());
@@ -119,7 +119,7 @@ Result<int> list(const Options& o, const bus::Participant& participant, const Co
   return alive > 0 ? 0 : static_cast<int>(ErrorCode::incomplete);
 }
 
-Result<int> hz(const Options& o, const bus::Participant& participant, const topics::Entry& entry,
+Result<int> hz(const TopicOptions& o, const bus::Participant& participant, const topics::Entry& entry,
                const Common& common) {
   Ear ear(1'000'000);
   if (auto ok = ear.listen(participant, entry); !ok) return Failure(ok.error());
@@ -167,7 +167,7 @@ Result<recording::Recording> decode(const topics::Entry& entry, const std::vecto
   return result;
 }
 
-Result<int> echo(const Options& o, const bus::Participant& participant, const topics::Entry& entry,
+Result<int> echo(const TopicOptions& o, const bus::Participant& participant, const topics::Entry& entry,
                  const Common& common) {
   Ear ear(o.count);
   if (auto ok = ear.listen(participant, entry); !ok) return Failure(ok.error());
@@ -195,7 +195,7 @@ Result<int> echo(const Options& o, const bus::Participant& participant, const to
   return 0;
 }
 
-Result<int> record(const Options& o, const std::string& keys, const Common& common) {
+Result<int> record(const TopicOptions& o, const std::string& keys, const Common& common) {
   const auto configs = files::config_dir();
   if (!configs) return Failure(configs.error());
   const fs::path out = common.out.empty() ? fresh_folder("recorded") + ".mcap" : common.out;
@@ -226,7 +226,7 @@ Result<int> record(const Options& o, const std::string& keys, const Common& comm
   return r->signals.empty() ? static_cast<int>(ErrorCode::incomplete) : 0;
 }
 
-Result<int> run(const Options& o, const Common& common) {
+Result<int> topic(const TopicOptions& o, const Common& common) {
   std::string keys = o.keys;
   if (auto ok = use_bus_of(o.domain, keys); !ok) return Failure(ok.error());
   if (o.action == "record") return record(o, keys, common);
@@ -243,7 +243,7 @@ Result<int> run(const Options& o, const Common& common) {
 }  // namespace
 
 Action add_topic(CLI::App& verb, Common& common) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<TopicOptions>();
   verb.add_option("action", o->action, "list | echo | hz | record")
       ->required()
       ->check(CLI::IsMember({"list", "echo", "hz", "record"}));
@@ -252,7 +252,7 @@ Action add_topic(CLI::App& verb, Common& common) {
   add_secure(verb, o->keys);
   verb.add_option("--for-s", o->for_s, "Longest time to listen [s]")->check(not_negative(false));
   verb.add_option("--count", o->count, "echo: messages")->check(CLI::Range(1, 1000000));
-  return [o, &common] { return run(*o, common); };
+  return [o, &common] { return topic(*o, common); };
 }
 
 }  // namespace omniflight::cli

@@ -21,7 +21,7 @@ namespace {
 using namespace identification;
 using nlohmann::json;
 
-struct Options {
+struct TuneMotorOptions {
   std::string motor;
   int rotor = 0;
   int rounds = 0;
@@ -45,7 +45,7 @@ std::string words(const Margins& m) {
       m.max_sensitivity, m.gain_margin, to_degrees(m.phase_margin_rad), 1000 * m.delay_margin_s);
 }
 
-Status write_page(const std::string& out, const Options& o, const Tuning& t,
+Status write_page(const std::string& out, const TuneMotorOptions& o, const Tuning& t,
                   const std::vector<MotorOfFile>& motors) {
   report::Page page("Gains of the motors' speed loop", o.motor);
   page.section("Gains");
@@ -72,7 +72,7 @@ Status write_page(const std::string& out, const Options& o, const Tuning& t,
   return page.write(out + "/report.html");
 }
 
-SearchOptions search_options(const Options& o) {
+SearchOptions search_options(const TuneMotorOptions& o) {
   return {.max_sensitivity = o.search_sensitivity, .control_period_s = 1e-3 * o.period_ms};
 }
 
@@ -107,8 +107,8 @@ Result<SpeedErrors> fly_simulated(const std::vector<MotorOfFile>& motors, const 
 
 /// Flies, scores and chooses the next gains, until nothing is better or the rounds are used up. Rows that are
 /// in the list already count as flown.
-Result<PidnGains> simulated_rounds(const Options& o, const std::vector<MotorOfFile>& motors, PidnGains gains,
-                                   std::vector<RunRow>& rows, const Common& common) {
+Result<PidnGains> simulated_rounds(const TuneMotorOptions& o, const std::vector<MotorOfFile>& motors,
+                                   PidnGains gains, std::vector<RunRow>& rows, const Common& common) {
   Progress progress("tuning", o.rounds, "rounds", common.quiet || common.json);
   for (int round = 1; round <= o.rounds && !interrupted(); ++round) {
     const auto errors = fly_simulated(motors, gains, 1e-3 * o.period_ms);
@@ -125,8 +125,9 @@ Result<PidnGains> simulated_rounds(const Options& o, const std::vector<MotorOfFi
 
 /// Gains beside those of the model: the best of simulated rounds, or what the runs flown so far make worth
 /// flying next.
-Result<PidnGains> searched(const Options& o, const std::vector<MotorOfFile>& motors, const PidnGains& tuned,
-                           const std::string& out, const Common& common, std::string& source) {
+Result<PidnGains> searched(const TuneMotorOptions& o, const std::vector<MotorOfFile>& motors,
+                           const PidnGains& tuned, const std::string& out, const Common& common,
+                           std::string& source) {
   if (o.rounds > 0) {
     const std::string file = out + "/runs.csv";
     auto rows = read_runs(file);
@@ -153,7 +154,7 @@ Result<PidnGains> searched(const Options& o, const std::vector<MotorOfFile>& mot
   return *next ? **next : (*rows)[*best].gains;
 }
 
-Result<int> run(const Options& o, const Common& common) {
+Result<int> tune_motor(const TuneMotorOptions& o, const Common& common) {
   const auto motors = load_motors(o.motor, o.rotor);
   if (!motors) return Failure(motors.error());
   if (o.rounds > 0 && !o.runs.empty())
@@ -203,7 +204,7 @@ Result<int> run(const Options& o, const Common& common) {
 }  // namespace
 
 Action add_tune_motor(CLI::App& verb, Common& common) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<TuneMotorOptions>();
   verb.add_option("motor", o->motor, "motor.json of identify-motor")->required();
   verb.add_option("--rotor", o->rotor, "Only this rotor, from 1; otherwise gains that serve all")
       ->check(CLI::Range(1, 16));
@@ -220,7 +221,7 @@ Action add_tune_motor(CLI::App& verb, Common& common) {
                   "runs.csv of compare-runs: the gains to fly next, from those that were flown");
   verb.add_option("--search-sensitivity", o->search_sensitivity, "Largest |1/(1+L)| of gains that are tried")
       ->check(CLI::Range(1.2, 3.0));
-  return [o, &common] { return run(*o, common); };
+  return [o, &common] { return tune_motor(*o, common); };
 }
 
 }  // namespace omniflight::cli

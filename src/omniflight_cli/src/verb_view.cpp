@@ -29,7 +29,7 @@ constexpr auto kFrame = 40ms;  // between two looks at the bus
 constexpr auto kLookForRuns = 500ms;
 constexpr auto kWishHolds = 5s;  // long enough for everybody to be found and to answer
 
-struct Options {
+struct ViewOptions {
   std::string recording, vehicle, mission, test_bed, map, keys;
   std::vector<std::string> set, origins;
   int port = 8642, domain = -1;
@@ -37,7 +37,8 @@ struct Options {
 };
 
 /// The solids of the test bed that is named, or of the mission's; none where neither is known.
-Result<std::vector<planning::Primitive>> solids_of(const Options& o, const std::string& mission, bool must) {
+Result<std::vector<planning::Primitive>> solids_of(const ViewOptions& o, const std::string& mission,
+                                                   bool must) {
   std::filesystem::path description = o.test_bed;
   if (!o.test_bed.empty() && o.test_bed.find('/') == std::string::npos &&
       description.extension() != ".yaml") {
@@ -69,12 +70,12 @@ void announce(const Common& common, const view::WebServer& server, bool live) {
   std::cout.flush();
 }
 
-bool over(const Options& o, Clock::time_point begin) {
+bool over(const ViewOptions& o, Clock::time_point begin) {
   return interrupted() ||
          (o.for_s > 0 && std::chrono::duration<double>(Clock::now() - begin).count() > o.for_s);
 }
 
-Result<int> replay(const Options& o, const Common& common) {
+Result<int> replay(const ViewOptions& o, const Common& common) {
   recording::LoadOptions how;
   how.map = o.map;
   const auto r = recording::load(o.recording, how);
@@ -110,7 +111,7 @@ Result<int> replay(const Options& o, const Common& common) {
 }
 
 /// The run to look at: the one named, else the first that holds a domain.
-std::optional<int> find_run(const Options& o) {
+std::optional<int> find_run(const ViewOptions& o) {
   if (o.domain >= 0) return o.domain;
   const auto runs = domains_in_use();
   return runs.empty() ? std::nullopt : std::optional(runs.front());
@@ -145,7 +146,8 @@ void pass_on(LiveFlight& flight, Shown& shown, const Common& common) {
 }
 
 /// Shows one run until it has ended.
-Status show_run(const Options& o, int domain, const Common& common, Shown& shown, Clock::time_point begin) {
+Status show_run(const ViewOptions& o, int domain, const Common& common, Shown& shown,
+                Clock::time_point begin) {
   auto flight = LiveFlight::join(domain);
   if (!flight) return Failure(flight.error());
   auto desk = OperatorDesk::join(domain);
@@ -186,7 +188,7 @@ Status show_run(const Options& o, int domain, const Common& common, Shown& shown
   return {};
 }
 
-Result<int> live(const Options& o, const Common& common) {
+Result<int> live(const ViewOptions& o, const Common& common) {
   std::string name = o.vehicle;
   if (name.empty() && !o.mission.empty()) {
     const auto mission = planning::load_mission(o.mission);
@@ -236,7 +238,7 @@ Result<int> live(const Options& o, const Common& common) {
 }  // namespace
 
 Action add_view(CLI::App& verb, Common& common) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<ViewOptions>();
   verb.add_option("recording", o->recording,
                   "Recording to replay; without one, the run that flies now is shown");
   verb.add_option("--vehicle", o->vehicle,

@@ -23,6 +23,14 @@ else()
   option(OMNIFLIGHT_PRECOMPILE "Precompile the headers that a package names" ON)
 endif()
 
+# Half the time of a build from nothing, and more for one changed source. Names in the anonymous namespaces of a package
+# must differ; where two are the same, the compiler says "redefinition": give one of them a name that tells more.
+option(OMNIFLIGHT_UNITY "Compile the sources of a target eight at a time" OFF)
+if(OMNIFLIGHT_UNITY)
+  set(CMAKE_UNITY_BUILD ON)
+  set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
+endif()
+
 if(BUILD_TESTING)
   enable_testing()
 endif()
@@ -64,6 +72,9 @@ if(NOT TARGET omniflight_warnings)
     target_compile_options(omniflight_warnings INTERFACE -w)  # the warnings are those of GCC
   else()
     target_compile_options(omniflight_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Werror -Wno-restrict)
+  endif()
+  if(OMNIFLIGHT_UNITY)  # a class of one source is no class of a header, though it is included
+    target_compile_options(omniflight_warnings INTERFACE -Wno-subobject-linkage)
   endif()
   if(OMNIFLIGHT_NATIVE)
     target_compile_options(omniflight_warnings INTERFACE -march=native)

@@ -15,7 +15,6 @@ struct Taps {
 };
 constexpr Taps kRegisters[] = {{5, 3}, {6, 5}, {7, 6}, {9, 5}, {10, 7}, {11, 9}, {15, 14}};
 constexpr double kHalfPower = 0.4429;  // band * bit where sinc^2 is one half
-constexpr double kTwoSided99 = 2.5758;
 constexpr Eigen::Index kFewestBits = 31;
 constexpr int kLags = 20;
 

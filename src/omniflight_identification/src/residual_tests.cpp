@@ -5,7 +5,6 @@
 namespace omniflight::identification {
 namespace {
 
-constexpr double kTwoSided99 = 2.5758;  // sigma
 constexpr double kLevel = 0.01;
 
 /// Counted residuals and inputs of every experiment.

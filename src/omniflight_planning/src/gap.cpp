@@ -7,7 +7,7 @@ namespace omniflight::planning {
 namespace {
 
 constexpr double kLeastRoom = 3e-4;  // m, a little more than a valid pose must have
-constexpr double kFar = 0.3;         // m, between two gaps of a way
+constexpr double kApart = 0.3;       // m, between two gaps of a way
 constexpr double kBalance = 0.03;    // m beyond the margin within which spheres count
 constexpr int kRandomAttitudes = 40;
 constexpr std::size_t kImproved = 6;  // of the attitudes
@@ -167,7 +167,7 @@ std::vector<Gap> gaps_of(const std::vector<WayPlace>& way, double wide) {
       narrowest &= k < i ? way[k].distance > way[i].distance : way[k].distance >= way[i].distance;
     const Vec3 along = way[last].p_W - way[first].p_W;
     if (!narrowest || along.norm() < 1e-6) continue;
-    if (!out.empty() && (way[i].p_W - out.back().p_W).norm() < kFar) continue;
+    if (!out.empty() && (way[i].p_W - out.back().p_W).norm() < kApart) continue;
     out.push_back({way[i].p_W, way[i].distance, along.normalized()});
   }
   return out;

@@ -16,7 +16,6 @@ namespace omniflight::planning {
 namespace {
 
 constexpr double kShareOfSearch = 0.9;  // of the time that is left; the rest is for timing and certificate
-constexpr std::size_t kMaxKnots = 1'000'000;  // as many as a plan file may hold: 2 h 46 min
 
 Error to_error(const PathProblem& problem, const Waypoint& waypoint, const std::string& mission_file) {
   Error error;

@@ -9,8 +9,7 @@ namespace omniflight::planning {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr std::size_t kMaxFile = 256 * files::kMegabyte;
-constexpr std::size_t kMaxKnots = 1'000'000;
+constexpr std::size_t kMaxPlanFile = 256 * files::kMegabyte;
 constexpr std::size_t kMaxOverrides = 1000;
 const char* const kPlanAgain = "Plan the mission again";
 
@@ -193,7 +192,7 @@ Status write_plan(const Plan& plan, const std::filesystem::path& dir) {
 Result<Plan> read_plan(const std::filesystem::path& dir) {
   const std::string trajectory_file = (dir / "trajectory.json").string();
   const std::string certificate_file = (dir / "certificate.json").string();
-  const auto bytes = files::read_file(trajectory_file, kMaxFile);
+  const auto bytes = files::read_file(trajectory_file, kMaxPlanFile);
   if (!bytes) return Failure(bytes.error());
   const auto certificate_bytes = files::read_file(certificate_file, files::kMegabyte);
   if (!certificate_bytes) return Failure(certificate_bytes.error());

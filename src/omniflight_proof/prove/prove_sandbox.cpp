@@ -36,7 +36,7 @@ double now() {
 bool put(const char* file, const std::string& text) {
   const int fd = open(file, O_WRONLY | O_CLOEXEC);
   if (fd < 0) return false;
-  const bool ok = write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  const bool ok = ::write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size());
   return (close(fd) == 0) && ok;
 }
 

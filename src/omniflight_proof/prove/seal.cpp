@@ -52,7 +52,7 @@ Status write_private(const fs::path& file, std::string_view content) {
   if (fd < 0) return bad_input(std::string("cannot be written: ") + strerror(errno), file.string());
   bool ok = fchmod(fd, 0600) == 0;
   for (std::size_t done = 0; ok && done < content.size();) {
-    const ssize_t n = write(fd, content.data() + done, content.size() - done);
+    const ssize_t n = ::write(fd, content.data() + done, content.size() - done);
     if (n <= 0)
       ok = false;
     else

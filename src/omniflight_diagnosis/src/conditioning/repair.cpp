@@ -44,8 +44,6 @@ Signal without(const Signal& s, const std::vector<char>& bad) {
   return out;
 }
 
-double time_of(const Signal& s, Eigen::Index i) { return s.t_s[static_cast<std::size_t>(i)]; }
-
 /// Windows in order, those closer than `join_s` made one.
 std::vector<Window> joined(std::vector<Window> windows, double join_s) {
   std::sort(windows.begin(), windows.end(),

@@ -28,8 +28,6 @@ double apart(const Signal& s, Eigen::Index a, Eigen::Index b) {
   return recording::is_attitude(s.name) ? std::min(d, (s.values.row(a) + s.values.row(b)).norm()) : d;
 }
 
-double time_of(const Signal& s, Eigen::Index i) { return s.t_s[static_cast<std::size_t>(i)]; }
-
 /// Rows of one column that stand at its extreme in the direction of `sign`, when they are more than chance.
 std::vector<Rows> plateaus(const Eigen::VectorXd& x, double sign) {
   const Eigen::Index n = x.size();

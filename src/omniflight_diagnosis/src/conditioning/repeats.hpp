@@ -9,6 +9,10 @@ namespace omniflight::diagnosis {
 struct Rows {
   Eigen::Index begin = 0, end = 0;
 };
+/// s, of sample `i`
+inline double time_of(const recording::Signal& s, Eigen::Index i) {
+  return s.t_s[static_cast<std::size_t>(i)];
+}
 std::vector<Rows> equal_rows(const Eigen::MatrixXd& values);
 
 /// At which samples of `s` the rotors work, by measured speed, command or drive: a vehicle on the ground may

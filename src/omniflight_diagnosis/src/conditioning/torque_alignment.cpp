@@ -13,14 +13,14 @@ constexpr double kLeastExplained = 0.85;
 constexpr double kSlowHz = 4;
 constexpr double kCorrelation = 0.05;  // s: over which the misfit repeats itself
 
-struct Axis {
+struct AxisFit {
   double left = 1;   ///< share of its variance that cause and spin-up leave unexplained
   double scale = 0;  ///< of the torque, 1/(kg m^2)
 };
 
 /// An axis when cause and spin-up come `shift` samples later.
-Axis regress(const Eigen::VectorXd& y, const Eigen::VectorXd& torque, const Eigen::VectorXd& spin_up,
-             const std::vector<int>& rows, int shift) {
+AxisFit regress(const Eigen::VectorXd& y, const Eigen::VectorXd& torque, const Eigen::VectorXd& spin_up,
+                const std::vector<int>& rows, int shift) {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
   Vec3 g = Vec3::Zero();
   double sum = 0, squares = 0;
@@ -79,7 +79,7 @@ std::optional<TorqueLag> lag_behind_rotors(const Eigen::MatrixXd& dw, const Eige
   for (int shift = -reach; shift <= reach; ++shift) {
     double sum = 0;
     for (int c = 0; c < 3; ++c) {
-      const Axis axis = regress(turn.col(c), cause.col(c), start.col(c), rows, shift);
+      const AxisFit axis = regress(turn.col(c), cause.col(c), start.col(c), rows, shift);
       sum += 0.5 * std::log(axis.left);
     }
     misfit.push_back(sum);
@@ -88,7 +88,7 @@ std::optional<TorqueLag> lag_behind_rotors(const Eigen::MatrixXd& dw, const Eige
   if (at == 0 || at + 1 == static_cast<std::ptrdiff_t>(misfit.size())) return std::nullopt;
   // beside a disturbance that the rotors answer, the answer's delay is all there is to see
   for (int c = 0; c < 3; ++c) {
-    const Axis axis = regress(turn.col(c), cause.col(c), start.col(c), rows, static_cast<int>(at) - reach);
+    const AxisFit axis = regress(turn.col(c), cause.col(c), start.col(c), rows, static_cast<int>(at) - reach);
     if (axis.scale > 0) out.explained = std::max(out.explained, 1 - axis.left);
   }
   if (out.explained < kLeastExplained) return std::nullopt;

@@ -16,13 +16,13 @@ constexpr int kFiner = 4;        ///< frequencies over those that a flight tells
 
 using Spectrum = std::vector<std::complex<double>>;
 
-struct Axis {
+struct BeatAxis {
   int channel = 0;
   bool world = false;
 };
 
 /// Share of a channel in an axis at a sample.
-double share_of(const RegressionProblem& problem, const Axis& axis, int channel, int sample) {
+double share_of(const RegressionProblem& problem, const BeatAxis& axis, int channel, int sample) {
   if (!axis.world) return channel == axis.channel ? 1.0 : 0.0;
   return channel < 3 ? problem.situation(sample).R_WB(axis.channel, channel) : 0.0;
 }
@@ -55,7 +55,7 @@ std::vector<Pulsation> make_pulsations(const RegressionProblem& problem, const N
   const Eigen::VectorXd weighted = noise.weigh(problem.residual());
   Eigen::FFT<double> fft;
   for (int k = 0; k < 9; ++k) {
-    const Axis axis{k < 6 ? k : k - 6, k >= 6};
+    const BeatAxis axis{k < 6 ? k : k - 6, k >= 6};
     if (problem.forces_only() && !axis.world && axis.channel >= 3) continue;
     // what a cosine and a sine take from the residual, were they orthogonal
     const auto bins = static_cast<std::size_t>(highest / step) + 1;

@@ -11,7 +11,7 @@ namespace omniflight::diagnosis {
 namespace {
 
 /// Expected number of errors of sensors, motors and control that a laboratory does not know of.
-constexpr double kExpected = 0.35;
+constexpr double kExpectedEffects = 0.35;
 
 double probability_of(const Finding& f, const physics::VehicleSize& size) {
   const physics::Effect* effect = physics::find_effect(f.effect);
@@ -19,7 +19,8 @@ double probability_of(const Finding& f, const physics::VehicleSize& size) {
   int count = 0;
   for (const physics::Effect* e : physics::builtin_effects())
     count += e->info().stage != physics::Stage::wrench;
-  const double log_odds = std::log(kExpected * physics::occurrence(effect->info()) / std::max(1, count));
+  const double log_odds =
+      std::log(kExpectedEffects * physics::occurrence(effect->info()) / std::max(1, count));
   double log_factor = f.parameters.empty() ? f.log_factor : -1e300;
   for (const ParameterValue& p : f.parameters) {
     const double error = (p.high - p.low) / (2 * 1.96);

@@ -13,7 +13,7 @@ namespace {
 using recording::Recording;
 using recording::Signal;
 
-constexpr double kRate = 100, kCutoff = 6;  // Hz: a pose differentiated twice carries no more
+constexpr double kPoseRate = 100, kPoseCutoff = 6;  // Hz: a pose differentiated twice carries no more
 
 const Signal* first_of(const Recording& r, const char* measured, const char* estimated) {
   return r.find(measured) ? r.find(measured) : r.find(estimated);
@@ -25,7 +25,7 @@ Eigen::MatrixXd smooth(const Signal& s, const std::vector<double>& t) {
   for (Eigen::Index i = 1; i < x.rows(); ++i)
     if (!x.row(i).allFinite()) x.row(i) = x.row(i - 1);
   if (recording::is_attitude(s.name)) make_continuous(x);
-  return low_pass(x, kRate, kCutoff);
+  return low_pass(x, kPoseRate, kPoseCutoff);
 }
 
 /// The one direction in which all rotors push, whatever the tilt.
@@ -48,19 +48,20 @@ std::optional<MotionOnGrid> motion_on_grid(const Recording& r, const Options& o)
     if (s) from = std::max(from, s->t_s.front()), to = std::min(to, s->t_s.back());
   if (!(to - from > 2) || to - from > 7200) return std::nullopt;
   MotionOnGrid m;
-  for (int i = 0; i < static_cast<int>((to - from) * kRate); ++i) m.t.push_back(from + i / kRate);
+  for (int i = 0; i < static_cast<int>((to - from) * kPoseRate); ++i) m.t.push_back(from + i / kPoseRate);
   m.force = smooth(*force, m.t);
   m.in_body = acc || q;
   const Eigen::MatrixXd attitude = q ? smooth(*q, m.t) : Eigen::MatrixXd();
   if (!acc) {
-    m.force = differentiate(differentiate(m.force, kRate), kRate);
+    m.force = differentiate(differentiate(m.force, kPoseRate), kPoseRate);
     m.force.col(2).array() += o.environment.gravity;
     for (Eigen::Index i = 0; q && i < m.force.rows(); ++i)
       m.force.row(i) = (quaternion(attitude, i).conjugate() * Vec3(m.force.row(i))).transpose();
   }
   if (gyro || q) {
-    m.w = gyro ? smooth(*gyro, m.t) : low_pass(rate_from_attitude(attitude, kRate), kRate, kCutoff);
-    m.dw = differentiate(m.w, kRate);
+    m.w =
+        gyro ? smooth(*gyro, m.t) : low_pass(rate_from_attitude(attitude, kPoseRate), kPoseRate, kPoseCutoff);
+    m.dw = differentiate(m.w, kPoseRate);
   }
   return m;
 }
@@ -69,7 +70,7 @@ std::optional<InverseDynamics> inverse_dynamics(const Recording& r, const vehicl
                                                 const Options& o) {
   const auto m = motion_on_grid(r, o);
   if (!m) return std::nullopt;
-  const Eigen::Index edge = static_cast<Eigen::Index>(0.3 * kRate), n = m->force.rows() - 2 * edge;
+  const Eigen::Index edge = static_cast<Eigen::Index>(0.3 * kPoseRate), n = m->force.rows() - 2 * edge;
   const Eigen::VectorXd size = v.mass * m->force.middleRows(edge, n).rowwise().norm();
   InverseDynamics out;
   out.mean_N = size.mean();
@@ -81,7 +82,7 @@ std::optional<InverseDynamics> inverse_dynamics(const Recording& r, const vehicl
   for (Eigen::Index i = 0; i < n;) {
     Eigen::Index j = i;
     while (j < n && size[j] < least) ++j;
-    if (static_cast<double>(j - i) > 0.1 * kRate)
+    if (static_cast<double>(j - i) > 0.1 * kPoseRate)
       out.falls_s.emplace_back(m->t[static_cast<std::size_t>(i + edge)],
                                m->t[static_cast<std::size_t>(j - 1 + edge)]);
     i = j + 1;

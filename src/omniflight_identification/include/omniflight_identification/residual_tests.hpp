@@ -5,6 +5,9 @@
 
 namespace omniflight::identification {
 
+/// 99 % of a normal distribution lie within so many standard deviations
+inline constexpr double kTwoSided99 = 2.5758;
+
 /// Autocorrelation of x at lags 0..lags, 1 at lag 0; zeros when x does not move.
 Eigen::VectorXd autocorrelation(const Eigen::VectorXd& x, int lags);
 /// P(chi-squared with `dof` degrees of freedom > x), by Wilson and Hilferty (1931): good to 0.002.

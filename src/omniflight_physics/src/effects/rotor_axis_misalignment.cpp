@@ -5,7 +5,7 @@
 namespace omniflight::physics {
 namespace {
 
-constexpr int kRotors = kMaxParameters / 3;
+constexpr int kLeaningRotors = kMaxParameters / 3;
 
 class RotorAxisMisalignment final : public RegressorEffect<RotorAxisMisalignment> {
  public:
@@ -37,7 +37,7 @@ class RotorAxisMisalignment final : public RegressorEffect<RotorAxisMisalignment
   void columns(const Situation& s, Columns& out) const {
     int k = 0;
     for (const RotorSituation& r : s.all_rotors()) {
-      if (k >= 2 * kRotors) return;
+      if (k >= 2 * kLeaningRotors) return;
       Vec3 t = r.tilt_axis_B;
       if (t.isZero()) t = std::abs(r.n_B.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
       t = (t - t.dot(r.n_B) * r.n_B).normalized();
@@ -52,7 +52,7 @@ class RotorAxisMisalignment final : public RegressorEffect<RotorAxisMisalignment
  private:
   static std::vector<Parameter> parameters() {
     std::vector<Parameter> out;
-    for (int i = 1; i <= kRotors; ++i) {
+    for (int i = 1; i <= kLeaningRotors; ++i) {
       const std::string n = std::to_string(i);
       const double along = i % 2 ? 0.02 : -0.015, across = i % 3 ? 0.01 : -0.02;
       out.push_back({"rotor" + n + "_tilt", "a_" + n, "rad", -0.15, 0.15, along, 0, true});

@@ -5,7 +5,7 @@
 namespace omniflight::physics {
 namespace {
 
-constexpr int kRotors = kMaxParameters / 3;
+constexpr int kPlacedRotors = kMaxParameters / 3;
 
 class RotorPositionError final : public RegressorEffect<RotorPositionError> {
  public:
@@ -30,7 +30,7 @@ class RotorPositionError final : public RegressorEffect<RotorPositionError> {
   void columns(const Situation& s, Columns& out) const {
     int k = 0;
     for (const RotorSituation& r : s.all_rotors()) {
-      if (k >= 3 * kRotors) return;
+      if (k >= 3 * kPlacedRotors) return;
       for (int axis = 0; axis < 3; ++axis) out.col(k++).tail<3>() = r.thrust * Vec3::Unit(axis).cross(r.n_B);
     }
   }
@@ -38,7 +38,7 @@ class RotorPositionError final : public RegressorEffect<RotorPositionError> {
  private:
   static std::vector<Parameter> parameters() {
     std::vector<Parameter> out;
-    for (int i = 1; i <= kRotors; ++i) {
+    for (int i = 1; i <= kPlacedRotors; ++i) {
       const std::string n = std::to_string(i);
       const double typical[] = {i % 2 ? 0.003 : -0.002, i % 3 ? 0.002 : -0.003, i % 4 ? 0.001 : -0.002};
       for (int axis = 0; axis < 3; ++axis)

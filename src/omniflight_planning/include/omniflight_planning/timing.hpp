@@ -2,6 +2,7 @@
 // limits.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "omniflight_allocation/rotor_load.hpp"
@@ -37,7 +38,8 @@ class PoseCurve {
 };
 
 /// Time between knots.
-inline constexpr double kKnotPeriod = 0.01;  // s
+inline constexpr double kKnotPeriod = 0.01;          // s
+inline constexpr std::size_t kMaxKnots = 1'000'000;  // as many as a plan file may hold: 2 h 46 min
 
 /// Rides a curve from rest to rest with the minimum-jerk law u = L (10 s^3 - 15 s^4 + 6 s^5), in the shortest
 /// time (a whole number of knot periods) that keeps every limit at every knot. Knots start at t = 0.

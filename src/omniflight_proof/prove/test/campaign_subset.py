@@ -25,7 +25,7 @@ def need(condition, what):
 
 def main():
     programs, omniflight, configs = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
-    cases, nulls = (sys.argv[4:6] if len(sys.argv) > 5 else ("5", "4"))
+    cases, nulls = (sys.argv[4:6] if len(sys.argv) > 5 else ("3", "2"))
     if not omniflight.is_file():
         print(f"skipped: {omniflight} is not built; the analysis is the whole program")
         return 77
