@@ -11,9 +11,14 @@
 #include <string>
 #include <vector>
 
+#include "omniflight_gateway/natnet_packet.hpp"
+
 namespace omniflight::gateway {
 
 static_assert(std::endian::native == std::endian::little);
+
+/// Versions of the protocol in which the frame's layout changed
+inline constexpr NatNetVersion k29{2, 9}, k211{2, 11}, k30{3, 0}, k40{4, 0}, k41{4, 1}, k42{4, 2};
 
 /// After the first error everything reads as zero; look at status() once.
 class NatNetReader {

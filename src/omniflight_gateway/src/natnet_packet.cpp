@@ -6,7 +6,6 @@ namespace omniflight::gateway {
 namespace {
 
 constexpr std::size_t kHeader = 4;
-constexpr NatNetVersion k29{2, 9}, k211{2, 11}, k30{3, 0}, k40{4, 0}, k41{4, 1}, k42{4, 2};
 constexpr std::size_t kFloat = 4, kInt = 4, kVector = 12;
 enum Dataset { kMarkerSet = 0, kRigidBody = 1, kSkeleton = 2 };
 

@@ -5,8 +5,6 @@
 namespace omniflight::gateway {
 namespace {
 
-constexpr NatNetVersion k29{2, 9}, k211{2, 11}, k30{3, 0}, k40{4, 0}, k41{4, 1}, k42{4, 2};
-
 void begin(std::vector<std::byte>& out, NatNetMessage message) {
   out.clear();
   natnet_put(out, static_cast<std::uint16_t>(message));
