@@ -74,7 +74,7 @@ if(NOT TARGET omniflight_warnings)
     target_compile_options(omniflight_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Werror -Wno-restrict)
   endif()
   if(OMNIFLIGHT_UNITY)  # a class of one source is no class of a header, though it is included
-    target_compile_options(omniflight_warnings INTERFACE -Wno-subobject-linkage)
+    target_compile_options(omniflight_warnings INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-subobject-linkage>)
   endif()
   if(OMNIFLIGHT_NATIVE)
     target_compile_options(omniflight_warnings INTERFACE -march=native)
