@@ -101,16 +101,16 @@ nlohmann::json result_of(const Case& one) {
   return {{"verdict", kNotFlown}, {"reason", text ? "flight.json is damaged" : text.error().text()}};
 }
 
-struct Flown {
+struct FlownCampaign {
   std::vector<Outcome> outcomes;
   std::size_t kept = 0;
   jobs::Ran ran;
 };
 
 /// Flies what is not kept, and reads what there is; flights that were interrupted are left out.
-Result<Flown> fly_all(const CampaignOptions& o, const Campaign& campaign, const std::string& out,
-                      jobs::Executor& executor, const Common& common) {
-  Flown flown;
+Result<FlownCampaign> fly_all(const CampaignOptions& o, const Campaign& campaign, const std::string& out,
+                              jobs::Executor& executor, const Common& common) {
+  FlownCampaign flown;
   for (const Case& one : campaign.cases) {
     if (o.resume && flown_before(one.options)) {
       ++flown.kept;

@@ -26,14 +26,14 @@ Status check_known(const std::vector<std::string>& ids) {
 Result<std::map<std::string, double>> inclusion_of(const std::string& path) {
   const auto text = files::read_file(path, kMostBytes);
   if (!text) return Failure(text.error());
-  const auto json = nlohmann::json::parse(*text, nullptr, false);
+  const auto told = nlohmann::json::parse(*text, nullptr, false);
   const auto refuse = [&](const std::string& what) {
     return bad_input(what, path, "Name a diagnosis.json that `omniflight diagnose` wrote");
   };
-  if (!json.is_object() || json.value("schema", nlohmann::json()) != "omniflight.diagnosis/1")
+  if (!told.is_object() || told.value("schema", nlohmann::json()) != "omniflight.diagnosis/1")
     return refuse("no diagnosis of schema omniflight.diagnosis/1");
-  const auto findings = json.find("findings");
-  if (findings == json.end() || !findings->is_array()) return refuse("field 'findings' is no list");
+  const auto findings = told.find("findings");
+  if (findings == told.end() || !findings->is_array()) return refuse("field 'findings' is no list");
   std::map<std::string, double> out;
   for (const auto& f : *findings) {
     if (!f.is_object() || !f.contains("effect") || !f["effect"].is_string())

@@ -88,8 +88,8 @@ Result<Refit> refly(const DiagnoseOptions& o, const std::string& out, const reco
 }
 
 /// What told.yaml says, and the tracks of the neighbours it names.
-Status take_told(const DiagnoseOptions& o, const recording::Recording& first,
-                 diagnosis::DiagnoseOptions& options, Common& common) {
+Status take_told(const DiagnoseOptions& o, const recording::Recording& first, diagnosis::Options& options,
+                 Common& common) {
   const std::string file = o.told.empty() ? diagnosis::prior_knowledge_beside(o.recordings.front()) : o.told;
   if (file.empty()) return {};
   const auto told = diagnosis::load_prior_knowledge(file);
@@ -108,7 +108,7 @@ Status take_told(const DiagnoseOptions& o, const recording::Recording& first,
 /// Several recordings: each flew beside neighbours of its own, named in the told.yaml that is its own
 /// (<recording>.told.yaml, or told.yaml in a folder of its own). The first one's are already loaded.
 Status take_neighbours(const DiagnoseOptions& o, std::vector<recording::Recording>& fit,
-                       std::vector<recording::Recording>& held_out, diagnosis::DiagnoseOptions& options) {
+                       std::vector<recording::Recording>& held_out, diagnosis::Options& options) {
   if (fit.size() + held_out.size() < 2) return {};
   const auto give = [](recording::Recording& to, const physics::NeighbourTrack& track) {
     recording::Signal s;
@@ -259,9 +259,8 @@ void tell(const DiagnoseOptions& o, const Common& common, const vehicle::Vehicle
 
 /// Writes and tells the answer: the exit code.
 Result<int> conclude(const DiagnoseOptions& o, Common& common, const vehicle::Vehicle& vehicle,
-                     const std::vector<recording::Recording>& recordings,
-                     const diagnosis::DiagnoseOptions& options, std::chrono::steady_clock::time_point begin,
-                     diagnosis::Diagnosis& d) {
+                     const std::vector<recording::Recording>& recordings, const diagnosis::Options& options,
+                     std::chrono::steady_clock::time_point begin, diagnosis::Diagnosis& d) {
   const recording::Recording& flown = recordings.front();
   const bool answered =
       d.verdict != diagnosis::Verdict::checked && d.verdict != diagnosis::Verdict::unfinished;
@@ -289,9 +288,9 @@ Result<int> conclude(const DiagnoseOptions& o, Common& common, const vehicle::Ve
   if (auto ok = write_page(d, refit, flown, "Diagnosis of " + vehicle.name, out + "/report.html"); !ok)
     return Failure(ok.error());
   d.summary = first_sentence(d) + ". " + d.summary;
-  const std::string json = diagnosis::to_json(d);
-  if (auto ok = files::write_file_atomic(out + "/diagnosis.json", json); !ok) return Failure(ok.error());
-  if (common.json) print_json(common, nlohmann::json::parse(json));
+  const std::string answer = diagnosis::to_json(d);
+  if (auto ok = files::write_file_atomic(out + "/diagnosis.json", answer); !ok) return Failure(ok.error());
+  if (common.json) print_json(common, nlohmann::json::parse(answer));
   tell(o, common, vehicle, recordings, d, refit, out);
   switch (d.verdict) {
     case diagnosis::Verdict::unexplained:
@@ -356,7 +355,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     auto baseline = load_all(o->baseline, o->map);
     if (!baseline) return Failure(baseline.error());
     ablate_input(o->ablation, *fit, *vehicle);
-    diagnosis::DiagnoseOptions options;
+    diagnosis::Options options;
     options.baseline = std::move(*baseline);
     if (auto ok = take_told(*o, fit->front(), options, common); !ok) return Failure(ok.error());
     if (auto ok = take_neighbours(*o, *fit, *held_out, options); !ok) return Failure(ok.error());

@@ -52,14 +52,14 @@ Action add_estop(CLI::App& verb, Common& common) {
     if (domains.empty())
       return fail(ErrorCode::incomplete, "no run of this machine holds a domain", "estop",
                   "Name it with --domain when it was started by hand");
-    nlohmann::json json = nlohmann::json::array();
+    nlohmann::json answers = nlohmann::json::array();
     bool acknowledged = true;
     for (const int d : domains) {
-      auto stopped = stop(d, *keys, *ramp ? "stop" : "cut", common, json);
+      auto stopped = stop(d, *keys, *ramp ? "stop" : "cut", common, answers);
       if (!stopped) return Failure(stopped.error());
       acknowledged = acknowledged && *stopped;
     }
-    print_json(common, json);
+    print_json(common, answers);
     return acknowledged ? 0 : static_cast<int>(ErrorCode::incomplete);
   };
 }
