@@ -42,7 +42,7 @@ Eigen::VectorXd answer_of_servo(const vehicle::Tilt& servo, const std::vector<do
     if (!tilt)
       tilt.emplace(servo, input[i]);
     else
-      tilt->step(0.5 * (input[before] + input[i]),
+      tilt->step(servo.time_constant > 0 ? 0.5 * (input[before] + input[i]) : input[i],
                  t[static_cast<std::size_t>(i)] - t[static_cast<std::size_t>(before)]);
     before = i;
     out[i] = tilt->alpha();
