@@ -104,7 +104,8 @@ TEST_F(Vehicles, RefuseATiltServoThatNoVehicleHas) {
          {"omnimorph.yaml: tilt.backlash_deg", "is 4 deg, must be less than the range of the tilt, 3 deg"});
   v.tilt.backlash = 0;
   v.tilt.time_constant = std::nan("");
-  expect(validate(v).error().text(), {"tilt.time_constant_s", "is nan s, must be at least 0 and at most 2 s"});
+  expect(validate(v).error().text(),
+         {"tilt.time_constant_s", "is nan s, must be at least 0 and at most 2 s"});
 }
 
 TEST_F(Vehicles, ListTheirMassVariants) {

@@ -1,5 +1,6 @@
 #include "tilt_servo.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
