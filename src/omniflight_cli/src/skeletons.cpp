@@ -63,7 +63,7 @@ rotors:                                          # spin +1: positive thrust exer
   - {position: [-0.12, 0.12, 0], axis: [0, 0, 1], tilt_axis: null, spin: -1, thrust_coefficient: 5.0e-6, drag_ratio: 0.016, min_thrust: 0.1, max_thrust: 6.0, radius: 0.1, time_constant: 0.02, board: 0}
   - {position: [-0.12, -0.12, 0], axis: [0, 0, 1], tilt_axis: null, spin: +1, thrust_coefficient: 5.0e-6, drag_ratio: 0.016, min_thrust: 0.1, max_thrust: 6.0, radius: 0.1, time_constant: 0.02, board: 0}
   - {position: [0.12, -0.12, 0], axis: [0, 0, 1], tilt_axis: null, spin: -1, thrust_coefficient: 5.0e-6, drag_ratio: 0.016, min_thrust: 0.1, max_thrust: 6.0, radius: 0.1, time_constant: 0.02, board: 0}
-tilt: {kind: none, min_deg: 0, max_deg: 0, rate_deg_s: 0}
+tilt: {kind: none, min_deg: 0, max_deg: 0, rate_deg_s: 0, time_constant_s: 0, backlash_deg: 0}   # the last two: lag and play of the servo
 provenance:
   geometry: "say where it is from"
   missing: ["everything: these are made-up figures to start from"]

@@ -58,6 +58,24 @@ std::string rank_and_trim(const allocation::ActuationClass& c) {
   return out;
 }
 
+/// Mass and thrust to weight of every mass that the vehicle's file lists, said and returned.
+Result<nlohmann::json> list_variants(const std::string& spec, const vehicle::Vehicle& v, Common& common) {
+  nlohmann::json all = nlohmann::json::array();
+  for (const vehicle::MassVariant& variant : v.variants) {
+    const std::string name = spec.substr(0, spec.rfind('@')) + "@" + variant.name;
+    const auto loaded = vehicle::load_vehicle(name);
+    if (!loaded) return Failure(loaded.error());
+    const auto actuation = allocation::classify_actuation(*loaded);
+    if (!actuation) return Failure(actuation.error());
+    const double ratio = actuation->strongest().thrust_to_weight;
+    all.push_back(
+        {{"name", name}, {"mass_kg", loaded->mass}, {"thrust_to_weight", ratio}, {"why", variant.why}});
+    say(common, fmt::format("    {}: {:.3f} kg, thrust to weight {:.2f}{}", name, loaded->mass, ratio,
+                            variant.why.empty() ? "" : "  (" + variant.why + ")"));
+  }
+  return all;
+}
+
 }  // namespace
 
 Action add_vehicles(CLI::App& verb, Common& common) {
@@ -74,16 +92,19 @@ Action add_vehicles(CLI::App& verb, Common& common) {
       const auto actuation = allocation::classify_actuation(*v);
       if (!actuation) return Failure(actuation.error());
       const double ratio = actuation->strongest().thrust_to_weight;
+      say(common, fmt::format("{:24} {:7.3f} kg, {} rotors, thrust to weight {:.2f}  {}", name, v->mass,
+                              v->rotor_count(), ratio, v->file));
+      say(common, "    " + actuation->words());
+      say(common, "    " + rank_and_trim(*actuation));
+      auto variants = list_variants(name, *v, common);
+      if (!variants) return Failure(variants.error());
       all.push_back({{"name", name},
                      {"mass_kg", v->mass},
                      {"rotors", v->rotor_count()},
                      {"thrust_to_weight", ratio},
                      {"actuation", to_json(*actuation)},
+                     {"variants", std::move(*variants)},
                      {"file", v->file}});
-      say(common, fmt::format("{:24} {:7.3f} kg, {} rotors, thrust to weight {:.2f}  {}", name, v->mass,
-                              v->rotor_count(), ratio, v->file));
-      say(common, "    " + actuation->words());
-      say(common, "    " + rank_and_trim(*actuation));
     }
     print_json(common, all);
     return 0;

@@ -61,6 +61,18 @@ class Vehicles(system.SystemTest):
                       "in hover every rotor keeps", "rank 4 from -45 to 45 deg"):
             self.assertIn(words, told)
 
+    def test_the_list_tells_the_masses_of_a_vehicle_file(self):
+        listed, none = system.json.loads(self.run_command("vehicles", "omnimorph@flown", "odar", "--json").stdout)
+        self.assertEqual(none["variants"], [])
+        variants = {v["name"]: v for v in listed["variants"]}
+        self.assertEqual(set(variants), {"omnimorph@simulated", "omnimorph@table_4_1", "omnimorph@flown"})
+        heavy, light = variants["omnimorph@table_4_1"], variants["omnimorph@flown"]
+        self.assertAlmostEqual(heavy["mass_kg"], 1.595)
+        self.assertIn("Table 4.1", heavy["why"])
+        self.assertAlmostEqual(light["thrust_to_weight"], listed["thrust_to_weight"])
+        self.assertAlmostEqual(heavy["thrust_to_weight"] * 1.595, light["thrust_to_weight"] * light["mass_kg"], places=6)
+        self.assertIn("omnimorph@table_4_1: 1.595 kg, thrust to weight", self.run_command("vehicles", "omnimorph").stdout)
+
     def test_long_every_vehicle_flies_both_missions_and_lacks_nothing(self):
         for vehicle in UNDERACTUATED + FREE:
             for mission in ("sideways", "figure_eight"):

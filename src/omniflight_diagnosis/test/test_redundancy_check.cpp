@@ -197,6 +197,58 @@ TEST(Agreement, ATiltThatLagsIsNamedWithItsTime) {
   EXPECT_NEAR(d.findings[0].parameters.at(0).value, 0.08, 0.01);
 }
 
+/// The tilt angle follows its command with this lag [s], exactly.
+void let_the_tilt_lag(recording::Recording& r, double lag) {
+  auto& tilt = r.signals["alpha"];
+  const auto command = r.signals["alpha_command"].values;
+  const double part = std::exp(-0.01 / lag);
+  for (Eigen::Index i = 1; i < tilt.values.rows(); ++i)
+    tilt.values(i, 0) = command(i, 0) + part * (tilt.values(i - 1, 0) - command(i, 0));
+}
+
+TEST(Agreement, AToldLagOfTheTiltIsNoFindingAndMoreIsTheDifference) {
+  vehicle::Vehicle v = omnimorph();
+  v.tilt.time_constant = 0.08;
+  recording::Recording r = with_commands(v);
+  let_the_tilt_lag(r, 0.08);
+  EXPECT_EQ(found(r, v), "");
+  r = with_commands(v);
+  let_the_tilt_lag(r, 0.14);
+  Diagnosis d;
+  check_redundancy(r, v, {}, d);
+  ASSERT_EQ(d.findings.size(), 1u);
+  EXPECT_EQ(d.findings[0].effect, "tilt_servo_lag");
+  EXPECT_NEAR(d.findings[0].parameters.at(0).value, 0.06, 0.01) << "s, beyond the told 0.08 s";
+  EXPECT_NE(d.findings[0].sentence.find("140 ms late, 60 ms later than the vehicle file says"),
+            std::string::npos)
+      << d.findings[0].sentence;
+  r = with_commands(v);
+  let_the_tilt_lag(r, 0.055);
+  d = {};
+  check_redundancy(r, v, {}, d);
+  ASSERT_EQ(d.findings.size(), 1u);
+  EXPECT_NEAR(d.findings[0].parameters.at(0).value, -0.025, 0.004) << "s, quicker than told";
+}
+
+TEST(Agreement, AToldPlayOfTheTiltIsNoLag) {
+  vehicle::Vehicle v = omnimorph();
+  recording::Recording r = with_commands(v);
+  auto& tilt = r.signals["alpha"].values;
+  const auto command = r.signals["alpha_command"].values;
+  constexpr double kHalfPlay = 0.02;  // rad
+  for (Eigen::Index i = 1; i < tilt.rows(); ++i)
+    tilt(i, 0) = std::clamp(tilt(i - 1, 0), command(i, 0) - kHalfPlay, command(i, 0) + kHalfPlay);
+  EXPECT_EQ(found(r, v), "tilt_servo_lag ");
+  v.tilt.backlash = 2 * kHalfPlay;
+  EXPECT_EQ(found(r, v), "");
+}
+
+TEST(Agreement, ATiltThatRepeatsItsCommandLacksNoToldLag) {
+  vehicle::Vehicle v = omnimorph();
+  v.tilt.time_constant = 0.08;
+  EXPECT_EQ(found(with_commands(v), v), "") << "what the servo was set to tells nothing of its lag";
+}
+
 TEST(Agreement, AGyroBiasCountsBeyondWhatIsTold) {
   const vehicle::Vehicle v = omnimorph();
   recording::Recording r = with_commands(v);

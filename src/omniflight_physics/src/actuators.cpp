@@ -12,7 +12,25 @@ std::uint64_t whole_steps(double duration, double step) {
   return static_cast<std::uint64_t>(std::llround(std::max(0.0, duration) / step));
 }
 
+vehicle::Tilt servo_of(const vehicle::Vehicle& vehicle, const Actuation& actuation) {
+  vehicle::Tilt servo = vehicle.tilt;
+  servo.time_constant = actuation.tilt_time_constant;
+  servo.backlash = actuation.tilt_backlash;
+  return servo;
+}
+
 }  // namespace
+
+Actuation nominal_actuation(const vehicle::Vehicle& vehicle) {
+  Actuation out;
+  for (const vehicle::Rotor& rotor : vehicle.rotors) {
+    out.time_constant.push_back(rotor.time_constant);
+    out.delay.push_back(0.0);
+  }
+  out.tilt_time_constant = vehicle.tilt.time_constant;
+  out.tilt_backlash = vehicle.tilt.backlash;
+  return out;
+}
 
 Result<Actuators> Actuators::create(const vehicle::Vehicle& vehicle, Actuation a, double step,
                                     double initial_alpha) {
@@ -47,8 +65,7 @@ Actuators::Actuators(const vehicle::Vehicle& vehicle, Actuation actuation, doubl
       battery_(actuation_.battery_resistance != 0 || actuation_.battery_drop != 0),
       period_steps_(std::max<std::uint64_t>(1, whole_steps(actuation_.command_period, step))),
       dwell_steps_(whole_steps(actuation_.reversal_dwell, step)),
-      servo_(initial_alpha),
-      alpha_(initial_alpha),
+      servo_(servo_of(vehicle_, actuation_), initial_alpha),
       voltage_(actuation_.battery_voltage) {
   for (std::size_t i = 0; i < count_; ++i) {
     if (const double tau = actuation_.time_constant[i]; tau > 0) {
@@ -85,7 +102,7 @@ void Actuators::reach_limited(const double* speed, double* middle, double* end) 
 }
 
 void Actuators::change_wrench(Speeds& command) const {
-  const vehicle::AllocationMatrix A = vehicle_.allocation_matrix(alpha_);
+  const vehicle::AllocationMatrix A = vehicle_.allocation_matrix(alpha());
   vehicle::RotorVector thrust(static_cast<Eigen::Index>(count()));
   for (std::size_t i = 0; i < count(); ++i)
     thrust[static_cast<Eigen::Index>(i)] = vehicle_.rotors[i].thrust(command[i]);
@@ -112,19 +129,8 @@ double Actuators::battery_factor(double mechanical_power) {
   return voltage_ / actuation_.battery_voltage;
 }
 
-void Actuators::move_tilt(double command) {
-  const double tau = actuation_.tilt_time_constant;
-  double move = command - servo_;
-  if (tau > 0) move *= -std::expm1(-step_ / tau);
-  const double rate = vehicle_.tilt.rate;
-  const bool at_once = tau <= 0 && !(rate > 0);
-  servo_ = at_once ? command : servo_ + (rate > 0 ? std::clamp(move, -rate * step_, rate * step_) : move);
-  const double play = 0.5 * actuation_.tilt_backlash;
-  alpha_ = std::clamp(alpha_, servo_ - play, servo_ + play);
-}
-
 void Actuators::begin_step(std::span<const double> command, double alpha_command, double mechanical_power) {
-  move_tilt(alpha_command);
+  servo_.step(alpha_command, step_);
   if (plain_) {
     for (std::size_t i = 0; i < count(); ++i)
       target_[i] = std::min(std::max(command[i], -largest_[i]), largest_[i]);

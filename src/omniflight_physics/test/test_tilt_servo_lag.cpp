@@ -1,5 +1,6 @@
 // A tilt that lags behind what its servo reports.
 #include "effect_testing.hpp"
+#include "omniflight_physics/actuators.hpp"
 
 namespace omniflight::physics::testing {
 namespace {
@@ -31,6 +32,18 @@ TEST(TiltServoLag, UnrecordedOnARampIsAnOffsetByRateTimesLagAndAtRestIsNothing) 
 TEST(TiltServoLag, UnrecordedStandsForTheLagWithoutPlay) {
   const std::vector<double> whole = find_effect("tilt_servo_lag")->from_unrecorded_form({0.07});
   EXPECT_EQ(whole, (std::vector<double>{0.07, 0.0}));
+}
+
+TEST(TiltServoLag, AddsToWhatTheVehicleFileTells) {
+  vehicle::Vehicle told = cube();
+  told.tilt = {vehicle::TiltKind::common, 0, 1, 0, 0.08, 0.01};
+  Actuation a = nominal_actuation(told);
+  EXPECT_EQ(a.tilt_time_constant, 0.08);
+  EXPECT_EQ(a.tilt_backlash, 0.01);
+  const std::vector<double> hidden{0.06, 0.02};
+  find_effect("tilt_servo_lag")->alter_actuation(told, hidden.data(), a);
+  EXPECT_DOUBLE_EQ(a.tilt_time_constant, 0.14);
+  EXPECT_DOUBLE_EQ(a.tilt_backlash, 0.03);
 }
 
 }  // namespace

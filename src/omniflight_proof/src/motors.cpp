@@ -85,7 +85,7 @@ void Motors::reset(double alpha) {
   stands_until_.fill(-1);
   std::fill(history_.begin(), history_.end(), PerRotor{});
   steps_ = 0;
-  alpha_ = alpha_command_ = alpha_servo_ = alpha;
+  alpha_ = alpha_command_ = alpha_told_ = alpha_servo_ = alpha;
   alpha_true_ = alpha + tilt_change_.offset;
   energy_ = polarisation_ = current_ = 0;
   voltage_ = battery_ ? battery_->nominal : 0;
@@ -134,14 +134,23 @@ void Motors::step(double t, double h) {
   }
   ++steps_;
 
+  step_tilt(h);
+  step_thrust(h);
+  step_battery(h);
+}
+
+void Motors::step_tilt(double h) {
+  // as the vehicle file tells it, which the servo reports
   const double most = tilt_.rate > 0 ? tilt_.rate * tilt_change_.rate_scale * h : 1e300;
-  alpha_ += std::clamp(alpha_command_ - alpha_, -most, most);
+  double way = alpha_command_ - alpha_told_;
+  if (tilt_.time_constant > 0) way -= way * std::exp(-h / tilt_.time_constant);
+  alpha_told_ += std::clamp(way, -most, most);
+  alpha_ = std::clamp(alpha_, alpha_told_ - 0.5 * tilt_.backlash, alpha_told_ + 0.5 * tilt_.backlash);
+  // and what is hidden, which it does not
   const double lag = tilt_change_.time_constant;
   alpha_servo_ = lag > 0 ? alpha_ + (alpha_servo_ - alpha_) * std::exp(-h / lag) : alpha_;
   const double driven = alpha_servo_ + tilt_change_.offset, play = 0.5 * tilt_change_.backlash;
   alpha_true_ = std::clamp(alpha_true_, driven - play, driven + play);
-  step_thrust(h);
-  step_battery(h);
 }
 
 void Motors::step_thrust(double h) {

@@ -55,6 +55,7 @@ class Motors {
  private:
   void step_battery(double h);
   double goal(std::size_t i, double command, double t);
+  void step_tilt(double h);
   void step_thrust(double h);
 
   vehicle::Tilt tilt_;
@@ -66,7 +67,7 @@ class Motors {
   PerRotor command_{}, held_{}, stands_until_{}, thrust_{};
   double efficiency_ = 1;
   std::size_t steps_ = 0;
-  double alpha_ = 0, alpha_command_ = 0, alpha_servo_ = 0, alpha_true_ = 0;
+  double alpha_ = 0, alpha_command_ = 0, alpha_told_ = 0, alpha_servo_ = 0, alpha_true_ = 0;
   double energy_ = 0, polarisation_ = 0, voltage_ = 0, current_ = 0;
 };
 

@@ -60,6 +60,39 @@ TEST(Mechanisms, TiltServoHasOffsetAndBacklash) {
   EXPECT_NEAR(to_degrees(plant.true_alpha()), 31.5, 1e-9) << "play on the side it comes from";
 }
 
+TEST(Mechanisms, TheServoOfTheVehicleFileIsReportedAndWhatIsHiddenIsNot) {
+  vehicle::Vehicle v = omnimorph();
+  v.tilt.rate = 0;
+  v.tilt.time_constant = 0.08;
+  const std::vector<double> still(8, 0.0);
+  const double from = to_radians(20), to = to_radians(30);
+  const RigidState start{.p_WB = Vec3(0, 0, 1.5)};
+  const auto plant_of = [&](const World& world) {
+    return MujocoPlant::create(v, world, {.initial = start, .initial_alpha = from}).value();
+  };
+  MujocoPlant lag = plant_of({});
+  lag.set_command(still, to);
+  run(lag, 0.08, true);
+  EXPECT_NEAR((lag.alpha() - from) / (to - from), 1 - std::exp(-1.0), 1e-9);
+  EXPECT_DOUBLE_EQ(lag.alpha(), lag.true_alpha());
+  World late;
+  late.tilt.time_constant = 0.1;
+  MujocoPlant hidden = plant_of(late);
+  hidden.set_command(still, to);
+  run(hidden, 0.08, true);
+  EXPECT_DOUBLE_EQ(hidden.alpha(), lag.alpha());
+  EXPECT_LT(hidden.true_alpha(), hidden.alpha() - to_radians(1));
+  v.tilt.time_constant = 0;
+  v.tilt.backlash = to_radians(1.0);
+  MujocoPlant play = plant_of({});
+  for (const auto& [command_deg, rests_deg] :
+       {std::pair{20.4, 20.0}, {30.0, 29.5}, {29.1, 29.5}, {25.0, 25.5}}) {
+    play.set_command(still, to_radians(command_deg));
+    run(play, 0.01, true);
+    EXPECT_NEAR(to_degrees(play.alpha()), rests_deg, 1e-9) << command_deg;
+  }
+}
+
 TEST(Mechanisms, TheBatterySagsUnderLoad) {
   World world;
   world.battery = BatterySag{.drop = 1e-3};

@@ -65,6 +65,12 @@ void add_vehicles(py::module_& m) {
       .def_property_readonly(
           "tilt_range_rad", [](const Vehicle& v) { return std::make_pair(v.tilt.min, v.tilt.max); },
           "(lowest, highest) tilt [rad]")
+      .def_property_readonly(
+          "tilt_time_constant_s", [](const Vehicle& v) { return v.tilt.time_constant; },
+          "s, first-order lag of the tilt servo; 0 = ideal")
+      .def_property_readonly(
+          "tilt_backlash_rad", [](const Vehicle& v) { return v.tilt.backlash; },
+          "rad, full width of the play between servo and rotors")
       .def_property_readonly("bounding_radius_m", &Vehicle::bounding_radius, "m, about the body origin")
       .def("rotor_axis", &Vehicle::rotor_axis, py::arg("rotor"), py::arg("alpha_rad"),
            "(3,) unit thrust axis of a rotor at a tilt [rad], body frame.")

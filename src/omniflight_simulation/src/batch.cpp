@@ -87,11 +87,7 @@ std::string why_not(const physics::Model& model, const physics::Actuation& actua
 }
 
 physics::Actuation actuation_of(const vehicle::Vehicle& vehicle, const physics::Model& model) {
-  physics::Actuation actuation;
-  for (const auto& rotor : vehicle.rotors) {
-    actuation.time_constant.push_back(rotor.time_constant);
-    actuation.delay.push_back(0.0);
-  }
+  physics::Actuation actuation = physics::nominal_actuation(vehicle);
   for (const auto& e : model.effects) e.effect->alter_actuation(vehicle, e.theta.data(), actuation);
   return actuation;
 }

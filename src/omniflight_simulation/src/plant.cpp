@@ -20,11 +20,7 @@ Result<Plant> Plant::create(const vehicle::Vehicle& vehicle, const physics::Mode
   for (const auto& track : config.neighbours)
     if (auto ok = physics::validate(track); !ok) return Failure(ok.error());
   if (auto ok = check_model(vehicle, model, config); !ok) return Failure(ok.error());
-  physics::Actuation actuation;
-  for (const auto& rotor : vehicle.rotors) {
-    actuation.time_constant.push_back(rotor.time_constant);
-    actuation.delay.push_back(0.0);
-  }
+  physics::Actuation actuation = physics::nominal_actuation(vehicle);
   for (const auto& e : model.effects) e.effect->alter_actuation(vehicle, e.theta.data(), actuation);
   auto actuators = physics::Actuators::create(vehicle, actuation, config.step, config.initial_alpha);
   if (!actuators) return Failure(actuators.error());

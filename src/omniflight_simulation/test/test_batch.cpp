@@ -148,6 +148,22 @@ TEST(Batch, OtherVehiclesFlyToo) {
   EXPECT_LT(difference(small, {{}, with({{"rotor_drag", {1e-7}}})}, {.plant = config}), 1e-12);
 }
 
+TEST(Batch, ATiltServoWithLagAndPlayIsThatOfThePlant) {
+  auto v = omnimorph();
+  v.tilt.time_constant = 0.08;
+  v.tilt.backlash = to_radians(0.5);
+  const std::vector<physics::Model> models{
+      {}, with({{"tilt_servo_lag", {0.05, 0.01}}}), with({{"payload_mass", {0.1}}})};
+  EXPECT_LT(difference(v, models, {.plant = tumbling()}), 1e-12);
+  const auto alpha_after = [](const vehicle::Vehicle& vehicle) {
+    Batch batch = Batch::create(vehicle, std::vector<physics::Model>(1), {}).value();
+    EXPECT_TRUE(batch.set_command(0, std::vector<double>(8, 0.0), 0.5));
+    for (int k = 0; k < 50; ++k) EXPECT_EQ(batch.step(), 1u);
+    return batch.alpha(0);
+  };
+  EXPECT_LT(alpha_after(v), 0.6 * alpha_after(omnimorph())) << "the lanes fly what the file tells";
+}
+
 TEST(Batch, RotorsThatReverseAndLagDifferentlyDragAsInThePlant) {
   auto v = omnimorph();
   const std::vector<physics::Model> models{

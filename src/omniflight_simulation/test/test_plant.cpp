@@ -114,6 +114,43 @@ TEST(Plant, DelayIsExactToTheStep) {
   }
 }
 
+TEST(Plant, TiltFollowsTheServoOfTheVehicleFile) {
+  auto v = omnimorph();
+  v.tilt.rate = 0;
+  v.tilt.time_constant = 0.08;
+  const std::vector<double> still(8, 0.0);
+  const double from = to_radians(20), to = to_radians(30);
+  PlantConfig c;
+  c.initial_alpha = from;
+  Plant lag = make(v, {}, c);
+  lag.set_command(still, to);
+  for (int k = 0; k < 80; ++k) ASSERT_TRUE(lag.step(true));
+  EXPECT_NEAR((lag.alpha() - from) / (to - from), 1 - std::exp(-1.0), 1e-12)
+      << "63 % after its time constant";
+  v.tilt.time_constant = 0;
+  v.tilt.backlash = to_radians(1.0);
+  Plant play = make(v, {}, c);
+  const auto settles_at = [&](double command_deg) {
+    play.set_command(still, to_radians(command_deg));
+    EXPECT_TRUE(play.step(true));
+    return to_degrees(play.alpha());
+  };
+  EXPECT_NEAR(settles_at(20.4), 20.0, 1e-9) << "within the dead band nothing moves";
+  EXPECT_NEAR(settles_at(30), 29.5, 1e-9);
+  EXPECT_NEAR(settles_at(29.1), 29.5, 1e-9);
+  EXPECT_NEAR(settles_at(25), 25.5, 1e-9) << "the other side of the play";
+}
+
+TEST(Plant, AHiddenLagOfTheTiltAddsToTheToldOne) {
+  auto v = omnimorph();
+  v.tilt.rate = 0;
+  v.tilt.time_constant = 0.05;
+  Plant plant = make(v, with("tilt_servo_lag", {0.03, 0}), {});
+  plant.set_command(std::vector<double>(8, 0.0), 0.5);
+  for (int k = 0; k < 80; ++k) ASSERT_TRUE(plant.step(true));
+  EXPECT_NEAR(plant.alpha(), 0.5 * (1 - std::exp(-1.0)), 1e-12);
+}
+
 TEST(Plant, RefusesWhatIsNotPhysicalAndStopsWhatExplodes) {
   const auto v = omnimorph();
   EXPECT_FALSE(Plant::create(v, with("payload_mass", {-1.4}), {}));

@@ -42,6 +42,19 @@ Rotor read_rotor(YamlReader yaml) {
   return r;
 }
 
+Tilt read_tilt(YamlReader yaml) {
+  Tilt t;
+  t.min = to_radians(yaml.number("min_deg", files::between(-180, 180, "deg"), 0.0));
+  t.max = to_radians(yaml.number("max_deg", files::between(-180, 180, "deg"), 0.0));
+  t.rate = to_radians(yaml.number("rate_deg_s", files::non_negative("deg/s"), 0.0));
+  t.time_constant = yaml.number("time_constant_s", files::between(0, kMaxTiltTimeConstant, "s"), 0.0);
+  t.backlash =
+      to_radians(yaml.number("backlash_deg", files::between(0, to_degrees(kMaxTiltBacklash), "deg"), 0.0));
+  t.kind = yaml.choice<TiltKind>(
+      "kind", {{"none", TiltKind::none}, {"common", TiltKind::common}, {"individual", TiltKind::individual}});
+  return t;
+}
+
 /// Keys of `tolerance`, and the kinds of numbers they belong to.
 constexpr std::pair<const char*, const char*> kTolerances[] = {
     {"thrust_scale", "thrust_scale"},     {"torque_trim", "torque_trim"}, {"inertia", "inertia"},
@@ -136,14 +149,7 @@ Result<Vehicle> load_vehicle(const std::string& spec, const std::vector<std::str
   if (yaml->has("center_of_mass"))
     v.center_of_mass = yaml->vec3("center_of_mass", files::between(-2, 2, "m"));
   for (YamlReader rotor : yaml->children("rotors", 1, kMaxRotors)) v.rotors.push_back(read_rotor(rotor));
-  if (auto tilt = yaml->optional_child("tilt")) {
-    v.tilt.min = to_radians(tilt->number("min_deg", files::between(-180, 180, "deg"), 0.0));
-    v.tilt.max = to_radians(tilt->number("max_deg", files::between(-180, 180, "deg"), 0.0));
-    v.tilt.rate = to_radians(tilt->number("rate_deg_s", files::non_negative("deg/s"), 0.0));
-    v.tilt.kind = tilt->choice<TiltKind>(
-        "kind",
-        {{"none", TiltKind::none}, {"common", TiltKind::common}, {"individual", TiltKind::individual}});
-  }
+  if (auto tilt = yaml->optional_child("tilt")) v.tilt = read_tilt(*tilt);
   if (auto sources = yaml->optional_child("provenance"))
     for (const std::string& key : sources->keys()) {
       if (key == "missing") {
@@ -163,7 +169,7 @@ Result<Vehicle> load_vehicle(const std::string& spec, const std::vector<std::str
     for (const std::string& key : variants->keys()) {
       YamlReader item = variants->child(key);
       const double mass = item.number("mass", files::positive("kg"));
-      item.ignore("why");
+      v.variants.push_back({key, mass, item.string("why", "")});
       if (key != variant) continue;
       found = true;
       v.inertia *= mass / v.mass;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <sstream>
+#include <utility>
 
 namespace omniflight::vehicle {
 
@@ -49,6 +50,38 @@ double Vehicle::bounding_radius() const {
   return r;
 }
 
+namespace {
+
+/// Field of the tilt and why it is refused; both empty when it may be.
+std::pair<std::string, std::string> fault_of(const Tilt& t) {
+  const auto number = [](double value) {
+    std::ostringstream text;
+    text << value;
+    return text.str();
+  };
+  if (!(t.min <= t.max)) return {"tilt", "min_deg exceeds max_deg"};
+  const double play = to_degrees(t.backlash), most = to_degrees(kMaxTiltBacklash);
+  if (!(t.time_constant >= 0 && t.time_constant <= kMaxTiltTimeConstant))
+    return {"tilt.time_constant_s", "is " + number(t.time_constant) + " s, must be at least 0 and at most " +
+                                        number(kMaxTiltTimeConstant) + " s"};
+  if (!(t.backlash >= 0 && t.backlash <= kMaxTiltBacklash))
+    return {"tilt.backlash_deg",
+            "is " + number(play) + " deg, must be at least 0 and at most " + number(most) + " deg"};
+  if (t.kind == TiltKind::none) {
+    if (t.time_constant > 0)
+      return {"tilt.time_constant_s",
+              "is " + number(t.time_constant) + " s, but no rotor tilts (tilt.kind is none)"};
+    if (t.backlash > 0)
+      return {"tilt.backlash_deg", "is " + number(play) + " deg, but no rotor tilts (tilt.kind is none)"};
+  } else if (t.backlash > 0 && t.backlash >= t.max - t.min) {
+    return {"tilt.backlash_deg", "is " + number(play) + " deg, must be less than the range of the tilt, " +
+                                     number(to_degrees(t.max - t.min)) + " deg"};
+  }
+  return {};
+}
+
+}  // namespace
+
 Status validate(const Vehicle& v) {
   const auto refuse = [&](const std::string& field, const std::string& why) {
     return bad_input(why, v.file.empty() ? field : v.file + ": " + field, "Correct the field and load again");
@@ -90,7 +123,7 @@ Status validate(const Vehicle& v) {
     if (!(r.radius >= 0)) return refuse(field + "radius", "must not be negative, m");
     if (!(r.time_constant >= 0)) return refuse(field + "time_constant", "must not be negative, s");
   }
-  if (!(v.tilt.min <= v.tilt.max)) return refuse("tilt", "min_deg exceeds max_deg");
+  if (const auto [field, why] = fault_of(v.tilt); !why.empty()) return refuse(field, why);
   return {};
 }
 

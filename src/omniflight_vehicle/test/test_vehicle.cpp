@@ -70,6 +70,54 @@ TEST_F(Vehicles, TellHowWellTheirNumbersAreKnown) {
   EXPECT_NE(wrong.error().text().find("tolerance.inertia"), std::string::npos) << wrong.error().text();
 }
 
+TEST_F(Vehicles, TellTheLagAndPlayOfTheirTiltServo) {
+  const auto plain = load_vehicle("omnimorph");
+  ASSERT_TRUE(plain) << plain.error().text();
+  EXPECT_EQ(plain->tilt.time_constant, 0.0);
+  EXPECT_EQ(plain->tilt.backlash, 0.0);
+  const auto told = load_vehicle("omnimorph", {"tilt.time_constant_s=0.08", "tilt.backlash_deg=0.5"});
+  ASSERT_TRUE(told) << told.error().text();
+  EXPECT_DOUBLE_EQ(told->tilt.time_constant, 0.08);
+  EXPECT_DOUBLE_EQ(told->tilt.backlash, to_radians(0.5));
+  EXPECT_NE(told->sha256, plain->sha256);
+}
+
+TEST_F(Vehicles, RefuseATiltServoThatNoVehicleHas) {
+  const auto refusal = [](const char* vehicle, const char* set) {
+    const auto v = load_vehicle(vehicle, {set});
+    return v ? std::string("accepted") : v.error().text();
+  };
+  const auto expect = [](const std::string& text, std::initializer_list<const char*> all) {
+    for (const char* words : all) EXPECT_NE(text.find(words), std::string::npos) << text;
+  };
+  expect(refusal("omnimorph", "tilt.time_constant_s=2.1"),
+         {"omnimorph.yaml", "tilt.time_constant_s", "is 2.1 s", "at most 2 s"});
+  expect(refusal("omnimorph", "tilt.time_constant_s=-0.1"), {"omnimorph.yaml", "tilt.time_constant_s"});
+  expect(refusal("omnimorph", "tilt.backlash_deg=21"),
+         {"omnimorph.yaml", "tilt.backlash_deg", "is 21 deg", "at most 20 deg"});
+  expect(refusal("quadrotor_1200g", "tilt.time_constant_s=0.1"),
+         {"quadrotor_1200g.yaml: tilt.time_constant_s", "is 0.1 s, but no rotor tilts"});
+  Vehicle v = load_vehicle("omnimorph").value();
+  v.tilt.max = to_radians(3);
+  v.tilt.backlash = to_radians(4);
+  expect(validate(v).error().text(),
+         {"omnimorph.yaml: tilt.backlash_deg", "is 4 deg, must be less than the range of the tilt, 3 deg"});
+  v.tilt.backlash = 0;
+  v.tilt.time_constant = std::nan("");
+  expect(validate(v).error().text(),
+         {"tilt.time_constant_s", "is nan s, must be at least 0 and at most 2 s"});
+}
+
+TEST_F(Vehicles, ListTheirMassVariants) {
+  const auto v = load_vehicle("omnimorph@flown");
+  ASSERT_TRUE(v) << v.error().text();
+  ASSERT_EQ(v->variants.size(), 3u);
+  EXPECT_EQ(v->variants[1].name, "table_4_1");
+  EXPECT_DOUBLE_EQ(v->variants[1].mass, 1.595);
+  EXPECT_NE(v->variants[1].why.find("Table 4.1"), std::string::npos);
+  EXPECT_TRUE(load_vehicle("quadrotor_1200g")->variants.empty());
+}
+
 TEST_F(Vehicles, EveryShippedVehicleLoads) {
   for (const auto& name : vehicle_names()) {
     const auto v = load_vehicle(name);

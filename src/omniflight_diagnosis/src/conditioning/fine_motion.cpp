@@ -7,6 +7,7 @@
 #include "force_frame.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 #include "omniflight_diagnosis/residual.hpp"
+#include "tilt_servo.hpp"
 #include "torque_alignment.hpp"
 
 namespace omniflight::diagnosis {
@@ -156,9 +157,15 @@ void Taking::force(FineMotion& m) const {
 
 void Taking::tilt(const Recording& recording, FineMotion& m) const {
   m.alpha = Eigen::MatrixXd::Zero(grid_.size(), 1);
-  if (const Signal* a = recording.find("alpha")) {
-    m.alpha = take(*a, "alpha");
+  if (const auto tilt = rotor_tilt(recording, vehicle_)) {
+    m.alpha = take(tilt->alpha, "alpha");
     f_.has_alpha = true;
+    if (tilt->modelled)
+      f_.notes.push_back(
+          recording.find("alpha")
+              ? "The recorded tilt angle is what the servo was set to: it lacks the lag and play that the "
+                "vehicle file tells, with which the rotors follow it."
+              : "No measured tilt angle: the rotors follow its command as the vehicle file tells.");
   } else if (vehicle_.tilt.kind != vehicle::TiltKind::none) {
     f_.notes.push_back("No tilt angle: it is taken as zero.");
   }

@@ -8,6 +8,7 @@
 #include "attitude_rows.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 #include "thrust_source.hpp"
+#include "tilt_servo.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -121,9 +122,9 @@ double turning(const Recording& r) {
 
 /// Thrust of the measured or commanded rotors over mass, body axes [m/s2].
 std::optional<Signal> specific_thrust(const Recording& r, const vehicle::Vehicle& vehicle) {
-  const Signal *speed = first_of(r, {"rotor_speed", "rotor_command"}), *alpha = r.find("alpha");
+  const Signal* speed = first_of(r, {"rotor_speed", "rotor_command"});
   if (!speed || speed->empty() || speed->width() != vehicle.rotor_count()) return std::nullopt;
-  const Eigen::MatrixXd tilt = alpha ? recording::resample(*alpha, speed->t_s) : Eigen::MatrixXd();
+  const Eigen::MatrixXd tilt = tilt_at(r, vehicle, speed->t_s);
   Signal out;
   out.t_s = speed->t_s;
   out.values = Eigen::MatrixXd::Zero(speed->size(), 3);
@@ -311,12 +312,11 @@ struct Lift {
 Lift lift(const Recording& r, const Signal* speed, const vehicle::Vehicle& vehicle, const Options& o) {
   Lift out;
   if (speed->width() != vehicle.rotor_count()) return out;
-  const Signal* alpha = r.find("alpha");
   const Signal* acc = r.find("acc");
   const std::size_t stride = std::max<std::size_t>(1, speed->t_s.size() / 4000);
   std::vector<double> t;
   for (std::size_t i = 0; i < speed->t_s.size(); i += stride) t.push_back(speed->t_s[i]);
-  const Eigen::MatrixXd tilt = alpha ? recording::resample(*alpha, t) : Eigen::MatrixXd();
+  const Eigen::MatrixXd tilt = tilt_at(r, vehicle, t);
   std::vector<double> thrust;
   for (std::size_t i = 0; i < t.size(); ++i) {
     const double a = tilt.size() > 0 ? tilt(static_cast<Eigen::Index>(i), 0) : 0.0;

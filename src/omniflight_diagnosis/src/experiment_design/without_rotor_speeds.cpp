@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "../conditioning/tilt_servo.hpp"
 #include "../search/offered_effects.hpp"
 #include "../sensor_checks/inverse_dynamics.hpp"
 #include "detectability.hpp"
@@ -57,10 +58,8 @@ void add_detectability_with_rotor_speeds(const recording::Recording& r, const ve
   if (!r.find("attitude") && !r.find("est_attitude")) return;
   const auto motion = motion_on_grid(r, o);
   if (!motion || !motion->in_body || motion->w.size() == 0) return;
-  const recording::Signal* alpha = r.find("alpha");
   recording::Recording whole = r;
-  whole.signals["rotor_speed"] =
-      nominal_speeds(*motion, alpha ? recording::resample(*alpha, motion->t) : Eigen::MatrixXd(), v);
+  whole.signals["rotor_speed"] = nominal_speeds(*motion, tilt_at(r, v, motion->t), v);
   const auto flight = prepare_flight(whole, v, o);
   if (!flight) return;
   const std::vector<const Flight*> used{&*flight};

@@ -13,6 +13,7 @@
 #include "omniflight_physics/effect.hpp"
 #include "omniflight_physics/effect_ids.hpp"
 #include "rotor_limit_check.hpp"
+#include "tilt_lag.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -206,52 +207,20 @@ void judge_voltage(const Recording& r, Diagnosis& d) {
       {value_of("open_loop", "o", "1", open_loop)}, open_loop.value, open_loop.se);
 }
 
-/// First-order lag of the tilt angle behind its command, no faster than `rate` [rad/s; 0: any], that leaves
-/// least, within [from, to) seconds.
-double servo_lag(const Signal& tilt, const Eigen::MatrixXd& ordered, double rate, double from, double to) {
-  double best = 1e300, chosen = 0;
-  for (int k = 0; k <= 200; ++k) {
-    const double tau = 0.0025 * k;
-    double x = ordered(0, 0), left = 0;
-    for (Eigen::Index i = 1; i < tilt.values.rows(); ++i) {
-      const double t = tilt.t_s[static_cast<std::size_t>(i)];
-      const double u = ordered(i, 0);
-      if (std::isfinite(u)) {
-        const double dt = t - tilt.t_s[static_cast<std::size_t>(i) - 1];
-        const double next = tau > 0 ? u + (x - u) * std::exp(-dt / tau) : u;
-        x = rate > 0 ? std::clamp(next, x - rate * dt, x + rate * dt) : next;
-      }
-      if (t >= from && t < to) left += std::pow(tilt.values(i, 0) - x, 2);
-    }
-    if (left < best) best = left, chosen = tau;
-  }
-  return chosen;
-}
-
-void judge_tilt(const Recording& r, double rate, Diagnosis& d) {
-  const Signal *tilt = r.find("alpha"), *command = r.find("alpha_command");
-  if (!tilt || !command || tilt->size() < 100 || command->empty()) return;
-  if (tilt->width() != 1 || command->width() != 1) return;
-  const Eigen::MatrixXd ordered = recording::resample(*command, tilt->t_s, 0.1);
-  if (!std::isfinite(ordered(0, 0))) return;
-  const double from = tilt->t_s.front(), span = tilt->t_s.back() - from;
-  std::vector<double> lags;
-  const int blocks = std::clamp(static_cast<int>(span / kBlock), 1, 20);
-  for (int b = 0; b < blocks; ++b) {
-    const double a = from + span * b / blocks, z = from + span * (b + 1) / blocks;
-    double low = 1e300, high = -1e300;
-    for (Eigen::Index i = 0; i < ordered.rows(); ++i)
-      if (const double t = tilt->t_s[static_cast<std::size_t>(i)];
-          t >= a && t < z && std::isfinite(ordered(i, 0)))
-        low = std::min(low, ordered(i, 0)), high = std::max(high, ordered(i, 0));
-    if (high - low > 0.02) lags.push_back(servo_lag(*tilt, ordered, rate, a, z));
-  }
-  const Estimate lag = mean_of(lags);
-  if (!lag.is_not(0, kLeastServo)) return;
-  add_sensor(
-      d, physics::effect_id::tilt_servo_lag, "alpha", "s",
-      format("The tilt follows its command %.0f ms late, the vehicle file has no such lag.", 1e3 * lag.value),
-      {value_of("time_constant", "tau_a", "s", lag)}, lag.value, lag.se);
+void judge_tilt(const Recording& r, const vehicle::Tilt& servo, Diagnosis& d) {
+  const TiltLags lags = tilt_lags(r, servo, kBlock);
+  const Estimate lag = mean_of(lags.lag);
+  if (!lag.is_not(lags.told, kLeastServo)) return;
+  Estimate beyond = lag;  // as the effect has it: added to what the vehicle file tells
+  beyond.value -= lags.told;
+  const std::string text =
+      lags.told > 0
+          ? format("The tilt follows its command %.0f ms late, %.0f ms %s than the vehicle file says.",
+                   1e3 * lag.value, 1e3 * std::abs(beyond.value), beyond.value > 0 ? "later" : "sooner")
+          : format("The tilt follows its command %.0f ms late, the vehicle file has no such lag.",
+                   1e3 * lag.value);
+  add_sensor(d, physics::effect_id::tilt_servo_lag, "alpha", "s", text,
+             {value_of("time_constant", "tau_a", "s", beyond)}, std::abs(beyond.value), beyond.se);
 }
 
 /// What is left of `off` at no turning, when a gyro that is turned or scaled by up to a few hundredths also
@@ -344,7 +313,7 @@ void check_redundancy(const Recording& r, const vehicle::Vehicle& vehicle, const
   if (!named(physics::effect_id::rotor_speed_sensor_fault) && !named(physics::effect_id::actuator_saturation))
     judge_speeds(r, d);
   if (vehicle.tilt.kind != vehicle::TiltKind::none && !named(physics::effect_id::tilt_servo_lag))
-    judge_tilt(r, vehicle.tilt.rate, d);
+    judge_tilt(r, vehicle.tilt, d);
   judge_gyro(r, o, d);
   if (!named(physics::effect_id::battery_sag)) judge_voltage(r, d);
 }

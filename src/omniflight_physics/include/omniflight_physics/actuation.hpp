@@ -8,8 +8,9 @@
 
 namespace omniflight::physics {
 
-/// Effects change it before a flight (Effect::alter_actuation); Actuators carries it out, in the order of the
-/// fields. The default is an ideal drive: every alteration is absent.
+/// Begins as the vehicle file tells (nominal_actuation); effects change it before a flight
+/// (Effect::alter_actuation); Actuators carries it out, in the order of the fields. The default is an ideal
+/// drive: every alteration is absent.
 struct Actuation {
   /// Commanded wrench times this (force x y z, torque x y z, body): an allocator or controller that is set up
   /// for another vehicle. The null space of the rotors keeps its command.

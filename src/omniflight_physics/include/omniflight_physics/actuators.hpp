@@ -10,9 +10,14 @@
 
 #include "omniflight_core/result.hpp"
 #include "omniflight_physics/actuation.hpp"
+#include "omniflight_physics/tilt_servo.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
 
 namespace omniflight::physics {
+
+/// The drive as the vehicle file tells it, before any effect alters it: lags of the rotors, lag and play of
+/// the tilt servo.
+Actuation nominal_actuation(const vehicle::Vehicle& vehicle);
 
 /// One drive train, stepped at a fixed period. Allocates in the constructor only; deterministic.
 class Actuators {
@@ -59,9 +64,9 @@ class Actuators {
                ? target_[rotor]
                : speed + std::clamp(target_[rotor] - speed, -most, most);
   }
-  double alpha() const { return alpha_; }      ///< rad
-  double voltage() const { return voltage_; }  ///< V, at the battery's terminals
-  double energy() const { return energy_; }    ///< J drawn from the battery
+  double alpha() const { return servo_.alpha(); }  ///< rad, of the rotors
+  double voltage() const { return voltage_; }      ///< V, at the battery's terminals
+  double energy() const { return energy_; }        ///< J drawn from the battery
   const Actuation& actuation() const { return actuation_; }
 
  private:
@@ -71,7 +76,6 @@ class Actuators {
   void change_wrench(Speeds& command) const;
   void reach_limited(const double* speed, double* middle, double* end) const;
   double battery_factor(double mechanical_power);
-  void move_tilt(double command);
 
   vehicle::Vehicle vehicle_;
   std::size_t count_;  ///< of rotors
@@ -87,7 +91,8 @@ class Actuators {
   Speeds share_middle_{}, share_end_{};
   Speeds largest_{};  ///< rad/s, commanded speed at full voltage
   std::array<std::uint64_t, vehicle::kMaxRotors> rests_until_{};
-  double servo_ = 0, alpha_ = 0, voltage_ = 0, energy_ = 0;
+  TiltServo servo_;
+  double voltage_ = 0, energy_ = 0;
 };
 
 }  // namespace omniflight::physics

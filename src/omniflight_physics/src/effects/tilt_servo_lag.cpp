@@ -1,4 +1,5 @@
-// The tilt follows its command late and with play.
+// The tilt follows its command later and with more play than the vehicle file tells: both parameters add to
+// its tilt.time_constant_s and tilt.backlash_deg.
 #include "effects/table.hpp"
 #include "effects/turned_rotors.hpp"
 #include "effects/words.hpp"
@@ -54,7 +55,8 @@ class TiltServoLag final : public Effect {
         .aliases = {"tilt_offset", "tilt_efficiency"},
         .separated_by = "steps of the tilt in hover, up and down",
         .words = {{"time_constant"}, [](const KnownValues& v) {
-                    return "the tilt follows " + two_digits(1e3 * v("time_constant")) + " ms late";
+                    return "the tilt follows " + two_digits(1e3 * v("time_constant")) +
+                           " ms later than the vehicle file says";
                   }}};
     return info;
   }

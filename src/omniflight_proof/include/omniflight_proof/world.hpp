@@ -68,6 +68,7 @@ struct RotorChange {
   double thrust_lag = 0;       ///< s, thrust follows the speed late
 };
 
+/// Hidden, behind what the servo reports; lag and play that the vehicle file tells are in the report.
 struct TiltChange {
   double offset = 0;         ///< rad, true less reported
   double time_constant = 0;  ///< s, servo lag on top of the rate limit

@@ -52,8 +52,19 @@ enum class TiltKind { none, common, individual };
 
 struct Tilt {
   TiltKind kind = TiltKind::none;
-  double min = 0, max = 0;  ///< rad
-  double rate = 0;          ///< rad/s
+  double min = 0, max = 0;   ///< rad
+  double rate = 0;           ///< rad/s; 0 = any
+  double time_constant = 0;  ///< s, first-order lag of the servo behind its command; 0 = ideal
+  double backlash = 0;       ///< rad, full width of the play between servo and rotors; 0 = none
+};
+inline constexpr double kMaxTiltTimeConstant = 2.0;           ///< s, the bound of a rotor's, too
+inline constexpr double kMaxTiltBacklash = to_radians(20.0);  ///< rad, the bound of a proof world's, too
+
+/// Another mass of the same vehicle, loaded as "vehicle@name".
+struct MassVariant {
+  std::string name;
+  double mass = 0;  ///< kg
+  std::string why;
 };
 
 /// A convex piece of the vehicle for collision checks: disc of a rotor or an arm/core capsule.
@@ -71,6 +82,7 @@ struct Vehicle {
   Vec3 center_of_mass = Vec3::Zero();  ///< m, body frame
   std::vector<Rotor> rotors;
   Tilt tilt;
+  std::vector<MassVariant> variants;      ///< all that the file lists, in its order, whichever was loaded
   std::vector<CollisionShape> collision;  ///< without the rotor discs
   std::map<std::string, std::string> provenance;
   /// How well numbers of the file are known, one standard deviation: "inertia" and "drag_torque" relative
