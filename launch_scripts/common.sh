@@ -19,7 +19,7 @@ omniflight_build() {
   local base="$1"
   shift
   mkdir -p "$base"
-  # with a compiler cache every source is its own object; from nothing, several at a time take half as long
+  # with a compiler cache every source is its own object; from nothing, small ones are quicker several at a time
   local speed=(-DOMNIFLIGHT_UNITY=ON)
   if command -v ccache >/dev/null; then
     speed=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)

@@ -34,10 +34,14 @@ fi
 export UBSAN_OPTIONS="halt_on_error=1 print_stacktrace=1 ${UBSAN_OPTIONS:-}"
 export OMNIFLIGHT_CONFIGS="$OMNIFLIGHT_ROOT/configs"
 export OMNIFLIGHT_BIN="$base/install"
-colcon --log-base "$base/log" test --metas "$OMNIFLIGHT_ROOT/colcon.meta" \
-  --event-handlers console_direct- console_stderr- status- summary- \
-  --base-paths src --build-base "$base/build" --install-base "$base/install" --executor sequential \
-  --return-code-on-test-failure --ctest-args "${ctest_args[@]}" || status=1
+run_tests() {  # packages as colcon selects them, then how many tests at once
+  colcon --log-base "$base/log" test --metas "$OMNIFLIGHT_ROOT/colcon.meta" \
+    --event-handlers console_direct- console_stderr- status- summary- \
+    --base-paths src --build-base "$base/build" --install-base "$base/install" --executor sequential \
+    "$1" omniflight_diagnosis --return-code-on-test-failure --ctest-args -j"$2" "${ctest_args[@]}" || status=1
+}
+run_tests --packages-select "$JOBS"  # these only compute, each on one processor
+run_tests --packages-skip 1
 colcon test-result --test-result-base "$base/build" --all --verbose || status=1
 
 python3 - "$base/build" <<'PY' || status=1

@@ -140,7 +140,7 @@ class Campaigns(system.SystemTest):
         integral = {f["variant"]: f["flight"]["metrics"]["mean_integral_action"][2] for f in result["flights"]}
         self.assertNotEqual(integral["pd"], 0)
 
-    def test_shipped_tethered_campaign(self):
+    def test_long_shipped_tethered_campaign(self):
         text = (system.CONFIGS / "campaigns/tethered.yaml").read_text()
         self.assertIn("[trajectory_1]", text)
         self.assertIn("effects: [tether]", text)

@@ -15,7 +15,7 @@ class Estimators(system.SystemTest):
         true = flight["metrics"]["true"]
         return [math.sqrt(sum(v * v for v in true[key].values())) for key in ("position_rmse_m", "attitude_rmse_deg")]
 
-    def test_the_filter_flies_closer_than_the_observer(self):
+    def test_long_the_filter_flies_closer_than_the_observer(self):
         self.run_command("plan", "trajectory_2", "--out", "plan", "--quiet")
         for sensors in ("laboratory", "degraded"):
             mean = {}

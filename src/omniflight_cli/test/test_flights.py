@@ -39,7 +39,7 @@ class NominalTracking(system.SystemTest):
         self.assertGreater(math.hypot(*errors(noisy["metrics"]["measured"])[0]), math.hypot(*position),
                            "with noise the measured error must be larger than the true one without")
 
-    def test_trajectory_1_tracks_as_the_thesis(self):
+    def test_long_trajectory_1_tracks_as_the_thesis(self):
         self.check("trajectory_1")
 
     def test_trajectory_2_tracks_as_the_thesis(self):

@@ -97,7 +97,7 @@ class MujocoPlant(system.SystemTest):
         for words in ("Hung mass over height", "going down", "going up", f"{100 * check['hysteresis']:.1f} %"):
             self.assertIn(words, page)
 
-    def test_torques_of_a_vehicle_that_rocks_are_those_of_its_rotors(self):
+    def test_long_torques_of_a_vehicle_that_rocks_are_those_of_its_rotors(self):
         # half a step between gyro and rotors would be 0.6 mN m; such flights are what a diagnosis proposes. Means over 25 ms
         # pass more of the noise of gyros than a low pass of 15 Hz did
         for sensors, most in (("ideal", 1.5e-4), ("laboratory", 1.3e-3)):
@@ -120,13 +120,13 @@ class MujocoPlant(system.SystemTest):
             " rotor_headroom: 0.1}",
             "start: {position: [0, 0, 1], attitude: {rpy_deg: [0, 0, 0]}, hold_s: 3}", "waypoints:", *turns, "")))
 
-    def test_agrees_with_the_simulator_on_trajectory_1(self):
+    def test_long_agrees_with_the_simulator_on_trajectory_1(self):
         self.crosscheck("trajectory_1")
 
     def test_agrees_with_the_simulator_on_trajectory_2(self):
         self.crosscheck("trajectory_2")
 
-    def test_agrees_with_the_simulator_on_a_full_roll(self):
+    def test_long_agrees_with_the_simulator_on_a_full_roll(self):
         self.crosscheck("full_roll")
 
 

@@ -33,7 +33,7 @@ class LookAhead(system.SystemTest):
                 done = self.run_command("fly", *arguments, "--tilt", "lookahead", "--out", "x", expect=4)
                 self.assertIn(words, done.stderr)
 
-    def test_the_campaign_of_survival_ends_as_expected(self):
+    def test_long_the_campaign_of_survival_ends_as_expected(self):
         self.run_command("campaign", system.CONFIGS / "campaigns/tilt_survival.yaml", "--out", "many", "--quiet",
                          expect=None, timeout=300)
         campaign = self.json("many/campaign.json")
