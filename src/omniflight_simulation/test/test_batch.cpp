@@ -157,7 +157,8 @@ TEST(Batch, ATiltServoWithLagAndPlayIsThatOfThePlant) {
   EXPECT_LT(difference(v, models, {.plant = tumbling()}), 1e-12);
   const auto alpha_after = [](const vehicle::Vehicle& vehicle) {
     Batch batch = Batch::create(vehicle, std::vector<physics::Model>(1), {}).value();
-    EXPECT_TRUE(batch.set_command(0, std::vector<double>(8, 0.0), 0.5));
+    constexpr double kWithinRate = 0.02;  // rad: nearer than the servo's rate limits
+    EXPECT_TRUE(batch.set_command(0, std::vector<double>(8, 0.0), kWithinRate));
     for (int k = 0; k < 50; ++k) EXPECT_EQ(batch.step(), 1u);
     return batch.alpha(0);
   };
