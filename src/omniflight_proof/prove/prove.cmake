@@ -62,9 +62,11 @@ if(BUILD_TESTING)
   # From end to end, with the analysis of the workspace when that is installed.
   find_program(OMNIFLIGHT_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
   set(analysis ${CMAKE_INSTALL_PREFIX}/../omniflight_cli/bin/omniflight)
-  add_test(NAME prove.subset COMMAND ${OMNIFLIGHT_PYTHON} -B ${PROVE}/test/campaign_subset.py ${CMAKE_CURRENT_BINARY_DIR}
-           ${analysis} ${PROVE}/../../../configs)
+  set(subset ${OMNIFLIGHT_PYTHON} -B ${PROVE}/test/campaign_subset.py ${CMAKE_CURRENT_BINARY_DIR} ${analysis} ${PROVE}/../../../configs)
+  add_test(NAME prove.subset COMMAND ${subset})
   set_tests_properties(prove.subset PROPERTIES TIMEOUT 900 SKIP_RETURN_CODE 77)
+  add_test(NAME prove.subset_with_ablations COMMAND ${subset} 5 4 1)
+  set_tests_properties(prove.subset_with_ablations PROPERTIES LABELS long TIMEOUT 1800 SKIP_RETURN_CODE 77)
   add_test(NAME prove.campaign COMMAND ${CMAKE_CURRENT_BINARY_DIR}/omniflight_proof_campaign --cases 240 --nulls 300
            --out ${CMAKE_CURRENT_BINARY_DIR}/campaign --command ${analysis})
   set_tests_properties(prove.campaign PROPERTIES TIMEOUT 36000 LABELS long
