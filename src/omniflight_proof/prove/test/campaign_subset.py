@@ -26,7 +26,7 @@ def need(condition, what):
 
 def main():
     programs, omniflight, configs = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
-    cases, nulls, ablations = (sys.argv[4:7] if len(sys.argv) > 6 else ("2", "1", "0"))
+    cases, nulls, ablations = (sys.argv[4:7] if len(sys.argv) > 6 else ("3", "2", "0"))
     if not omniflight.is_file():
         print(f"skipped: {omniflight} is not built; the analysis is the whole program")
         return 77
