@@ -34,14 +34,15 @@ fi
 export UBSAN_OPTIONS="halt_on_error=1 print_stacktrace=1 ${UBSAN_OPTIONS:-}"
 export OMNIFLIGHT_CONFIGS="$OMNIFLIGHT_ROOT/configs"
 export OMNIFLIGHT_BIN="$base/install"
-run_tests() {  # packages as colcon selects them, then how many tests at once
+run_tests() {  # how many tests at once, then which packages, in colcon's options
   colcon --log-base "$base/log" test --metas "$OMNIFLIGHT_ROOT/colcon.meta" \
     --event-handlers console_direct- console_stderr- status- summary- \
     --base-paths src --build-base "$base/build" --install-base "$base/install" --executor sequential \
-    "$1" omniflight_diagnosis --return-code-on-test-failure --ctest-args -j"$2" "${ctest_args[@]}" || status=1
+    "${@:2}" --return-code-on-test-failure --ctest-args -j"$1" "${ctest_args[@]}" || status=1
 }
-run_tests --packages-select "$JOBS"  # these only compute, each on one processor
-run_tests --packages-skip 1
+# tests of the diagnosis only compute; others fly, keep times or measure them, and have the processors alone
+run_tests "$JOBS" --packages-select omniflight_diagnosis
+run_tests 1 --packages-skip omniflight_diagnosis
 colcon test-result --test-result-base "$base/build" --all --verbose || status=1
 
 python3 - "$base/build" <<'PY' || status=1

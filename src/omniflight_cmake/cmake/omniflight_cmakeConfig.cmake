@@ -78,7 +78,7 @@ if(NOT TARGET omniflight_warnings)
   else()
     target_compile_options(omniflight_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Werror -Wno-restrict)
   endif()
-  if(OMNIFLIGHT_UNITY)  # a class of one source is no class of a header, though it is included
+  if(CMAKE_UNITY_BUILD)  # GCC takes a joined source for a header, whose classes should have no unnamed types
     target_compile_options(omniflight_warnings INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-subobject-linkage>)
   endif()
   if(OMNIFLIGHT_NATIVE)

@@ -80,8 +80,8 @@ std::optional<LimitSpeed> ceiling_of(const Lasting& l, double period) {
                middle = quantile(l.beyond, &Sample::speed, 0.5);
   const double highest = std::max(to, quantile(l.turns, &Sample::speed, 0.999));
   if (to - from > kPlateau * middle || highest > (1 + kPlateau) * middle) return {};
-  constexpr double kWithin = 0.5 * kPlateau;
-  return LimitSpeed{middle, (1 - kWithin) * from, (1 + kWithin) * to};
+  constexpr double kKnown = 0.5 * kPlateau;
+  return LimitSpeed{middle, (1 - kKnown) * from, (1 + kKnown) * to};
 }
 
 std::optional<LimitSpeed> dead_of(const Lasting& l, double period) {
@@ -90,8 +90,8 @@ std::optional<LimitSpeed> dead_of(const Lasting& l, double period) {
                least = quantile(l.turns, &Sample::command, 0.02);
   if (most < kLeastDead || least < 0.9 * most) return {};
   const double beyond = std::max(most, least);
-  constexpr double kWithin = 0.02;  // a command is known between two samples
-  return LimitSpeed{0.5 * (most + beyond), (1 - kWithin) * most, (1 + kWithin) * beyond};
+  constexpr double kKnown = 0.02;  // a command is known between two samples
+  return LimitSpeed{0.5 * (most + beyond), (1 - kKnown) * most, (1 + kKnown) * beyond};
 }
 
 }  // namespace

@@ -12,9 +12,6 @@ namespace {
 using recording::Recording;
 using recording::Signal;
 
-constexpr double kLeastMove = 0.02;   // rad: commands that stay within show no lag
-constexpr double kLongestHold = 0.1;  // s between commands, as redundancy_check takes them
-
 bool has_lag_or_play(const vehicle::Tilt& servo) { return servo.time_constant > 0 || servo.backlash > 0; }
 
 double squared_distance(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
@@ -55,12 +52,12 @@ bool shows_told_servo(const Recording& r, const vehicle::Tilt& servo) {
   const Signal *alpha = r.find("alpha"), *command = r.find("alpha_command");
   if (!has_lag_or_play(servo) || !alpha || !command || alpha->width() != 1 || command->width() != 1)
     return true;
-  const Eigen::VectorXd ordered = recording::resample(*command, alpha->t_s, kLongestHold).col(0);
+  const Eigen::VectorXd ordered = recording::resample(*command, alpha->t_s, kLongestTiltHold).col(0);
   const Eigen::VectorXd measured = alpha->values.col(0);
   double low = 1e300, high = -1e300;
   for (const double x : ordered)
     if (std::isfinite(x)) low = std::min(low, x), high = std::max(high, x);
-  if (!(high - low > kLeastMove)) return true;
+  if (!(high - low > kLeastTiltMove)) return true;
   vehicle::Tilt echo = servo;
   echo.time_constant = echo.backlash = 0;
   return squared_distance(measured, answer_of_servo(servo, alpha->t_s, ordered)) <

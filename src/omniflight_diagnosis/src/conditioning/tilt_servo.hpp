@@ -8,6 +8,9 @@
 
 namespace omniflight::diagnosis {
 
+/// A command that is older than this is not known any more, and one that stays within this shows no lag.
+inline constexpr double kLongestTiltHold = 0.1, kLeastTiltMove = 0.02;  // s, rad
+
 /// Tilt [rad] that the servo gives at times t [s], starting at rest at the first input [rad]. The input is
 /// taken straight between samples; where it is not finite, the servo waits and the answer is not finite.
 Eigen::VectorXd answer_of_servo(const vehicle::Tilt& servo, const std::vector<double>& t,

@@ -11,9 +11,8 @@ namespace {
 
 using recording::Signal;
 
-constexpr double kLeastMoved = 0.02;  // rad, by the command within a block
-constexpr double kLagStep = 0.0025;   // s
-constexpr int kLagSteps = 200;        // beyond the largest told lag
+constexpr double kLagStep = 0.0025;  // s
+constexpr int kLagSteps = 200;       // beyond the largest told lag
 
 /// Within [from, to) seconds.
 double lag_in_block(const Signal& tilt, const Eigen::MatrixXd& ordered, vehicle::Tilt servo, double from,
@@ -43,7 +42,7 @@ TiltLags tilt_lags(const recording::Recording& r, const vehicle::Tilt& told, dou
   const Signal *tilt = r.find("alpha"), *command = r.find("alpha_command");
   if (!tilt || !command || tilt->size() < 100 || command->empty()) return out;
   if (tilt->width() != 1 || command->width() != 1) return out;
-  const Eigen::MatrixXd ordered = recording::resample(*command, tilt->t_s, 0.1);
+  const Eigen::MatrixXd ordered = recording::resample(*command, tilt->t_s, kLongestTiltHold);
   if (!std::isfinite(ordered(0, 0))) return out;
   vehicle::Tilt servo = told;
   if (!shows_told_servo(r, told)) servo.time_constant = servo.backlash = 0;
@@ -57,7 +56,7 @@ TiltLags tilt_lags(const recording::Recording& r, const vehicle::Tilt& told, dou
       if (const double t = tilt->t_s[static_cast<std::size_t>(i)];
           t >= a && t < z && std::isfinite(ordered(i, 0)))
         low = std::min(low, ordered(i, 0)), high = std::max(high, ordered(i, 0));
-    if (high - low > kLeastMoved) out.lag.push_back(lag_in_block(*tilt, ordered, servo, a, z));
+    if (high - low > kLeastTiltMove) out.lag.push_back(lag_in_block(*tilt, ordered, servo, a, z));
   }
   return out;
 }
