@@ -178,59 +178,108 @@ Eigen::VectorXd wrench_of_set(const RegressionProblem& problem, const std::vecto
 
 namespace {
 
-/// `seed`: laws that were found at another horizon.
-Inference infer_at(std::unique_ptr<RegressionProblem> at, const std::vector<const physics::Effect*>& effects,
-                   const Options& o, std::vector<SetMember> seed) {
-  Inference out;
-  out.problem = std::move(at);
-  if (!seed.empty()) {
-    std::vector<EffectTerm> terms;
-    for (const SetMember& m : seed)
-      terms.push_back({effects[static_cast<std::size_t>(m.hypothesis)], m.theta, m.start});
-    out.problem->expect(terms);
+/// The inference at one horizon. A horizon that is refused needs no more than what a first search finds.
+class Inferrer {
+ public:
+  /// Searches once, in the noise that slow functions of place leave. `seed`: laws that were found at another
+  /// horizon.
+  Inferrer(std::unique_ptr<RegressionProblem> problem, const std::vector<const physics::Effect*>& effects,
+           const Options& o, std::vector<SetMember> seed)
+      : effects_(effects), o_(o), seed_(std::move(seed)) {
+    out_.problem = std::move(problem);
+    if (!seed_.empty()) {
+      std::vector<EffectTerm> terms;
+      for (const SetMember& m : seed_)
+        terms.push_back({effects[static_cast<std::size_t>(m.hypothesis)], m.theta, m.start});
+      out_.problem->expect(terms);
+    }
+    slow_ = slow_columns(*out_.problem);
+    limits_.threads = o.threads;
+    limits_.stop = o.stop;
+    limits_.most_members = 8;
+    auto first =
+        estimate_noise(*out_.problem, slow_, Eigen::VectorXd::Zero(out_.problem->rows()), o.temperature);
+    out_.problem->scale_calibration(first_stages(first->apply(out_.problem->calibration().columns),
+                                                 first->apply(out_.problem->calibration().measured)));
+    fitted_.emplace(*out_.problem);
+    profiler_.emplace(*out_.problem, out_.hypotheses, slow_, *fitted_, o);
+    current_ = profiler_->of({}, Eigen::VectorXd::Ones(out_.problem->calibration().settled.size()));
+    nothing_ = current_.joint;
+    search_in(std::move(first), current_.tolerances, {});
   }
-  const RegressionProblem& problem = *out.problem;
-  const SlowColumns slow = slow_columns(problem);
-  SearchLimits limits;
-  limits.threads = o.threads;
-  limits.stop = o.stop;
-  limits.most_members = 8;
-  std::unique_ptr<Evidence> found;  // in the noise that the best set so far leaves
-  std::unique_ptr<GridSearch> grid;
-  std::optional<FittedAmplitudes> fitted;
-  const auto use = [&](std::unique_ptr<NoiseModel> noise, const Eigen::VectorXd& tolerances,
-                       const std::vector<SetMember>& first_asked) {
-    if (out.hypotheses.empty())
-      out.hypotheses = make_hypotheses(problem, *noise, effects, o);
+
+  /// Searches again in the noise that the best set leaves, until nothing is gained.
+  void improve() {
+    for (int round = 0; round < kRounds && !o_.stopped(); ++round) {
+      const auto tried = worth_their_own_noise(round == 0);
+      if (tried.empty()) break;
+      Profile best = profiler_->best_of(tried, current_.tolerances);
+      without_idle_members(*profiler_, best);
+      if (!(best.joint > current_.joint + kWorth)) break;
+      current_ = std::move(best);
+      const Eigen::VectorXd expected =
+          wrench_of_set(*out_.problem, out_.hypotheses, current_.fit, States::predicted);
+      if (!out_.problem->expects(expected)) {
+        out_.problem->expect(expected);
+        prepare_again(*out_.problem, *current_.noise, o_.threads, out_.hypotheses);
+        for (SetMember& m : current_.fit.members) m.first_stage.reset();
+      }
+      search_in(std::move(current_.noise), current_.tolerances, current_.fit.members);
+    }
+  }
+
+  /// Wrench of the best set and of the calibration beside it, at measured states.
+  Eigen::VectorXd known() const {
+    const SetFit& best = out_.posterior.best;
+    return wrench_of_set(*out_.problem, out_.hypotheses, best, States::measured) +
+           out_.problem->calibration().measured * best.calibration;
+  }
+
+  /// Laws of the best set.
+  std::vector<SetMember> laws() const {
+    std::vector<SetMember> out;
+    for (const SetMember& m : out_.posterior.best.members)
+      if (static_cast<std::size_t>(m.hypothesis) < effects_.size()) {  // patterns come behind the laws
+        out.push_back(m);
+        out.back().first_stage.reset();
+      }
+    return out;
+  }
+
+  Inference finish() {
+    in_own_noise(*profiler_, nothing_, *found_, out_.posterior, o_);
+    add_unfitted(*grid_, out_.hypotheses, out_.posterior);
+    return std::move(out_);
+  }
+
+ private:
+  void search_in(std::unique_ptr<NoiseModel> noise, const Eigen::VectorXd& tolerances,
+                 const std::vector<SetMember>& first_asked) {
+    if (out_.hypotheses.empty())
+      out_.hypotheses = make_hypotheses(*out_.problem, *noise, effects_, o_);
     else
-      whiten(*noise, o.threads, out.hypotheses);
-    found = std::make_unique<Evidence>(problem, *fitted, *noise, out.hypotheses, o.law_error, tolerances);
-    out.noise = std::move(noise);
-    out.tolerances = tolerances;
-    grid = std::make_unique<GridSearch>(*found, limits);
-    out.posterior = search(*found, *grid, limits, first_asked);
-  };
-  auto first = estimate_noise(problem, slow, Eigen::VectorXd::Zero(problem.rows()), o.temperature);
-  out.problem->scale_calibration(first_stages(first->apply(problem.calibration().columns),
-                                              first->apply(problem.calibration().measured)));
-  fitted.emplace(problem);
-  const Profiler profiler(problem, out.hypotheses, slow, *fitted, o);
-  Profile current = profiler.of({}, Eigen::VectorXd::Ones(problem.calibration().settled.size()));
-  const double nothing = current.joint;
-  use(std::move(first), current.tolerances, {});
-  for (int round = 0; round < kRounds && !o.stopped(); ++round) {
-    // what the search found, and what may come out only when the noise no longer contains it
+      whiten(*noise, o_.threads, out_.hypotheses);
+    found_ = std::make_unique<Evidence>(*out_.problem, *fitted_, *noise, out_.hypotheses, o_.law_error,
+                                        tolerances);
+    out_.noise = std::move(noise);
+    out_.tolerances = tolerances;
+    grid_ = std::make_unique<GridSearch>(*found_, limits_);
+    out_.posterior = search(*found_, *grid_, limits_, first_asked);
+  }
+
+  /// What the search found, and what may come out only when the noise no longer contains it.
+  std::vector<std::vector<SetMember>> worth_their_own_noise(bool first_round) {
     std::vector<std::vector<SetMember>> tried;
-    if (round == 0 && !seed.empty()) tried.push_back(std::move(seed));
-    for (const SetPosterior& rival : out.posterior.sets)
-      if (rival.log_joint > out.posterior.joint_of_best - kRival && tried.size() < kTried)
+    if (first_round && !seed_.empty()) tried.push_back(seed_);
+    for (const SetPosterior& rival : out_.posterior.sets)
+      if (rival.log_joint > out_.posterior.joint_of_best - kRival && tried.size() < kTried)
         tried.push_back(rival.members);
-    const Evidence tight(problem, *fitted, *out.noise, out.hypotheses, o.law_error,
-                         tightest_tolerances(problem.calibration()));
+    const Evidence tight(*out_.problem, *fitted_, *out_.noise, out_.hypotheses, o_.law_error,
+                         tightest_tolerances(out_.problem->calibration()));
     std::set<int> asked;
-    for (const Evidence* evidence : {static_cast<const Evidence*>(found.get()), &tight}) {
-      const SetFit here = evidence->fit(current.fit.members);
-      auto more = grid->additions(here, GridSearch::Noise::own);
+    for (const Evidence* evidence : {static_cast<const Evidence*>(found_.get()), &tight}) {
+      const SetFit here = evidence->fit(current_.fit.members);
+      auto more = grid_->additions(here, GridSearch::Noise::own);
       more.laws.resize(std::min(more.laws.size(), kLaws));
       more.patterns.resize(std::min(more.patterns.size(), kPatterns));
       for (auto* candidates : {&more.laws, &more.patterns})
@@ -240,23 +289,22 @@ Inference infer_at(std::unique_ptr<RegressionProblem> at, const std::vector<cons
           tried.back().push_back(std::move(c.member));
         }
     }
-    if (tried.empty()) break;  // nothing near enough to ask
-    Profile best = profiler.best_of(tried, current.tolerances);
-    without_idle_members(profiler, best);
-    if (!(best.joint > current.joint + kWorth)) break;
-    current = std::move(best);
-    const Eigen::VectorXd expected = wrench_of_set(problem, out.hypotheses, current.fit, States::predicted);
-    if (!problem.expects(expected)) {
-      out.problem->expect(expected);
-      prepare_again(problem, *current.noise, o.threads, out.hypotheses);
-      for (SetMember& m : current.fit.members) m.first_stage.reset();
-    }
-    use(std::move(current.noise), current.tolerances, current.fit.members);
+    return tried;
   }
-  in_own_noise(profiler, nothing, *found, out.posterior, o);
-  add_unfitted(*grid, out.hypotheses, out.posterior);
-  return out;
-}
+
+  const std::vector<const physics::Effect*>& effects_;
+  const Options& o_;
+  std::vector<SetMember> seed_;
+  Inference out_;
+  SlowColumns slow_;
+  SearchLimits limits_;
+  std::optional<FittedAmplitudes> fitted_;
+  std::optional<Profiler> profiler_;
+  Profile current_;
+  double nothing_ = 0;               ///< Profile::joint of the empty set
+  std::unique_ptr<Evidence> found_;  ///< in the noise that the best set so far leaves
+  std::unique_ptr<GridSearch> grid_;
+};
 
 }  // namespace
 
@@ -264,26 +312,28 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
                 const std::vector<const physics::Effect*>& effects, const Options& o) {
   const Horizons horizons(flights, vehicle, o);
   HorizonChoice choice;
+  const auto refused = [&](HorizonTest test) {
+    choice.tests.push_back(std::move(test));
+    return !choice.tests.back().agrees() && !o.stopped();
+  };
   std::vector<SetMember> seed;
+  Eigen::VectorXd known;  // what was found at the last horizon that was refused
   for (std::size_t k = 0;; ++k) {
-    choice.tests.push_back(horizons.test(k));
-    Inference out = infer_at(horizons.problem(k), effects, o, std::move(seed));
-    const SetFit& best = out.posterior.best;
-    if (!choice.tests.back().agrees() && !o.stopped())
-      choice.tests.push_back(
-          horizons.test(k, wrench_of_set(*out.problem, out.hypotheses, best, States::measured) +
-                               out.problem->calibration().measured * best.calibration));
-    if (!choice.tests.back().agrees() && !o.stopped()) {
-      seed.clear();
-      for (const SetMember& m : best.members)
-        if (static_cast<std::size_t>(m.hypothesis) < effects.size()) {  // patterns come behind the laws
-          seed.push_back(m);
-          seed.back().first_stage.reset();
-        }
-      continue;
+    const bool doubted = refused(horizons.test(k));
+    if (doubted && known.size() > 0 && refused(horizons.test(k, known))) continue;
+    Inferrer here(horizons.problem(k), effects, o, std::move(seed));
+    bool refuted = doubted && known.size() == 0 && refused(horizons.test(k, here.known()));
+    if (!refuted) {
+      here.improve();
+      refuted = doubted && refused(horizons.test(k, here.known()));
     }
-    out.horizon = std::move(choice);
-    return out;
+    if (!refuted) {
+      Inference out = here.finish();
+      out.horizon = std::move(choice);
+      return out;
+    }
+    known = here.known();
+    seed = here.laws();
   }
 }
 
