@@ -36,7 +36,7 @@ FORBIDDEN = {("proof", "physics"): "the proof shares no dynamics code",
 DDS_PACKAGES = {"bus", "components", "msgs"}
 # Rooms of a package, as packages themselves; what stands in src/ itself may use all. Rooms of one level that are named
 # together in TOGETHER know each other.
-ROOMS = {"diagnosis": {"numerics": 0, "conditioning": 1, "monitoring": 1, "regression": 2, "sensor_checks": 3, "evidence": 4,
+ROOMS = {"diagnosis": {"numerics": 0, "conditioning": 1, "monitoring": 1, "regression": 2, "drive": 3, "sensor_checks": 3, "evidence": 4,
                        "discrepancy": 4, "search": 4, "validation": 5, "experiment_design": 5, "report": 5}}
 TOGETHER = {"diagnosis": {"evidence", "discrepancy", "search"}}
 # Ids of effects belong to physics; the worlds of the proof are independent on purpose, and tests name what they try.

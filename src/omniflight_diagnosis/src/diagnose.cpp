@@ -6,6 +6,7 @@
 #include "conditioning/input_validation.hpp"
 #include "conditioning/pointers.hpp"
 #include "conditioning/repair.hpp"
+#include "drive/drive_inference.hpp"
 #include "experiment_design/next_flight.hpp"
 #include "numerics/text.hpp"
 #include "report/answer.hpp"
@@ -14,7 +15,6 @@
 #include "search/floor_height.hpp"
 #include "search/offered_effects.hpp"
 #include "search/single_rotor.hpp"
-#include "sensor_checks/actuation.hpp"
 #include "sensor_checks/allocation_check.hpp"
 #include "sensor_checks/control_replay.hpp"
 #include "sensor_checks/findings.hpp"
@@ -121,15 +121,14 @@ Chosen with_a_wrench(std::span<const recording::Recording> fit,
 
 /// What the stages beside the wrench show: allocation, actuation, control, sensing.
 void add_other_stages(std::span<const Repaired> fitted, const std::vector<Flight>& flights,
-                      const vehicle::Vehicle& vehicle,
-                      const std::vector<std::vector<ActuationFit>>& actuation,
+                      const vehicle::Vehicle& vehicle, const DriveInference& drives,
                       const std::vector<Diagnosis>& of_sensors, const Options& o, Diagnosis& d) {
   for (const Repaired& one : fitted) {
     Diagnosis allocation;
     allocation.mismatch = locate_allocation(one.recording);
     merge_recording(allocation, one.recording.file, d);
   }
-  add_actuation(actuation, d);
+  add_drives(drives, vehicle, o, d);
   if (o.has_controller) {
     std::vector<const recording::Recording*> flown;
     for (const Repaired& one : fitted) flown.push_back(&one.recording);
@@ -139,16 +138,18 @@ void add_other_stages(std::span<const Repaired> fitted, const std::vector<Flight
   for (std::size_t k = 0; k < fitted.size(); ++k) merge_recording(of_sensors[k], fitted[k].recording.file, d);
 }
 
-/// How the rotors of each flight follow their commands; a delay that all share is noted at the flight.
-std::vector<std::vector<ActuationFit>> actuation_of(std::span<const Repaired> fitted,
-                                                    const vehicle::Vehicle& vehicle,
-                                                    std::vector<Flight>& flights) {
-  std::vector<std::vector<ActuationFit>> out;
-  for (std::size_t k = 0; k < fitted.size(); ++k) {
-    if (flights[k].speed_from_command) continue;
-    out.push_back(fit_actuation(fitted[k].recording, vehicle, flights[k]));
-    if (const std::string note = on_shared_delay(out.back()); !note.empty()) flights[k].notes.push_back(note);
-  }
+/// How the rotors follow their commands; a delay that all boards share is noted at the first flight.
+DriveInference drives_of(std::span<const Repaired> fitted, const vehicle::Vehicle& vehicle, const Options& o,
+                         std::vector<Flight>& flights) {
+  std::vector<const recording::Recording*> recordings;
+  std::vector<const Flight*> flown;
+  for (const Flight* f : with_honest_speeds(flights))
+    if (!f->speed_from_command) {
+      recordings.push_back(&fitted[static_cast<std::size_t>(f - flights.data())].recording);
+      flown.push_back(f);
+    }
+  DriveInference out = infer_drives(recordings, flown, vehicle, o);
+  if (const std::string note = on_shared_delay(out); !note.empty()) flights.front().notes.push_back(note);
   return out;
 }
 
@@ -247,7 +248,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   if (const auto height = hub_height(flights, vehicle, o))
     for (auto* list : {&flights, &unseen})
       for (Flight& f : *list) set_floor_height(*height, f);
-  const auto late = actuation_of(fitted, vehicle, flights);
+  const DriveInference drives = drives_of(fitted, vehicle, o, flights);
   const std::vector<const Flight*> usable = with_honest_speeds(flights);
   d.intake = describe(fitted[0].recording, flights[0]);
   for (std::size_t k = 1; k < fit.size(); ++k) d.further.push_back(describe(fitted[k].recording, flights[k]));
@@ -257,7 +258,7 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
     flights[0].notes.push_back(
         "With a stuck rotor speed the wrench cannot be judged; only the sensors were.");
   Diagnosis others;
-  add_other_stages(fitted, flights, vehicle, late, of_sensors, o, others);
+  add_other_stages(fitted, flights, vehicle, drives, of_sensors, o, others);
   add_judged(others, vehicle, o, d);
   drop_what_a_sensor_explains(d);
   d.tracking_rms = tracking_rms_of(flights[0]);

@@ -35,7 +35,7 @@ struct Mismatch {
 struct Finding {
   std::string effect;
   double probability = 0;  ///< not a number in an unfinished answer
-  double log_factor = 0;   ///< ln Bayes factor of an error of a sensor that has no size
+  double log_factor = 0;   ///< ln Bayes factor, where it is not one of the parameters' sizes
   /// The first `rivals` explain the flight as well; the others look nearly the same but need more numbers, or
   /// explain it a little worse.
   std::vector<std::string> cannot_be_told_apart_from;

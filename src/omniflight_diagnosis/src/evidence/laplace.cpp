@@ -27,18 +27,6 @@ double log_determinant(const Eigen::LLT<Eigen::MatrixXd>& llt) {
 
 }  // namespace
 
-// far below zero by its asymptotic series
-double log_normal_cdf(double x) {
-  if (x > -8) return std::log(0.5 * std::erfc(-x / std::sqrt(2.0)));
-  return -0.5 * x * x - std::log(-x) - 0.5 * std::log(2 * kPi) + std::log1p(-1 / (x * x));
-}
-
-double log_normal_between(double low, double high) {
-  if (low > 0) return log_normal_between(-high, -low);  // the tail that is not near one
-  const double above = log_normal_cdf(high), below = log_normal_cdf(low);
-  return above + std::log1p(-std::exp(std::min(below - above, -1e-15)));
-}
-
 Eigen::VectorXd expected_wrench(const RegressionProblem& problem, const Hypothesis& h,
                                 const SetMember& member) {
   if (h.pattern) return h.pattern->raw * member.weights;

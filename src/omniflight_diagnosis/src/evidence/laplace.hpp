@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "../numerics/statistics.hpp"
 #include "../search/hypothesis.hpp"
 
 namespace omniflight::diagnosis {
@@ -38,11 +39,6 @@ struct SetFit {
   std::vector<Eigen::Index> first;      ///< index of the first coordinate of each member
   std::vector<double> theta_deviation;  ///< posterior standard deviations of all members' theta, in order
 };
-
-/// ln of the standard normal distribution function.
-double log_normal_cdf(double x);
-/// ln of its mass between two values.
-double log_normal_between(double low, double high);
 
 /// Cosine amplitudes of what all sets of a problem share, its residual and its calibration: no noise changes
 /// them.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "omniflight_core/frames.hpp"
+
 namespace omniflight::diagnosis {
 
 double chi_squared_tail(double x, double dof) {
@@ -38,6 +40,18 @@ double chi_squared_quantile(double p, double dof) {
     (chi_squared_tail(middle, dof) > p ? low : high) = middle;
   }
   return 0.5 * (low + high);
+}
+
+// far below zero by its asymptotic series
+double log_normal_cdf(double x) {
+  if (x > -8) return std::log(0.5 * std::erfc(-x / std::sqrt(2.0)));
+  return -0.5 * x * x - std::log(-x) - 0.5 * std::log(2 * kPi) + std::log1p(-1 / (x * x));
+}
+
+double log_normal_between(double low, double high) {
+  if (low > 0) return log_normal_between(-high, -low);  // the tail that is not near one
+  const double above = log_normal_cdf(high), below = log_normal_cdf(low);
+  return above + std::log1p(-std::exp(std::min(below - above, -1e-15)));
 }
 
 double explained_share(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, Eigen::VectorXd* coefficients) {

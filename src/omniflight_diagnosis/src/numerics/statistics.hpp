@@ -10,6 +10,11 @@ double chi_squared_tail(double x, double dof);
 /// x with chi_squared_tail(x, dof) = p, for 0 < p < 1.
 double chi_squared_quantile(double p, double dof);
 
+/// ln of the standard normal distribution function.
+double log_normal_cdf(double x);
+/// ln of its mass between two values.
+double log_normal_between(double low, double high);
+
 /// Share of the variance of y that X (with a constant added) explains, and the coefficients (constant last).
 double explained_share(const Eigen::MatrixXd& X, const Eigen::VectorXd& y,
                        Eigen::VectorXd* coefficients = nullptr);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../conditioning/prior_odds.hpp"
 #include "../numerics/log_factor.hpp"
 #include "omniflight_physics/effect_ids.hpp"
 #include "omniflight_physics/prior.hpp"
@@ -10,19 +11,13 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// Expected number of errors of sensors, motors and control that a laboratory does not know of.
-constexpr double kExpectedEffects = 0.35;
-
 double probability_of(const Finding& f, const physics::VehicleSize& size) {
   const physics::Effect* effect = physics::find_effect(f.effect);
   if (!effect) return std::nan("");
-  int count = 0;
-  for (const physics::Effect* e : physics::builtin_effects())
-    count += e->info().stage != physics::Stage::wrench;
-  const double log_odds =
-      std::log(kExpectedEffects * physics::occurrence(effect->info()) / std::max(1, count));
-  double log_factor = f.parameters.empty() ? f.log_factor : -1e300;
+  const bool judged = f.parameters.empty() || f.log_factor != 0;
+  double log_factor = judged ? f.log_factor : -1e300;
   for (const ParameterValue& p : f.parameters) {
+    if (judged) break;
     const double error = (p.high - p.low) / (2 * 1.96);
     const auto& all = effect->info().parameters;
     const auto at = std::find_if(all.begin(), all.end(), [&](const auto& x) { return x.name == p.name; });
@@ -33,7 +28,7 @@ double probability_of(const Finding& f, const physics::VehicleSize& size) {
         at == all.end() ? std::max(std::abs(p.value), error) : physics::prior_of(*effect, k, size).slope(0);
     log_factor = std::max(log_factor, log_factor_of_size(p.value - neutral, error, deviation));
   }
-  return 1 / (1 + std::exp(-(log_factor + log_odds))) / (1 + f.rivals);
+  return 1 / (1 + std::exp(-(log_factor + log_odds_beside_wrench(effect->info())))) / (1 + f.rivals);
 }
 
 }  // namespace

@@ -308,7 +308,7 @@ void check_redundancy(const Recording& r, const vehicle::Vehicle& vehicle, const
     return std::any_of(d.findings.begin(), d.findings.end(),
                        [&](const Finding& f) { return f.effect == id; });
   };
-  judge_steps(r, d);
+  if (!named(physics::effect_id::command_quantisation)) judge_steps(r, d);
   add_rotor_limits(r, vehicle, d);
   if (!named(physics::effect_id::rotor_speed_sensor_fault) && !named(physics::effect_id::actuator_saturation))
     judge_speeds(r, d);

@@ -1,0 +1,285 @@
+#include "drive_inference.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "../conditioning/prior_odds.hpp"
+#include "../numerics/minimise.hpp"
+#include "../numerics/parallel.hpp"
+#include "../numerics/statistics.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+using physics::Effect;
+using Law = physics::ParameterPrior::Law;
+
+constexpr double kMost = 60;        ///< s of all flights together
+constexpr double kPart = 5;         ///< s, in which single parameters are tried first
+constexpr int kTried = 400;         ///< values of each: steps of a quantiser are resolved to 2 %
+constexpr int kTogether = 60;       ///< values of all at once
+constexpr double kLeast = 0.02;     ///< prior standard deviations, least amplitude that is tried
+constexpr double kFar = 12;         ///< the largest
+constexpr double kFlat = 0.05;      ///< nat, within which a minimum is found
+constexpr double kWorth = 1;        ///< nat
+constexpr double kPromising = 0.3;  ///< nat in the part, about a thirtieth of a whole flight
+constexpr int kAgain = 3;
+constexpr double kUsual = 1;  ///< prior standard deviation of the stamps, within which members are tried
+constexpr std::size_t kMostMembers = 3;
+/// Standard deviations [s] of the offset between the stamps of commands and of speeds: where the clocks of
+/// the body's sensors and of the pose's side agree, and where they do not or cannot be told.
+constexpr double kStampsAgree = 0.002, kStampsUnknown = 0.02;
+
+/// Whether the clock of the body's sensors, rotor speeds among them, agrees with that of the pose: as
+/// commands come from the pose's side, they then have the clock of the speeds as well. Nothing where that
+/// cannot be told.
+std::optional<bool> clocks_agree(const Flight& flight) {
+  for (const Alignment& a : flight.alignment)
+    if (a.early == "gyro" && a.late == "attitude")
+      return std::abs(a.lag_s) < 0.0015 + 2 * a.lag_se && std::abs(a.skew) < 5e-6 + 3 * a.skew_se;
+  return {};
+}
+
+/// Those that the library says are seen in commands and speeds, and in nothing else.
+std::vector<const Effect*> offered(const Options& o) {
+  std::vector<const Effect*> out;
+  const auto named = [](const std::vector<std::string>& ids, const std::string& id) {
+    return std::find(ids.begin(), ids.end(), id) != ids.end();
+  };
+  for (const Effect* e : physics::builtin_effects()) {
+    const physics::EffectInfo& info = e->info();
+    if (info.stage != physics::Stage::actuation || info.channels != std::vector<std::string>{"rotor_speed"} ||
+        !info.also.empty())
+      continue;
+    if ((o.only.empty() || named(o.only, info.id)) && !named(o.exclude, info.id)) out.push_back(e);
+  }
+  return out;
+}
+
+/// Standardised values of a parameter that are tried, the others at their neutral value.
+std::vector<double> values_to_try(const physics::ParameterPrior& prior, int count) {
+  std::vector<double> out;
+  if (prior.law == Law::log_normal) {
+    for (int k = 0; k < count / 2; ++k) out.push_back(-4 + 8.0 * k / (count / 2 - 1));
+    return out;
+  }
+  const double most = std::min(kFar, (prior.upper - prior.center) / prior.scale);
+  const int sides = prior.law == Law::half_normal ? 1 : 2;
+  for (int side = 0; side < sides; ++side)
+    for (int k = 0; k < count / sides; ++k) {
+      const double u = kLeast * std::pow(most / kLeast, static_cast<double>(k) / (count / sides - 1));
+      out.push_back(side == 0 ? u : -u);
+    }
+  return out;
+}
+
+class Search {
+ public:
+  Search(const DriveModel& model, const vehicle::Vehicle& vehicle, const Options& o)
+      : model_(model), part_(model.part(kPart)), vehicle_(vehicle), o_(o) {}
+
+  /// The nearest maximum. A simplex that has once been narrow stays so: it begins again, as wide as the
+  /// maximum is, until that gains nothing.
+  DriveFit fit(DriveSet set, const Eigen::VectorXd& steps) const {
+    double cost = refine(model_, set, steps);
+    DriveFit out{std::move(set), 0, {}};
+    for (int again = 0; again < kAgain; ++again) {
+      integrate(cost, out);
+      const double before =
+          std::exchange(cost, refine(model_, out.set, out.precision.diagonal().cwiseSqrt().cwiseInverse()));
+      if (before - cost < kWorth) break;
+    }
+    integrate(cost, out);
+    return out;
+  }
+
+  /// The same fit with the samples as they count now.
+  void integrate(DriveFit& f) const { integrate(model_.cost(f.set), f); }
+
+  /// The set with one more member, fitted; nothing where no value of it promises anything.
+  std::optional<DriveFit> with(const DriveFit& rest, const Effect* added) const {
+    DriveSet set = rest.set;
+    set.members.push_back(added);
+    const auto first = static_cast<std::size_t>(rest.set.coordinates.size());
+    const auto parameters = added->info().parameters.size();
+    Eigen::VectorXd neutral(static_cast<Eigen::Index>(first + parameters));
+    neutral.head(rest.set.coordinates.size()) = rest.set.coordinates;
+    // what a member does, tolerances may do at a price
+    neutral[0] = 0;
+    neutral[1] = std::clamp(neutral[1], -kUsual, kUsual);
+    Eigen::VectorXd steps = Eigen::VectorXd::Constant(neutral.size(), 0.1);
+    for (std::size_t k = 0; k < parameters; ++k)
+      neutral[static_cast<Eigen::Index>(first + k)] = neutral_of(*added, k);
+    // each parameter, and all of them together
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k <= parameters && (k < parameters || parameters > 1); ++k) {
+      const std::size_t of = k < parameters ? k : 0;
+      const auto at = static_cast<Eigen::Index>(first + of);
+      const Eigen::Index moved = k < parameters ? 1 : static_cast<Eigen::Index>(parameters);
+      const std::vector<double> values =
+          values_to_try(physics::prior_of(*added, of, model_.size()), k < parameters ? kTried : kTogether);
+      for (std::size_t v = 0; v < values.size() && !o_.stopped(); ++v) {
+        DriveSet tried = set;
+        tried.coordinates = neutral;
+        tried.coordinates.segment(at, moved).setConstant(values[v]);
+        const double cost = part_.cost(tried);
+        if (!(cost < least)) continue;
+        least = cost;
+        set.coordinates = tried.coordinates;
+        steps.tail(static_cast<Eigen::Index>(parameters)).setConstant(0.1);
+        steps.segment(at, moved).setConstant(values[v + 1 < values.size() ? v + 1 : v - 1] - values[v]);
+      }
+    }
+    if (o_.stopped() || !std::isfinite(least)) return {};
+    DriveSet without = rest.set;
+    const double gained = refine(part_, without, Eigen::VectorXd::Constant(without.coordinates.size(), 0.1)) -
+                          refine(part_, set, steps);
+    if (o_.stopped() || !(gained > kPromising)) return {};
+    // what a part of the flight tells is near
+    const double share = std::sqrt(part_.samples() / model_.samples());
+    const double cost = refine(model_, set, share * steps);
+    if (!(cost < model_.cost(rest.set) - kWorth)) return {};
+    return fit(std::move(set), share * steps);
+  }
+
+  double log_prior(const DriveSet& set) const {
+    double sum = 0;
+    for (const Effect* e : set.members) sum += log_odds_beside_wrench(e->info());
+    return sum;
+  }
+
+ private:
+  /// To the nearest minimum; returns its cost.
+  static double refine(const DriveModel& model, DriveSet& set, const Eigen::VectorXd& steps) {
+    const auto cost = [&](const Eigen::VectorXd& u) {
+      DriveSet at = set;
+      at.coordinates = u;
+      return model.cost(at);
+    };
+    Minimum best =
+        minimise(cost, set.coordinates, steps, kFlat, 80 * static_cast<int>(set.coordinates.size()));
+    set.coordinates = best.at;
+    return best.value;
+  }
+
+  double neutral_of(const Effect& effect, std::size_t k) const {
+    const double neutral =
+        physics::prior_of(effect, k, model_.size()).coordinate(effect.info().parameters[k].neutral);
+    return std::clamp(neutral, -4.0, 4.0);
+  }
+
+  void integrate(double cost, DriveFit& f) const {
+    const auto at = [&](const Eigen::VectorXd& u) {
+      DriveSet set = f.set;
+      set.coordinates = u;
+      return model_.cost(set);
+    };
+    // the prior alone has a curvature of one
+    f.precision =
+        curvature(at, {f.set.coordinates, cost}, Eigen::VectorXd::Constant(f.set.coordinates.size(), 0.1), 1);
+    const Eigen::LLT<Eigen::MatrixXd> factor(f.precision);
+    f.log_evidence = -cost - factor.matrixLLT().diagonal().array().log().sum();
+    for (std::size_t m = 0; m < f.set.members.size(); ++m)
+      for (std::size_t k = 0; k < f.set.members[m]->info().parameters.size(); ++k) {
+        const Eigen::Index i = f.set.first(m) + static_cast<Eigen::Index>(k);
+        if (physics::prior_of(*f.set.members[m], k, model_.size()).law == Law::half_normal)
+          f.log_evidence +=
+              std::log(2.0) + log_normal_cdf(std::abs(f.set.coordinates[i]) * std::sqrt(f.precision(i, i)));
+      }
+  }
+
+  const DriveModel& model_;
+  DriveModel part_;
+  const vehicle::Vehicle& vehicle_;
+  const Options& o_;
+};
+
+/// All sets that were visited, the best last.
+std::vector<DriveFit> visit(DriveModel& model, const vehicle::Vehicle& vehicle, const DriveSet& nothing,
+                            const Options& o) {
+  const Search search(model, vehicle, o);
+  std::vector<DriveFit> fits{search.fit(nothing, Eigen::VectorXd::Constant(2, 0.3))};
+  const std::vector<const Effect*> effects = offered(o);
+  const auto joint = [&](const DriveFit& f) { return f.log_evidence + search.log_prior(f.set); };
+  for (std::size_t best = 0; fits[best].set.members.size() < kMostMembers && !o.stopped();) {
+    std::vector<const Effect*> added;
+    for (const Effect* e : effects)
+      if (const auto& in = fits[best].set.members; std::find(in.begin(), in.end(), e) == in.end())
+        added.push_back(e);
+    std::vector<std::optional<DriveFit>> more(added.size());
+    parallel_for(
+        added.size(), o.threads, [&](std::size_t k) { more[k] = search.with(fits[best], added[k]); }, o.stop);
+    std::size_t next = best;
+    for (auto& f : more)
+      if (f) {
+        fits.push_back(std::move(*f));
+        if (joint(fits.back()) > joint(fits[next])) next = fits.size() - 1;
+      }
+    if (next == best) break;
+    best = next;
+  }
+  // what a set leaves tells how many samples are independent, and the best leaves no effect
+  const auto last = std::max_element(fits.begin(), fits.end(),
+                                     [&](const auto& a, const auto& b) { return joint(a) < joint(b); });
+  if (!last->set.members.empty()) {
+    model.count_samples(last->set);
+    for (DriveFit& f : fits) search.integrate(f);
+  }
+  std::stable_sort(fits.begin(), fits.end(),
+                   [&](const auto& a, const auto& b) { return joint(a) > joint(b); });
+  return fits;
+}
+
+}  // namespace
+
+DriveInference infer_drives(const std::vector<const recording::Recording*>& recordings,
+                            const std::vector<const Flight*>& flights, const vehicle::Vehicle& vehicle,
+                            const Options& o) {
+  DriveInference out;
+  std::vector<DriveRecord> records;
+  std::set<int> boards;
+  for (const vehicle::Rotor& r : vehicle.rotors) boards.insert(r.board);
+  bool agree = true;
+  for (std::size_t k = 0; k < recordings.size(); ++k) {
+    auto r =
+        drive_record(*recordings[k], vehicle, *flights[k], kMost / static_cast<double>(recordings.size()));
+    if (!r) continue;
+    records.push_back(std::move(*r));
+    agree = agree && clocks_agree(*flights[k]).value_or(boards.size() == 1);
+  }
+  if (records.empty()) return out;
+  const double stamps = agree ? kStampsAgree : kStampsUnknown;
+  DriveModel held(vehicle, records, DriveModel::Between::held, stamps, o);
+  DriveModel straight(vehicle, std::move(records), DriveModel::Between::straight, stamps, o);
+  const auto start = [](const DriveModel& model) {
+    const auto cost = [&](const Eigen::VectorXd& u) { return model.cost({{}, u}); };
+    const Minimum m = minimise(cost, Eigen::VectorXd::Zero(2), Eigen::VectorXd::Constant(2, 0.3), 0.01, 80);
+    return DriveSet{{}, m.at};
+  };
+  const DriveSet on_held = start(held), on_straight = start(straight);
+  // of the recorder and not of the drives, whose law may be wrong: what leaves less
+  const double left_held = held.rms_left(on_held), left_straight = straight.rms_left(on_straight);
+  if (!std::isfinite(std::min(left_held, left_straight))) return out;
+  DriveModel& model = left_held <= left_straight ? held : straight;
+  const DriveSet& nothing = left_held <= left_straight ? on_held : on_straight;
+  model.count_samples(nothing);
+  out.fits = visit(model, vehicle, nothing, o);
+  for (const DriveFit& f : out.fits) {
+    out.log_joint.push_back(f.log_evidence);
+    for (const Effect* e : f.set.members) out.log_joint.back() += log_odds_beside_wrench(e->info());
+  }
+  const DriveFit& best = out.fits.front();
+  out.rms_nominal = model.rms_left(nothing);
+  out.rms_left = model.rms_left(best.set);
+  out.offset_s = model.offset_s(best.set);
+  const Eigen::MatrixXd covariance =
+      best.precision.llt().solve(Eigen::MatrixXd::Identity(best.precision.rows(), best.precision.cols()));
+  out.offset_deviation_s = stamps * std::sqrt(covariance(1, 1));
+  return out;
+}
+
+}  // namespace omniflight::diagnosis

@@ -1,0 +1,228 @@
+#include "drive_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "omniflight_physics/actuators.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+constexpr double kLagTold = 0.08;   ///< one standard deviation of ln lag about what a vehicle file tells
+constexpr double kLawError = 0.3;   ///< of Options::law_error: first-order drives are a good law
+constexpr double kSettles = 0.5;    ///< s, until what was before the recording is forgotten
+constexpr double kResolved = 1e-3;  ///< of a rotor's speed: what timing and telemetry leave of any model
+constexpr double kNone = std::numeric_limits<double>::infinity();
+
+/// Means over the steps of a simulation (rotors x steps) of commands that arrive so many seconds late.
+void arriving(const DriveRecord& r, DriveModel::Between between, const std::vector<double>& late,
+              Eigen::MatrixXd& means) {
+  means.resize(r.ordered.rows(), r.steps);
+  for (Eigen::Index rotor = 0; rotor < means.rows(); ++rotor) {
+    const auto command = r.ordered.row(rotor);
+    std::size_t k = 0;
+    double until_k = 0, before = 0;  // integrals from the first command on
+    for (Eigen::Index i = -1; i < r.steps; ++i) {
+      const double t = static_cast<double>(i + 1) * r.step - late[static_cast<std::size_t>(rotor)];
+      const auto since_k = [&](double time) {
+        const auto at = static_cast<Eigen::Index>(k);
+        if (between == DriveModel::Between::held || k + 1 == r.ordered_t.size() || time < 0)
+          return command[at] * time;
+        const double slope = (command[at + 1] - command[at]) / (r.ordered_t[k + 1] - r.ordered_t[k]);
+        return (command[at] + 0.5 * slope * time) * time;
+      };
+      while (k + 1 < r.ordered_t.size() && r.ordered_t[k + 1] <= t) {
+        until_k += since_k(r.ordered_t[k + 1] - r.ordered_t[k]);
+        ++k;
+      }
+      const double now = until_k + since_k(t - r.ordered_t[k]);
+      if (i >= 0) means(rotor, i) = (now - before) / r.step;
+      before = now;
+    }
+  }
+}
+
+}  // namespace
+
+struct DriveModel::Rest {
+  double mean_square = 0;  ///< (rad/s)^2, of what is left
+  double moved = 0;        ///< (rad/s)^2, mean square of speed less command, in the model
+  double speed = 0;        ///< rad/s, mean size
+  double samples = 0;
+  Eigen::VectorXd left;  ///< rad/s, where asked for
+};
+
+Eigen::Index DriveSet::first(std::size_t member) const {
+  Eigen::Index at = 2;
+  for (std::size_t k = 0; k < member; ++k)
+    at += static_cast<Eigen::Index>(members[k]->info().parameters.size());
+  return at;
+}
+
+std::vector<double> DriveSet::theta(std::size_t member, const physics::VehicleSize& size) const {
+  std::vector<double> out;
+  const Eigen::Index at = first(member);
+  for (std::size_t k = 0; k < members[member]->info().parameters.size(); ++k) {
+    const physics::ParameterPrior prior = physics::prior_of(*members[member], k, size);
+    const double u = coordinates[at + static_cast<Eigen::Index>(k)];
+    out.push_back(prior.value(prior.law == physics::ParameterPrior::Law::half_normal ? std::abs(u) : u));
+  }
+  return out;
+}
+
+DriveModel::DriveModel(const vehicle::Vehicle& vehicle, std::vector<DriveRecord> records, Between between,
+                       double stamps_s, const Options& o)
+    : vehicle_(vehicle),
+      size_(physics::size_of(vehicle, o.environment.gravity)),
+      records_(std::move(records)),
+      between_(between),
+      stamps_s_(stamps_s),
+      law_error_(kLawError * o.law_error),
+      temperature_(o.temperature) {
+  for (const DriveRecord& r : records_)
+    for (Eigen::Index k = 0; k < r.speed.cols(); ++k) independent_.push_back(static_cast<double>(r.t.size()));
+}
+
+DriveModel DriveModel::part(double seconds) const {
+  DriveModel out = *this;
+  std::vector<Eigen::Index> kept;
+  std::vector<int> boards;
+  for (std::size_t k = 0; k < vehicle_.rotors.size(); ++k)
+    if (std::find(boards.begin(), boards.end(), vehicle_.rotors[k].board) == boards.end()) {
+      boards.push_back(vehicle_.rotors[k].board);
+      kept.push_back(static_cast<Eigen::Index>(k));
+    }
+  out.vehicle_.rotors.clear();
+  for (const Eigen::Index k : kept)
+    out.vehicle_.rotors.push_back(vehicle_.rotors[static_cast<std::size_t>(k)]);
+  out.records_.resize(1);
+  out.independent_.clear();
+  DriveRecord& r = out.records_.front();
+  r.steps = std::min(r.steps, static_cast<Eigen::Index>((seconds + kSettles) / r.step));
+  const auto samples = std::lower_bound(r.t.begin(), r.t.end(), seconds + kSettles) - r.t.begin();
+  const double share = static_cast<double>(samples) / static_cast<double>(r.t.size());
+  r.t.resize(static_cast<std::size_t>(samples));
+  r.ordered = Eigen::MatrixXd(r.ordered(kept, Eigen::all));
+  for (Eigen::MatrixXd* x : {&r.speed, &r.command}) *x = Eigen::MatrixXd((*x)(Eigen::seqN(0, samples), kept));
+  r.counts = Eigen::ArrayXX<bool>(r.counts(Eigen::seqN(0, samples), kept));
+  for (const Eigen::Index k : kept)
+    out.independent_.push_back(share * independent_[static_cast<std::size_t>(k)]);
+  return out;
+}
+
+DriveModel::Rest DriveModel::compare(const DriveRecord& r, Eigen::Index rotor, const Eigen::MatrixXd& ends,
+                                     bool left) const {
+  // gain, its drift, and a constant
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d g = Eigen::Vector3d::Zero();
+  double total = 0;
+  Rest out;
+  const double middle = 0.5 * r.duration_s();
+  const double offset = r.speed(r.speed.rows() / 2, rotor);
+  const auto row_at = [&](std::size_t i) {
+    const double at = std::clamp(r.t[i] / r.step, 0.0, static_cast<double>(ends.cols() - 1));
+    const auto k = std::min(static_cast<Eigen::Index>(at), ends.cols() - 2);
+    return ends(rotor, k) + (at - static_cast<double>(k)) * (ends(rotor, k + 1) - ends(rotor, k));
+  };
+  if (left) out.left = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(r.t.size()));
+  for (const bool again : {false, true}) {
+    if (again && !left) break;
+    const Eigen::Vector3d x = again ? Eigen::Vector3d(H.ldlt().solve(g)) : Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < r.t.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      if (r.t[i] < kSettles || !r.counts(row, rotor)) continue;
+      const double predicted = row_at(i), p = predicted - offset;
+      const Eigen::Vector3d z(p, p * (r.t[i] - middle) / middle, offset);
+      const double y = r.speed(row, rotor) - offset;
+      if (again) {
+        out.left[row] = y - z.dot(x);
+        continue;
+      }
+      H.noalias() += z * z.transpose();
+      g += y * z;
+      total += y * y;
+      out.moved += std::pow(predicted - r.command(row, rotor), 2);
+      out.speed += std::abs(y + offset);
+      ++out.samples;
+    }
+    if (!again) H.diagonal().array() += 1e-9 * H.trace() + 1e-12;
+  }
+  if (out.samples < 10) return Rest{};
+  out.moved /= out.samples;
+  out.speed /= out.samples;
+  out.mean_square = std::max(0.0, total - g.dot(H.ldlt().solve(g))) / out.samples;
+  return out;
+}
+
+bool DriveModel::simulate(const DriveSet& set, std::vector<Rest>& out, bool left) const {
+  out.clear();
+  physics::Actuation a = physics::nominal_actuation(vehicle_);
+  for (double& tau : a.time_constant) tau *= std::exp(kLagTold * set.coordinates[0]);
+  for (std::size_t m = 0; m < set.members.size(); ++m)
+    set.members[m]->alter_actuation(vehicle_, set.theta(m, size_).data(), a);
+  std::vector<double> late(a.delay.size(), stamps_s_ * set.coordinates[1]);
+  for (std::size_t k = 0; k < late.size(); ++k) late[k] += std::exchange(a.delay[k], 0.0);
+  Eigen::VectorXd middle(static_cast<Eigen::Index>(vehicle_.rotors.size()));
+  for (const DriveRecord& r : records_) {
+    for (double& tau : a.time_constant) tau = std::max(tau, r.step / 1.5);  // what a step resolves
+    auto drives = physics::Actuators::create(vehicle_, a, r.step, 0.0);
+    if (!drives) return false;
+    thread_local Eigen::MatrixXd asked, ends;  // a cost is asked for a thousand times
+    arriving(r, between_, late, asked);
+    ends.resize(asked.rows(), asked.cols() + 1);
+    ends.col(0) = r.speed.row(0).transpose();
+    for (Eigen::Index i = 0; i < asked.cols(); ++i) {
+      drives->begin_step({asked.col(i).data(), vehicle_.rotors.size()}, 0.0, 0.0);
+      drives->reach(ends.col(i).data(), middle.data(), ends.col(i + 1).data());
+    }
+    for (Eigen::Index k = 0; k < asked.rows(); ++k) out.push_back(compare(r, k, ends, left));
+  }
+  return true;
+}
+
+double DriveModel::cost(const DriveSet& set) const {
+  std::vector<Rest> rest;
+  if (!simulate(set, rest, false)) return kNone;
+  double sum = 0.5 * set.coordinates.squaredNorm();
+  for (std::size_t k = 0; k < rest.size(); ++k) {
+    if (rest[k].samples == 0) continue;
+    const double resolved = kResolved * rest[k].speed;
+    const double error = rest[k].mean_square + law_error_ * law_error_ * rest[k].moved + resolved * resolved;
+    sum += independent_[k] / (2 * temperature_) * std::log(error);
+  }
+  return std::isfinite(sum) ? sum : kNone;
+}
+
+void DriveModel::count_samples(const DriveSet& set) {
+  std::vector<Rest> rest;
+  if (!simulate(set, rest, true)) return;
+  for (std::size_t k = 0; k < rest.size(); ++k) {
+    const Eigen::VectorXd& x = rest[k].left;
+    const double power = x.squaredNorm();
+    // integrated until it first falls below zero (Geyer 1992 for a positive sequence)
+    double correlation = 1;
+    for (Eigen::Index lag = 1; power > 0 && lag < x.size() / 4; ++lag) {
+      const double now = x.head(x.size() - lag).dot(x.tail(x.size() - lag)) / power;
+      if (now <= 0) break;
+      correlation += 2 * now;
+    }
+    independent_[k] = rest[k].samples / correlation;
+  }
+}
+
+double DriveModel::samples() const { return std::accumulate(independent_.begin(), independent_.end(), 0.0); }
+
+double DriveModel::rms_left(const DriveSet& set) const {
+  std::vector<Rest> rest;
+  if (!simulate(set, rest, false)) return kNone;
+  double sum = 0, samples = 0;
+  for (const Rest& r : rest) {
+    sum += r.samples * r.mean_square;
+    samples += r.samples;
+  }
+  return samples > 0 ? std::sqrt(sum / samples) : kNone;
+}
+
+}  // namespace omniflight::diagnosis
