@@ -178,7 +178,7 @@ Eigen::VectorXd wrench_of_set(const RegressionProblem& problem, const std::vecto
 
 namespace {
 
-/// The inference at one horizon. A horizon that is refused needs no more than what a first search finds.
+/// The inference at one horizon, in steps: one that is refused is not finished.
 class Inferrer {
  public:
   /// Searches once, in the noise that slow functions of place leave. `seed`: laws that were found at another
@@ -317,22 +317,15 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
     return !choice.tests.back().agrees() && !o.stopped();
   };
   std::vector<SetMember> seed;
-  Eigen::VectorXd known;  // what was found at the last horizon that was refused
   for (std::size_t k = 0;; ++k) {
     const bool doubted = refused(horizons.test(k));
-    if (doubted && known.size() > 0 && refused(horizons.test(k, known))) continue;
     Inferrer here(horizons.problem(k), effects, o, std::move(seed));
-    bool refuted = doubted && known.size() == 0 && refused(horizons.test(k, here.known()));
-    if (!refuted) {
-      here.improve();
-      refuted = doubted && refused(horizons.test(k, here.known()));
-    }
-    if (!refuted) {
+    here.improve();
+    if (!doubted || !refused(horizons.test(k, here.known()))) {
       Inference out = here.finish();
       out.horizon = std::move(choice);
       return out;
     }
-    known = here.known();
     seed = here.laws();
   }
 }
