@@ -1,8 +1,9 @@
 // The graph of nodes for ROS 2: components are nodes with their publishers and subscriptions as long as they
 // live. What another vendor's DDS reads of it is in second_vendor/.
-#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <cstring>
+#include <thread>
 
 #include "bus_fixture.hpp"
 #include "dds/dds.h"
@@ -161,6 +162,25 @@ TEST_F(RosGraph, PublishingMessagesPublishesNoGraph) {
   const auto last = Publisher<String>::create(*node, "/last");
   ASSERT_TRUE(become(reader, {"/node: 0, 2"}));
   EXPECT_EQ(reader.count(), before + 1);
+}
+
+TEST_F(RosGraph, EndpointsThatComeAndGoOnManyThreadsLeaveARightGraph) {
+  GraphReader reader(claim->domain());
+  const Participant participant = join();
+  const auto one = participant.as_node("one"), two = participant.as_node("two");
+  ASSERT_TRUE(one && two);
+  std::array<std::optional<Publisher<String>>, 2> kept;
+  const auto come_and_go = [&](const Participant& node, std::size_t k) {
+    const std::string topic = "/topic" + std::to_string(k);
+    for (int i = 0; i < 50; ++i) EXPECT_TRUE(Publisher<String>::create(node, topic));
+    auto last = Publisher<String>::create(node, topic);
+    ASSERT_TRUE(last);
+    kept[k].emplace(std::move(*last));
+  };
+  std::thread first(come_and_go, *one, 0), second(come_and_go, *two, 1);
+  first.join();
+  second.join();
+  EXPECT_TRUE(become(reader, {"/one: 0, 1", "/two: 0, 1"}));
 }
 
 TEST_F(RosGraph, NamesThatRos2RefusesAreRefused) {
