@@ -27,8 +27,8 @@ packages=(
   pybind11-dev python3-dev python3-numpy
   # reports and the live view: put into the pages at build time
   libjs-dygraphs libjs-katex libjs-three
-  # tests
-  libgtest-dev
+  # tests; without Fast DDS the bus's test against a second vendor's DDS is left out
+  libgtest-dev libfastrtps-dev
 )
 # peers of the benchmarks, used for nothing else
 benchmark_packages=(

@@ -95,11 +95,13 @@ std::string utc(std::int64_t seconds) {
   return out;
 }
 
-std::string topics_xml(const char* tag, const std::vector<std::string>& topics) {
-  if (topics.empty()) return {};
+/// also: a topic that is none of ROS's own names.
+std::string topics_xml(const char* tag, const std::vector<std::string>& topics, const char* also = nullptr) {
+  if (topics.empty() && also == nullptr) return {};
   std::string out = std::string("        <") + tag + ">\n          <topics>\n";
-  for (const std::string& topic : topics)
-    out += "            <topic>" + (topic == "*" ? "*" : "rt" + topic) + "</topic>\n";
+  const auto add = [&out](const std::string& name) { out += "            <topic>" + name + "</topic>\n"; };
+  if (also != nullptr) add(also);
+  for (const std::string& topic : topics) add(topic == "*" ? "*" : "rt" + topic);
   return out + "          </topics>\n        </" + tag + ">\n";
 }
 
@@ -212,7 +214,7 @@ std::string permissions_xml(const std::string& role, const Rights& rights, const
          R"(</not_after></validity>
       <allow_rule>
         <domains><id_range><min>0</min><max>230</max></id_range></domains>
-)" + topics_xml("publish", rights.publish) +
+)" + topics_xml("publish", rights.publish, "ros_discovery_info") +
          topics_xml("subscribe", rights.subscribe) + R"(      </allow_rule>
       <default>DENY</default>
     </grant>

@@ -45,8 +45,10 @@ Status Component::require(ComponentPhase wanted, const char* transition) const {
 
 Status Component::configure(const Participant& participant, const YAML::Node& parameters) {
   if (Status allowed = require(ComponentPhase::unconfigured, "configure"); !allowed) return allowed;
-  participant_ = participant;
-  auto publisher = Publisher<msgs::omniflight_msgs::ComponentState>::create(participant, "/component_state",
+  auto node = participant.as_node(name_);
+  if (!node) return Failure(node.error());
+  participant_ = std::move(*node);
+  auto publisher = Publisher<msgs::omniflight_msgs::ComponentState>::create(*participant_, "/component_state",
                                                                             Qos::latched_last());
   if (!publisher) return Failure(std::move(publisher.error()));
   state_publisher_.emplace(std::move(*publisher));

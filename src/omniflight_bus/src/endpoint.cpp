@@ -78,6 +78,7 @@ Status Endpoint::open(const Participant& owner, const msgs::MessageType& message
     return bad_input("deadline and lease must be longer than 0 ns", "topic " + std::string(ros_topic));
   }
   participant = owner.state();
+  node = owner.node();
   type = &message;
   topic = ros_topic;
   on_event = std::move(events);
@@ -91,7 +92,14 @@ Status Endpoint::open(const Participant& owner, const msgs::MessageType& message
   return {};
 }
 
+void Endpoint::attach(EndpointKind kind, dds_entity_t created) {
+  endpoint_kind = kind;
+  entity = created;
+  if (node) participant->graph->add_endpoint(node->number, kind, entity);
+}
+
 void Endpoint::close() {
+  if (entity > 0 && node) participant->graph->remove_endpoint(node->number, endpoint_kind, entity);
   // dds_delete waits for callbacks that run, and the middleware starts none afterwards.
   if (entity > 0) dds_delete(entity);
   entity = 0;

@@ -14,22 +14,26 @@
 #include "omniflight_bus/qos.hpp"
 #include "omniflight_core/result.hpp"
 #include "omniflight_msgs/message_type.hpp"
+#include "ros_graph.hpp"
 
 namespace omniflight::bus::detail {
 
 struct ParticipantState {
   int domain = 0;
   dds_entity_t entity = 0;
+  std::unique_ptr<RosGraph> graph;
   ~ParticipantState();
 };
 
 /// Topic, matching and events of one publisher or subscription. Its address is the listeners' argument.
 struct Endpoint {
   std::shared_ptr<ParticipantState> participant;
+  std::shared_ptr<RosNode> node;  ///< null: of no node
   const msgs::MessageType* type = nullptr;
   std::string topic;  ///< ROS name
   dds_entity_t topic_entity = 0;
   dds_entity_t entity = 0;  ///< reader or writer
+  EndpointKind endpoint_kind = EndpointKind::reader;
   EventCallback on_event;
 
   std::mutex mutex;
@@ -44,6 +48,8 @@ struct Endpoint {
   /// Checks the name and the QoS and creates the topic.
   Status open(const Participant& owner, const msgs::MessageType& message, std::string_view ros_topic,
               const Qos& qos, EventCallback events);
+  /// Keeps the reader or writer that has been created, and tells the node's graph.
+  void attach(EndpointKind kind, dds_entity_t created);
   /// Deletes reader or writer and waits for its callbacks; nothing is called afterwards.
   void close();
   void report(EventKind kind, std::uint64_t count, const char* detail = "") const;

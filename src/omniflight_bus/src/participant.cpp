@@ -1,5 +1,6 @@
 #include "omniflight_bus/participant.hpp"
 
+#include <algorithm>
 #include <cctype>
 
 #include "endpoint.hpp"
@@ -34,10 +35,26 @@ Result<Participant> Participant::create(int domain) {
   }
   if (loopback_promised())
     if (auto ok = detail::confine_to_loopback(before); !ok) return Failure(ok.error());
+  auto graph = detail::RosGraph::open(state->entity);
+  if (!graph) return Failure(graph.error());
+  state->graph = std::move(*graph);
   return Participant(std::move(state));
 }
 
 int Participant::domain() const { return state_->domain; }
+
+Result<Participant> Participant::as_node(const std::string& name) const {
+  constexpr std::size_t kLongest = 255;  // RMW_NODE_NAME_MAX_NAME_LENGTH
+  const bool letters = std::all_of(name.begin(), name.end(), [](char c) {
+    return c == '_' || std::isalnum(static_cast<unsigned char>(c)) != 0;
+  });
+  if (!letters || name.empty() || name.size() > kLongest || std::isdigit(static_cast<unsigned char>(name[0])))
+    return bad_input("'" + name + "' is not a name of a node", "node",
+                     "Use letters, digits and _, at most 255, no digit first");
+  Participant out = *this;
+  out.node_ = std::make_shared<detail::RosNode>(state_, name);
+  return out;
+}
 
 Result<std::string> dds_topic_name(std::string_view ros_name) {
   const std::string_view name = ros_name.starts_with('/') ? ros_name.substr(1) : ros_name;

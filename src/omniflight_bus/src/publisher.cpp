@@ -37,7 +37,7 @@ Result<PublisherBase> PublisherBase::create(const Participant& participant, cons
                                                 make_qos(qos, type).get(), listener.get());
   if (entity < 0)
     return dds_failure(entity, "cannot publish on " + writer->topic, "Report this with the topic's name");
-  writer->entity = entity;
+  writer->attach(EndpointKind::writer, entity);
   auto count = std::make_shared<SentCount>();
   count->topic = writer->topic;
   return PublisherBase(std::move(writer), std::move(count));

@@ -59,7 +59,7 @@ Result<RawPublisher> RawPublisher::create(const Participant& participant, const 
                                                 detail::make_qos(qos, type).get(), listener.get());
   if (entity < 0)
     return dds_failure(entity, "cannot publish on " + state->topic, "Report this with the topic's name");
-  state->entity = entity;
+  state->attach(detail::EndpointKind::writer, entity);
   return RawPublisher(std::move(state));
 }
 

@@ -135,7 +135,7 @@ Result<SubscriptionBase> SubscriptionBase::create(const Participant& participant
                                                 make_qos(qos, type).get(), listener.get());
   if (entity < 0)
     return dds_failure(entity, "cannot subscribe to " + reader->topic, "Report this with the topic's name");
-  reader->entity = entity;
+  reader->attach(EndpointKind::reader, entity);
   if (!reader->on_sample && !reader->on_bytes) {
     reader->waitset = dds_create_waitset(participant.state()->entity);
     const dds_entity_t condition = dds_create_readcondition(entity, DDS_ANY_STATE);

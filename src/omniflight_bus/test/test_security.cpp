@@ -24,6 +24,22 @@ TEST_F(Security, TwoWithKeysOfOneAuthorityMeet) {
   const Attempt a = attempt_with(keys);
   EXPECT_EQ(a.said, "met") << a.log;
   EXPECT_GT(heard(), 0);
+  EXPECT_EQ(a.log.find("ros_discovery_info"), std::string::npos) << a.log;
+}
+
+TEST_F(Security, KeysOfBeforeTheGraphOfNodesStillMeet) {
+  start_gateway();
+  patience = 10s;
+  const fs::path with = copy_of_the_keys("before");
+  std::string permissions = permissions_xml("commander", kCommander, days(-1, 30));
+  const std::string graph = "<topic>ros_discovery_info</topic>";
+  const auto at = permissions.find(graph);
+  ASSERT_NE(at, std::string::npos);
+  permissions.erase(at, graph.size());
+  spit(KeyFiles(with, "commander").permissions, authority->sign(permissions).value());
+  const Attempt a = attempt_with(with);
+  EXPECT_EQ(a.said, "met") << a.log;
+  EXPECT_NE(a.log.find("the keys do not permit ros_discovery_info"), std::string::npos) << a.log;
 }
 
 TEST_F(Security, WhoHasNoKeysIsNotHeard) {

@@ -19,6 +19,7 @@
 #include "omniflight_control/law.hpp"
 #include "plant_publisher.hpp"
 #include "trajectory_message.hpp"
+#include "transform_publisher.hpp"
 
 namespace omniflight::components {
 namespace {
@@ -41,6 +42,7 @@ class ControllerComponent final : public bus::Component {
     settle_ = p.number("settle_s", 1.0, 0, 600);
     auto guard = read_guard(p);
     auto below = read_map_below(p);
+    transform_.emplace(read_transform_rate(p));
     if (auto ok = p.finish(); !ok) return ok;
     if (!guard) return Failure(guard.error());
     if (!below) return Failure(below.error());
@@ -57,6 +59,12 @@ class ControllerComponent final : public bus::Component {
     auto said = advertise<DiagnosticArray>(topics::failsafe, bus::Qos::latched_last());
     if (!said) return Failure(said.error());
     failsafe_.emplace(std::move(*said));
+    if (transform_->wanted()) {
+      // as tf2_ros offers it: reliable, volatile, the last 100
+      auto tree = advertise<msgs::tf2_msgs::TFMessage>(topics::transforms, bus::Qos::bulk(100));
+      if (!tree) return Failure(tree.error());
+      transform_->attach(std::move(*tree));
+    }
     return subscribe();
   }
 
@@ -153,6 +161,7 @@ class ControllerComponent final : public bus::Component {
     trajectory_subscription_.reset();
     wish_subscription_.reset();
     failsafe_.reset();
+    transform_.reset();
     publisher_.reset();
     return {};
   }
@@ -189,7 +198,8 @@ class ControllerComponent final : public bus::Component {
     if (tick.phase == static_cast<std::uint8_t>(FlightPhase::ended)) return false;
     demanded_tick_ = 0;
     const double t = to_s(tick.header.stamp);
-    if (!estimator_->ready()) {
+    estimated_ = estimator_->ready();
+    if (!estimated_) {
       // before the first pose hover thrust along the body z axis is all that can be said
       write(tick, trajectory_.sample(-1.0), -1.0, Vec6::Zero());
       return true;
@@ -295,9 +305,13 @@ class ControllerComponent final : public bus::Component {
   void send() {
     tell();
     if (auto ok = publisher_->publish(*message_, bus::nanoseconds(message_->header.stamp)); !ok) finish(ok);
+    if (!estimated_) return;
+    const Vec3 p_WB = get(message_->est_position);
+    if (auto ok = transform_->publish(message_->header.stamp, p_WB, get(message_->est_attitude)); !ok)
+      finish(ok);
   }
 
-  std::mutex mutex_;  ///< guards everything but message_, which serve() alone touches
+  std::mutex mutex_;  ///< guards everything but message_ and transform_, which serve() alone touches
   std::atomic<int> wanted_{0};
   std::unique_ptr<control::Law> law_;
   std::unique_ptr<control::StateEstimator> estimator_;
@@ -316,7 +330,9 @@ class ControllerComponent final : public bus::Component {
   Vec6 demand_ = Vec6::Zero(), achieved_ = Vec6::Zero();  ///< m/s^2 world, rad/s^2 body
   std::uint64_t demanded_tick_ = 0, achieved_tick_ = 0;   ///< which ticks they belong to
   std::uint64_t imu_count_ = 0, mocap_count_ = 0;
+  bool estimated_ = false;  ///< message_ has an estimate
   bus::Message<ControllerState> message_;
+  std::optional<TransformPublisher> transform_;
   std::optional<bus::Publisher<ControllerState>> publisher_;
   bus::Message<DiagnosticArray> failsafe_message_;
   std::optional<bus::Publisher<DiagnosticArray>> failsafe_;

@@ -4,6 +4,7 @@
 #include "estimator_choice.hpp"
 #include "flight_guard.hpp"
 #include "plant_parameters.hpp"
+#include "transform_publisher.hpp"
 
 namespace omniflight::components {
 
@@ -37,6 +38,7 @@ Result<LoopParameters> read_loop_parameters(const std::vector<std::string>& file
   const auto estimator = read_estimator(*controller);
   const auto guard = read_guard(*controller);
   const auto below = read_map_below(*controller);
+  (void)read_transform_rate(*controller);
   if (auto ok = controller->finish(); !ok) return Failure(ok.error());
   if (!estimator) return Failure(estimator.error());
   if (!guard) return Failure(guard.error());

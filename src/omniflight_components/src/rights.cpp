@@ -18,7 +18,7 @@ std::map<std::string, bus::Rights> make_rights() {
       {"planner", {{t::trajectory}, {}}},
       {"allocator", {{t::allocator, t::command, t::lost_rotors}, {t::controller, t::rotors, t::failsafe}}},
       {"controller",
-       {{t::controller, t::failsafe},
+       {{t::controller, t::failsafe, t::transforms},
         {t::trajectory, t::imu, t::mocap, t::wish, t::battery, t::allocator, t::lost_rotors, t::tick}}},
       {"monitor", {{t::diagnostics}, {t::imu, t::mocap, t::rotors, t::command, t::tick}}},
       {"simulator",

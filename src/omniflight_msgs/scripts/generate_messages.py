@@ -24,9 +24,10 @@ PRIMITIVES = {
     "int64": ("long long", 8, "std::int64_t"), "uint64": ("unsigned long long", 9, "std::uint64_t"),
     "float32": ("float", 10, "float"), "float64": ("double", 11, "double"), "string": ("string", 17, None),
 }
+BOUNDED_STRING = 21  # id in type_description_interfaces/FieldType
 ARRAY_OFFSET, SEQUENCE_OFFSET = 48, 144
 SEPARATOR = "=" * 80
-LINE = re.compile(r"^(?P<type>[A-Za-z][\w/]*)(?P<array>\[\d*\])?\s+(?P<name>[A-Za-z]\w*)\s*(?P<rest>.*)$")
+LINE = re.compile(r"^(?P<type>[A-Za-z][\w/]*)(?:<=(?P<bound>\d+))?(?P<array>\[\d*\])?\s+(?P<name>[A-Za-z]\w*)\s*(?P<rest>.*)$")
 
 
 class Field:
@@ -35,20 +36,23 @@ class Field:
         base = match["type"]
         self.primitive = base if base in PRIMITIVES else None
         self.nested = None if self.primitive else (base if "/" in base else f"{package}/{base}")
+        self.bound = int(match["bound"] or 0)  # most characters of a string; 0: any number
         self.is_array = match["array"] is not None
         self.capacity = int(match["array"][1:-1] or 0) if self.is_array else 0
 
     def idl(self):
         kind = PRIMITIVES[self.primitive][0] if self.primitive else idl_name(self.nested)
+        if self.bound:
+            kind = f"string<{self.bound}>"
         if self.is_array and not self.capacity:
             return f"sequence<{kind}> {self.name};"
         return f"{kind} {self.name}" + (f"[{self.capacity}];" if self.is_array else ";")
 
     def description(self):
         offset = 0 if not self.is_array else (ARRAY_OFFSET if self.capacity else SEQUENCE_OFFSET)
+        kind = BOUNDED_STRING if self.bound else PRIMITIVES[self.primitive][1] if self.primitive else 1
         return {"name": self.name,
-                "type": {"type_id": offset + (PRIMITIVES[self.primitive][1] if self.primitive else 1),
-                         "capacity": self.capacity, "string_capacity": 0,
+                "type": {"type_id": offset + kind, "capacity": self.capacity, "string_capacity": self.bound,
                          "nested_type_name": long_name(self.nested) if self.nested else ""}}
 
 
@@ -65,6 +69,8 @@ class Message:
             match = LINE.match(line)
             if not match:
                 sys.exit(f"{path}:{number}: cannot read '{line}'; write 'type name' or 'type NAME=value'")
+            if match["bound"] and match["type"] != "string":
+                sys.exit(f"{path}:{number}: '{line}' bounds something that is no string")
             if match["rest"].startswith("="):
                 self.constants.append((match["type"], match["name"], match["rest"][1:].strip()))
             else:

@@ -12,7 +12,8 @@
 
 namespace omniflight::bus {
 
-/// Topics (ROS names) that a role may publish and subscribe; "*" is every topic.
+/// Topics (ROS names) that a role may publish and subscribe; "*" is every topic. Every role may also say
+/// which nodes it has (ros_discovery_info).
 struct Rights {
   std::vector<std::string> publish, subscribe;
 };

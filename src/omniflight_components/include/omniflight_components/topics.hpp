@@ -24,6 +24,7 @@ inline constexpr const char* failsafe = "/omniflight/failsafe";  ///< diagnostic
 inline constexpr const char* gate = "/omniflight/gate";          ///< diagnostic_msgs/DiagnosticArray, latched
 inline constexpr const char* wish = "/omniflight/wish";          ///< std_msgs/String of the operator, latched
 
+inline constexpr const char* transforms = "/tf";  ///< tf2_msgs/TFMessage, map to base_link
 inline constexpr const char* diagnostics =
     "/diagnostics";                                       ///< diagnostic_msgs/DiagnosticArray, as ROS has it
 inline constexpr const char* state = "/component_state";  ///< omniflight_msgs/ComponentState, latched

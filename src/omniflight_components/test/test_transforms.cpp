@@ -1,0 +1,135 @@
+// /tf of a flight: the controller's estimate in the frames of REP 105, at the rate that is asked for.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "omniflight_bus/domain.hpp"
+#include "omniflight_bus/run_components.hpp"
+#include "omniflight_bus/subscription.hpp"
+#include "omniflight_components/components.hpp"
+#include "omniflight_components/topics.hpp"
+
+namespace {
+
+using namespace omniflight;
+using msgs::omniflight_msgs::ControllerState;
+using msgs::omniflight_msgs::TruthState;
+using msgs::tf2_msgs::TFMessage;
+
+using Pose = std::array<double, 7>;  ///< position [m], quaternion w x y z
+struct Heard {
+  std::map<std::int64_t, Pose> transforms, estimates, truths;  ///< by stamp [ns]
+  std::string parent, child;
+};
+
+Pose pose_of(const double (&p)[3], const double (&q)[4]) {
+  return {p[0], p[1], p[2], q[0], q[1], q[2], q[3]};
+}
+
+class Listener final : public bus::Component {
+ public:
+  explicit Listener(Heard& heard) : Component("listener"), heard_(heard) {}
+
+ private:
+  template <class T, class Take>
+  Status hear(std::optional<bus::Subscription<T>>& slot, const char* topic, Take take) {
+    auto made = bus::Subscription<T>::create(participant(), topic, bus::Qos::bulk(512),
+                                             [take](const T& m, std::int64_t) { take(m); });
+    if (!made) return Failure(made.error());
+    slot.emplace(std::move(*made));
+    return {};
+  }
+  Status on_configure(const YAML::Node&) override {
+    Status ok = hear<TFMessage>(transforms_, components::topics::transforms, [this](const TFMessage& m) {
+      ASSERT_EQ(bus::view(m.transforms).size(), 1u);
+      const auto& t = bus::view(m.transforms)[0];
+      heard_.parent = bus::text(t.header.frame_id);
+      heard_.child = bus::text(t.child_frame_id);
+      const auto& p = t.transform.translation;
+      const auto& q = t.transform.rotation;
+      heard_.transforms[bus::nanoseconds(t.header.stamp)] = {p.x, p.y, p.z, q.w, q.x, q.y, q.z};
+    });
+    if (ok)
+      ok = hear<ControllerState>(estimates_, components::topics::controller, [this](const auto& m) {
+        heard_.estimates[bus::nanoseconds(m.header.stamp)] = pose_of(m.est_position, m.est_attitude);
+      });
+    if (ok)
+      ok = hear<TruthState>(truths_, components::topics::truth, [this](const auto& m) {
+        heard_.truths[bus::nanoseconds(m.header.stamp)] = pose_of(m.position, m.attitude);
+      });
+    return ok;
+  }
+  Status on_cleanup() override {
+    transforms_.reset();
+    estimates_.reset();
+    truths_.reset();
+    return {};
+  }
+  Heard& heard_;
+  std::optional<bus::Subscription<TFMessage>> transforms_;
+  std::optional<bus::Subscription<ControllerState>> estimates_;
+  std::optional<bus::Subscription<TruthState>> truths_;
+};
+
+class Transforms : public ::testing::Test {
+ protected:
+  static constexpr double kDuration = 5.0;  // s, 1 of them held
+  void SetUp() override {
+    setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+    claim_.emplace(bus::claim_free_domain());
+    ASSERT_TRUE(*claim_) << claim_->error().text();
+  }
+  Heard fly(const std::string& rate) {
+    Heard heard;
+    std::vector<std::unique_ptr<bus::Component>> parts;
+    parts.push_back(std::make_unique<Listener>(heard));
+    for (const char* name : {"planner", "allocator", "controller", "simulator"})
+      parts.push_back(components::make_component(name));
+    bus::RunOptions options;
+    options.domain = (*claim_)->domain();
+    options.loopback_file = OMNIFLIGHT_SOURCE_ROOT "/configs/cyclonedds_loopback.xml";
+    options.parameter_files = {OMNIFLIGHT_SOURCE_ROOT "/configs/components/default.yaml"};
+    options.overrides = {"planner:mission:=trajectory_1",
+                         "allocator:vehicle:=omnimorph",
+                         "simulator:vehicle:=omnimorph",
+                         "simulator:duration_s:=" + std::to_string(kDuration),
+                         "simulator:hold_s:=1",
+                         "simulator:initial_position_m:=[0, 0, 1]",
+                         "controller:transform_hz:=" + rate};
+    options.timeout = std::chrono::seconds(60);
+    options.quiet = true;
+    EXPECT_EQ(bus::run_components(std::move(parts), options), 0);
+    return heard;
+  }
+  std::optional<Result<bus::DomainClaim>> claim_;
+};
+
+TEST_F(Transforms, AreTheEstimatedPoseFiftyTimesASecond) {
+  const Heard heard = fly("50");
+  EXPECT_EQ(heard.parent, "map");
+  EXPECT_EQ(heard.child, "base_link");
+  EXPECT_NEAR(static_cast<double>(heard.transforms.size()), 50 * kDuration, 5);
+  std::int64_t before = -1;
+  for (const auto& [ns, pose] : heard.transforms) {
+    if (before >= 0) {
+      EXPECT_EQ(ns - before, 20'000'000);
+    }
+    before = ns;
+    ASSERT_TRUE(heard.estimates.contains(ns));
+    EXPECT_EQ(pose, heard.estimates.at(ns));
+  }
+  const auto truth = heard.truths.find(before);
+  ASSERT_NE(truth, heard.truths.end());
+  for (std::size_t k = 0; k < 3; ++k)
+    EXPECT_NEAR(heard.transforms.at(before)[k], truth->second[k], 0.02) << "the estimate is of this flight";
+}
+
+TEST_F(Transforms, AreNotPublishedAtRateZero) {
+  const Heard heard = fly("0");
+  EXPECT_TRUE(heard.transforms.empty());
+  EXPECT_GT(heard.estimates.size(), 1000u);
+}
+
+}  // namespace
