@@ -318,10 +318,9 @@ TEST(RealFlights, AMotorThatIsSlowerOrQuickerThanTheFileIsNamed) {
         if (f.effect == effect) return f.parameters[0].value;
       return 0.0;
     };
-    EXPECT_NEAR(told + value("motor_lag"), 0.036, 0.004) << name << ": " << d->summary;
-    if (told < 0.03) {
-      EXPECT_NEAR(value("transport_delay"), 0.005, 0.002) << name << ": " << d->summary;
-    }
+    // 34 ms of lag and 6 ms of delay (test_motor_verbs), which may be one of stamps and is not claimed
+    EXPECT_NEAR(told + value("motor_lag"), 0.038, 0.004) << name << ": " << d->summary;
+    EXPECT_EQ(value("transport_delay"), 0.0) << name << ": " << d->summary;
   }
 }
 

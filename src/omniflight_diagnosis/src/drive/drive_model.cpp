@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "omniflight_physics/actuators.hpp"
@@ -43,6 +44,23 @@ void arriving(const DriveRecord& r, DriveModel::Between between, const std::vect
     }
   }
 }
+
+/// First-order high pass. What a motor on a duty cycle does slowly (warming up, a supply that sags) would
+/// pass for a longer lag.
+class QuickPart {
+ public:
+  double of(double t, double x) {
+    value_ = before_ ? std::exp((t_ - t) / kSlow) * (value_ + x - *before_) : 0;
+    t_ = t;
+    before_ = x;
+    return value_;
+  }
+
+ private:
+  static constexpr double kSlow = 0.1;  ///< s
+  std::optional<double> before_;
+  double t_ = 0, value_ = 0;
+};
 
 }  // namespace
 
@@ -130,12 +148,17 @@ DriveModel::Rest DriveModel::compare(const DriveRecord& r, Eigen::Index rotor, c
   for (const bool again : {false, true}) {
     if (again && !left) break;
     const Eigen::Vector3d x = again ? Eigen::Vector3d(H.ldlt().solve(g)) : Eigen::Vector3d::Zero();
+    QuickPart quick_predicted, quick_measured;
     for (std::size_t i = 0; i < r.t.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);
+      const double predicted = row_at(i);
+      double p = predicted - offset, y = r.speed(row, rotor) - offset;
+      if (r.from_duty_cycle) {
+        p = quick_predicted.of(r.t[i], p);
+        y = quick_measured.of(r.t[i], y);
+      }
       if (r.t[i] < kSettles || !r.counts(row, rotor)) continue;
-      const double predicted = row_at(i), p = predicted - offset;
       const Eigen::Vector3d z(p, p * (r.t[i] - middle) / middle, offset);
-      const double y = r.speed(row, rotor) - offset;
       if (again) {
         out.left[row] = y - z.dot(x);
         continue;
@@ -144,7 +167,7 @@ DriveModel::Rest DriveModel::compare(const DriveRecord& r, Eigen::Index rotor, c
       g += y * z;
       total += y * y;
       out.moved += std::pow(predicted - r.command(row, rotor), 2);
-      out.speed += std::abs(y + offset);
+      out.speed += std::abs(r.speed(row, rotor));
       ++out.samples;
     }
     if (!again) H.diagonal().array() += 1e-9 * H.trace() + 1e-12;
