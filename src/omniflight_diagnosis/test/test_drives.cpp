@@ -101,6 +101,8 @@ TEST(Drives, HeldCommandsOfANominalRotorShowNothing) {
   EXPECT_EQ(j.names, "");
   EXPECT_LT(j.inference.rms_left, 0.5) << "rad/s: noise of 0.1, and commands that change between two steps";
   EXPECT_EQ(on_shared_delay(j.inference), "");
+  EXPECT_EQ(j.said.decisions.size(), j.inference.asked.size()) << "what became of each";
+  EXPECT_GE(j.inference.asked.size(), 5u);
 }
 
 TEST(Drives, TelemetryThatReadsInStepsIsNoQuantisedCommand) {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "../conditioning/prior_odds.hpp"
 #include "../numerics/text.hpp"
@@ -50,6 +51,25 @@ ParameterValue value_of(const physics::Parameter& p, const physics::ParameterPri
   return {p.name, p.symbol, p.unit, value, std::max(p.lower, low), std::min(p.upper, high)};
 }
 
+/// ln Bayes factor of the best set with each effect against the best without any.
+void add_decisions(const DriveInference& in, Diagnosis& d) {
+  double nothing = -std::numeric_limits<double>::infinity();
+  for (const DriveFit& f : in.fits)
+    if (f.set.members.empty()) nothing = f.log_evidence;
+  for (const Effect* e : in.asked) {
+    double most = -std::numeric_limits<double>::infinity();
+    for (const DriveFit& f : in.fits)
+      if (has(f.set, e)) most = std::max(most, f.log_evidence);
+    const bool fitted = std::isfinite(most);
+    d.decisions.push_back({e->info().id, "ln Bayes factor of drives with it, from commands and speeds",
+                           fitted ? most - nothing : 0, -log_odds_beside_wrench(e->info()),
+                           "likelihood of the drives; threshold: even odds",
+                           has(in.fits.front().set, e) ? "in the likeliest set"
+                           : fitted                    ? "another set is likelier"
+                                                       : "gains nothing at any value tried"});
+  }
+}
+
 }  // namespace
 
 std::string on_shared_delay(const DriveInference& in) {
@@ -62,7 +82,9 @@ std::string on_shared_delay(const DriveInference& in) {
 }
 
 void add_drives(const DriveInference& in, const vehicle::Vehicle& vehicle, const Options& o, Diagnosis& d) {
-  if (in.empty() || in.fits.front().set.members.empty()) return;
+  if (in.empty()) return;
+  add_decisions(in, d);
+  if (in.fits.front().set.members.empty()) return;
   const DriveFit& best = in.fits.front();
   const physics::VehicleSize size = physics::size_of(vehicle, o.environment.gravity);
   const Eigen::MatrixXd covariance =

@@ -79,8 +79,7 @@ std::vector<double> values_to_try(const physics::ParameterPrior& prior, int coun
 
 class Search {
  public:
-  Search(const DriveModel& model, const vehicle::Vehicle& vehicle, const Options& o)
-      : model_(model), part_(model.part(kPart)), vehicle_(vehicle), o_(o) {}
+  Search(const DriveModel& model, const Options& o) : model_(model), part_(model.part(kPart)), o_(o) {}
 
   /// The nearest maximum. A simplex that has once been narrow stays so: it begins again, as wide as the
   /// maximum is, until that gains nothing.
@@ -154,13 +153,14 @@ class Search {
 
  private:
   /// To the nearest minimum; returns its cost.
-  static double refine(const DriveModel& model, DriveSet& set, const Eigen::VectorXd& steps) {
+  double refine(const DriveModel& model, DriveSet& set, const Eigen::VectorXd& steps) const {
     const auto cost = [&](const Eigen::VectorXd& u) {
+      if (o_.stopped()) return std::numeric_limits<double>::infinity();
       DriveSet at = set;
       at.coordinates = u;
       return model.cost(at);
     };
-    Minimum best =
+    const Minimum best =
         minimise(cost, set.coordinates, steps, kFlat, 80 * static_cast<int>(set.coordinates.size()));
     set.coordinates = best.at;
     return best.value;
@@ -194,16 +194,14 @@ class Search {
 
   const DriveModel& model_;
   DriveModel part_;
-  const vehicle::Vehicle& vehicle_;
   const Options& o_;
 };
 
-/// All sets that were visited, the best last.
-std::vector<DriveFit> visit(DriveModel& model, const vehicle::Vehicle& vehicle, const DriveSet& nothing,
-                            const Options& o) {
-  const Search search(model, vehicle, o);
+/// All sets that were visited, the likeliest first; none when stopped.
+std::vector<DriveFit> visit(DriveModel& model, const std::vector<const Effect*>& effects,
+                            const DriveSet& nothing, const Options& o) {
+  const Search search(model, o);
   std::vector<DriveFit> fits{search.fit(nothing, Eigen::VectorXd::Constant(2, 0.3))};
-  const std::vector<const Effect*> effects = offered(o);
   const auto joint = [&](const DriveFit& f) { return f.log_evidence + search.log_prior(f.set); };
   for (std::size_t best = 0; fits[best].set.members.size() < kMostMembers && !o.stopped();) {
     std::vector<const Effect*> added;
@@ -222,6 +220,7 @@ std::vector<DriveFit> visit(DriveModel& model, const vehicle::Vehicle& vehicle, 
     if (next == best) break;
     best = next;
   }
+  if (o.stopped()) return {};
   // what a set leaves tells how many samples are independent, and the best leaves no effect
   const auto last = std::max_element(fits.begin(), fits.end(),
                                      [&](const auto& a, const auto& b) { return joint(a) < joint(b); });
@@ -267,7 +266,9 @@ DriveInference infer_drives(const std::vector<const recording::Recording*>& reco
   DriveModel& model = left_held <= left_straight ? held : straight;
   const DriveSet& nothing = left_held <= left_straight ? on_held : on_straight;
   model.count_samples(nothing);
-  out.fits = visit(model, vehicle, nothing, o);
+  out.asked = offered(o);
+  out.fits = visit(model, out.asked, nothing, o);
+  if (out.empty()) return out;
   for (const DriveFit& f : out.fits) {
     out.log_joint.push_back(f.log_evidence);
     for (const Effect* e : f.set.members) out.log_joint.back() += log_odds_beside_wrench(e->info());

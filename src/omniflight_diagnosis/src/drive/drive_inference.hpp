@@ -18,6 +18,7 @@ struct DriveFit {
 struct DriveInference {
   std::vector<DriveFit> fits;  ///< the likeliest first: ln evidence plus ln prior
   std::vector<double> log_joint;
+  std::vector<const physics::Effect*> asked;
   double rms_nominal = 0, rms_left = 0;  ///< rad/s: what no effect leaves, and what the best set does
   double offset_s = 0;                   ///< of the stamps, beside the best set
   double offset_deviation_s = 0;
@@ -25,7 +26,7 @@ struct DriveInference {
 };
 
 /// Effects that the library says are seen in commands and speeds, and in nothing else, alone and together.
-/// Empty where no flight has both, or nothing turns. `flights` belong to `recordings`.
+/// Empty where no flight has both, nothing turns, or the time is up. `flights` belong to `recordings`.
 DriveInference infer_drives(const std::vector<const recording::Recording*>& recordings,
                             const std::vector<const Flight*>& flights, const vehicle::Vehicle& vehicle,
                             const Options& options);
@@ -33,7 +34,8 @@ DriveInference infer_drives(const std::vector<const recording::Recording*>& reco
 /// What is said of a delay that all boards share and that may be one of stamps; empty if none is seen.
 std::string on_shared_delay(const DriveInference& inference);
 
-/// Members of the best set as findings, with their mismatch and the effects for the model.
+/// Members of the best set as findings, with their mismatch and the effects for the model; what became of
+/// every other effect as a decision.
 void add_drives(const DriveInference& inference, const vehicle::Vehicle& vehicle, const Options& options,
                 Diagnosis& diagnosis);
 

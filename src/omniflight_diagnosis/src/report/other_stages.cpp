@@ -51,6 +51,7 @@ void judge_sizes(const vehicle::Vehicle& vehicle, const Options& o, std::vector<
 void add_judged(const Diagnosis& others, const vehicle::Vehicle& vehicle, const Options& o, Diagnosis& d) {
   std::vector<Finding> findings = others.findings;
   judge_sizes(vehicle, o, findings);
+  d.decisions.insert(d.decisions.end(), others.decisions.begin(), others.decisions.end());
   bool any = false;
   for (Finding& f : findings) {
     const bool kept = f.probability * (1 + f.rivals) >= 0.5;  // it, or one of its rivals
