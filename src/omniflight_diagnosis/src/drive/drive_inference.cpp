@@ -145,6 +145,22 @@ class Search {
     return fit(std::move(set), share * steps);
   }
 
+  /// The same set without a member, fitted from where the others are.
+  DriveFit without(const DriveFit& whole, std::size_t member) const {
+    const Eigen::Index from = whole.set.first(member);
+    const auto gone = static_cast<Eigen::Index>(whole.set.members[member]->info().parameters.size());
+    const Eigen::Index behind = whole.set.coordinates.size() - from - gone;
+    const Eigen::VectorXd widths = whole.precision.diagonal().cwiseSqrt().cwiseInverse();
+    DriveSet set;
+    set.members = whole.set.members;
+    set.members.erase(set.members.begin() + static_cast<std::ptrdiff_t>(member));
+    set.coordinates.resize(from + behind);
+    set.coordinates << whole.set.coordinates.head(from), whole.set.coordinates.tail(behind);
+    Eigen::VectorXd steps(from + behind);
+    steps << widths.head(from), widths.tail(behind);
+    return fit(std::move(set), steps);
+  }
+
   double log_prior(const DriveSet& set) const {
     double sum = 0;
     for (const Effect* e : set.members) sum += log_odds_beside_wrench(e->info());
@@ -197,13 +213,35 @@ class Search {
   const Options& o_;
 };
 
+/// Puts a fit into the list, in the place of a worse one of the same set.
+void keep(DriveFit fit, std::vector<DriveFit>& fits) {
+  const auto members = [](const DriveFit& f) {
+    return std::set<const Effect*>(f.set.members.begin(), f.set.members.end());
+  };
+  const auto same =
+      std::find_if(fits.begin(), fits.end(), [&](const DriveFit& f) { return members(f) == members(fit); });
+  if (same == fits.end())
+    fits.push_back(std::move(fit));
+  else if (same->log_evidence < fit.log_evidence)
+    *same = std::move(fit);
+}
+
 /// All sets that were visited, the likeliest first; none when stopped.
 std::vector<DriveFit> visit(DriveModel& model, const std::vector<const Effect*>& effects,
                             const DriveSet& nothing, const Options& o) {
   const Search search(model, o);
   std::vector<DriveFit> fits{search.fit(nothing, Eigen::VectorXd::Constant(2, 0.3))};
   const auto joint = [&](const DriveFit& f) { return f.log_evidence + search.log_prior(f.set); };
-  for (std::size_t best = 0; fits[best].set.members.size() < kMostMembers && !o.stopped();) {
+  const auto likeliest = [&] {
+    return static_cast<std::size_t>(
+        std::max_element(fits.begin(), fits.end(),
+                         [&](const auto& a, const auto& b) { return joint(a) < joint(b); }) -
+        fits.begin());
+  };
+  double reached = -std::numeric_limits<double>::infinity();
+  for (std::size_t best = 0; joint(fits[best]) > reached + kFlat && !o.stopped(); best = likeliest()) {
+    reached = joint(fits[best]);
+    if (fits[best].set.members.size() == kMostMembers) break;
     std::vector<const Effect*> added;
     for (const Effect* e : effects)
       if (const auto& in = fits[best].set.members; std::find(in.begin(), in.end(), e) == in.end())
@@ -211,21 +249,18 @@ std::vector<DriveFit> visit(DriveModel& model, const std::vector<const Effect*>&
     std::vector<std::optional<DriveFit>> more(added.size());
     parallel_for(
         added.size(), o.threads, [&](std::size_t k) { more[k] = search.with(fits[best], added[k]); }, o.stop);
-    std::size_t next = best;
     for (auto& f : more)
-      if (f) {
-        fits.push_back(std::move(*f));
-        if (joint(fits.back()) > joint(fits[next])) next = fits.size() - 1;
-      }
-    if (next == best) break;
-    best = next;
+      if (f) keep(std::move(*f), fits);
+    // what a new member has moved may be what has gained
+    const DriveFit whole = fits[likeliest()];
+    for (std::size_t m = 0; whole.set.members.size() > 1 && m < whole.set.members.size() && !o.stopped(); ++m)
+      keep(search.without(whole, m), fits);
   }
   if (o.stopped()) return {};
   // what a set leaves tells how many samples are independent, and the best leaves no effect
-  const auto last = std::max_element(fits.begin(), fits.end(),
-                                     [&](const auto& a, const auto& b) { return joint(a) < joint(b); });
-  if (!last->set.members.empty()) {
-    model.count_samples(last->set);
+  const DriveSet last = fits[likeliest()].set;
+  if (!last.members.empty()) {
+    model.count_samples(last);
     for (DriveFit& f : fits) search.integrate(f);
   }
   std::stable_sort(fits.begin(), fits.end(),
