@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "lockstep_flight.hpp"
 #include "omniflight_bus/domain.hpp"
 #include "omniflight_bus/run_components.hpp"
 #include "omniflight_bus/subscription.hpp"
@@ -82,22 +83,12 @@ class MonitorOnTheBus : public ::testing::Test {
     parts.push_back(std::make_unique<Listener>(said));
     for (const char* name : {"monitor", "planner", "allocator", "controller", "simulator"})
       parts.push_back(components::make_component(name));
-    bus::RunOptions options;
-    options.domain = (*claim_)->domain();
-    options.loopback_file = OMNIFLIGHT_SOURCE_ROOT "/configs/cyclonedds_loopback.xml";
-    options.parameter_files = {OMNIFLIGHT_SOURCE_ROOT "/configs/components/default.yaml"};
-    options.overrides = {"planner:mission:=trajectory_1",
-                         "monitor:vehicle:=omnimorph",
-                         "allocator:vehicle:=omnimorph",
-                         "simulator:vehicle:=omnimorph",
-                         "simulator:duration_s:=12",
-                         "simulator:hold_s:=1",
-                         "simulator:initial_position_m:=[0, 0, 1]",
-                         "simulator:sensors:=" OMNIFLIGHT_SOURCE_ROOT "/configs/sensors/laboratory.yaml",
-                         "monitor:summary_file:=" + (folder_ / "monitor.json").string()};
-    options.overrides.insert(options.overrides.end(), more.begin(), more.end());
-    options.timeout = std::chrono::seconds(60);
-    options.quiet = true;
+    std::vector<std::string> overrides{"monitor:vehicle:=omnimorph",
+                                       "simulator:sensors:=" OMNIFLIGHT_SOURCE_ROOT
+                                       "/configs/sensors/laboratory.yaml",
+                                       "monitor:summary_file:=" + (folder_ / "monitor.json").string()};
+    overrides.insert(overrides.end(), more.begin(), more.end());
+    const auto options = components::test::lockstep_flight((*claim_)->domain(), 12, overrides);
     EXPECT_EQ(bus::run_components(std::move(parts), options), 0);
     return said;
   }

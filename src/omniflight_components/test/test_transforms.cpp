@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "lockstep_flight.hpp"
 #include "omniflight_bus/domain.hpp"
 #include "omniflight_bus/run_components.hpp"
 #include "omniflight_bus/subscription.hpp"
@@ -87,19 +88,8 @@ class Transforms : public ::testing::Test {
     parts.push_back(std::make_unique<Listener>(heard));
     for (const char* name : {"planner", "allocator", "controller", "simulator"})
       parts.push_back(components::make_component(name));
-    bus::RunOptions options;
-    options.domain = (*claim_)->domain();
-    options.loopback_file = OMNIFLIGHT_SOURCE_ROOT "/configs/cyclonedds_loopback.xml";
-    options.parameter_files = {OMNIFLIGHT_SOURCE_ROOT "/configs/components/default.yaml"};
-    options.overrides = {"planner:mission:=trajectory_1",
-                         "allocator:vehicle:=omnimorph",
-                         "simulator:vehicle:=omnimorph",
-                         "simulator:duration_s:=" + std::to_string(kDuration),
-                         "simulator:hold_s:=1",
-                         "simulator:initial_position_m:=[0, 0, 1]",
-                         "controller:transform_hz:=" + rate};
-    options.timeout = std::chrono::seconds(60);
-    options.quiet = true;
+    const auto options = components::test::lockstep_flight((*claim_)->domain(), kDuration,
+                                                           {"controller:transform_hz:=" + rate});
     EXPECT_EQ(bus::run_components(std::move(parts), options), 0);
     return heard;
   }
