@@ -139,11 +139,12 @@ void add_other_stages(std::span<const Repaired> fitted, const std::vector<Flight
 }
 
 /// How the rotors follow their commands; a delay that all boards share is noted at the first flight.
-DriveInference drives_of(std::span<const Repaired> fitted, const vehicle::Vehicle& vehicle, const Options& o,
-                         std::vector<Flight>& flights) {
+/// `usable`: of the flights, those whose speeds can be believed.
+DriveInference drives_of(std::span<const Repaired> fitted, const std::vector<const Flight*>& usable,
+                         const vehicle::Vehicle& vehicle, const Options& o, std::vector<Flight>& flights) {
   std::vector<const recording::Recording*> recordings;
   std::vector<const Flight*> flown;
-  for (const Flight* f : with_honest_speeds(flights))
+  for (const Flight* f : usable)
     if (!f->speed_from_command) {
       recordings.push_back(&fitted[static_cast<std::size_t>(f - flights.data())].recording);
       flown.push_back(f);
@@ -248,8 +249,8 @@ Result<Diagnosis> diagnose(std::span<const recording::Recording> fit,
   if (const auto height = hub_height(flights, vehicle, o))
     for (auto* list : {&flights, &unseen})
       for (Flight& f : *list) set_floor_height(*height, f);
-  const DriveInference drives = drives_of(fitted, vehicle, o, flights);
   const std::vector<const Flight*> usable = with_honest_speeds(flights);
+  const DriveInference drives = drives_of(fitted, usable, vehicle, o, flights);
   d.intake = describe(fitted[0].recording, flights[0]);
   for (std::size_t k = 1; k < fit.size(); ++k) d.further.push_back(describe(fitted[k].recording, flights[k]));
   if (!usable.empty())

@@ -22,7 +22,8 @@ bool has(const DriveSet& set, const Effect* e) {
 /// What stands in its place in sets that are nearly as likely as the best.
 std::vector<const Effect*> rivals_of(const DriveInference& in, const Effect* e) {
   std::vector<const Effect*> out;
-  for (std::size_t k = 0; k < in.fits.size() && in.log_joint[k] > in.log_joint[0] - kRival; ++k) {
+  for (std::size_t k = 0; k < in.fits.size() && in.fits[k].log_joint() > in.fits[0].log_joint() - kRival;
+       ++k) {
     if (has(in.fits[k].set, e)) continue;
     for (const Effect* other : in.fits[k].set.members)
       if (!has(in.fits[0].set, other) && std::find(out.begin(), out.end(), other) == out.end())
@@ -38,7 +39,7 @@ double log_factor_of(const DriveInference& in, const Effect* e, const std::vecto
     const DriveSet& set = in.fits[k].set;
     const bool counts = has(set, e) || std::any_of(rivals.begin(), rivals.end(),
                                                    [&](const Effect* r) { return has(set, r); });
-    (counts ? with : without) += std::exp(in.log_joint[k] - in.log_joint[0]);
+    (counts ? with : without) += std::exp(in.fits[k].log_joint() - in.fits[0].log_joint());
   }
   return std::log(with) - std::log(std::max(without, 1e-300)) - log_odds_beside_wrench(e->info());
 }
@@ -87,8 +88,7 @@ void add_drives(const DriveInference& in, const vehicle::Vehicle& vehicle, const
   if (in.fits.front().set.members.empty()) return;
   const DriveFit& best = in.fits.front();
   const physics::VehicleSize size = physics::size_of(vehicle, o.environment.gravity);
-  const Eigen::MatrixXd covariance =
-      best.precision.llt().solve(Eigen::MatrixXd::Identity(best.precision.rows(), best.precision.cols()));
+  const Eigen::MatrixXd covariance = best.covariance();
   for (std::size_t m = 0; m < best.set.members.size(); ++m) {
     const Effect* effect = best.set.members[m];
     const physics::EffectInfo& info = effect->info();

@@ -161,12 +161,6 @@ class Search {
     return fit(std::move(set), steps);
   }
 
-  double log_prior(const DriveSet& set) const {
-    double sum = 0;
-    for (const Effect* e : set.members) sum += log_odds_beside_wrench(e->info());
-    return sum;
-  }
-
  private:
   /// To the nearest minimum; returns its cost.
   double refine(const DriveModel& model, DriveSet& set, const Eigen::VectorXd& steps) const {
@@ -231,16 +225,13 @@ std::vector<DriveFit> visit(DriveModel& model, const std::vector<const Effect*>&
                             const DriveSet& nothing, const Options& o) {
   const Search search(model, o);
   std::vector<DriveFit> fits{search.fit(nothing, Eigen::VectorXd::Constant(2, 0.3))};
-  const auto joint = [&](const DriveFit& f) { return f.log_evidence + search.log_prior(f.set); };
+  const auto less_likely = [](const DriveFit& a, const DriveFit& b) { return a.log_joint() < b.log_joint(); };
   const auto likeliest = [&] {
-    return static_cast<std::size_t>(
-        std::max_element(fits.begin(), fits.end(),
-                         [&](const auto& a, const auto& b) { return joint(a) < joint(b); }) -
-        fits.begin());
+    return static_cast<std::size_t>(std::max_element(fits.begin(), fits.end(), less_likely) - fits.begin());
   };
   double reached = -std::numeric_limits<double>::infinity();
-  for (std::size_t best = 0; joint(fits[best]) > reached + kFlat && !o.stopped(); best = likeliest()) {
-    reached = joint(fits[best]);
+  for (std::size_t best = 0; fits[best].log_joint() > reached + kFlat && !o.stopped(); best = likeliest()) {
+    reached = fits[best].log_joint();
     if (fits[best].set.members.size() == kMostMembers) break;
     std::vector<const Effect*> added;
     for (const Effect* e : effects)
@@ -263,12 +254,21 @@ std::vector<DriveFit> visit(DriveModel& model, const std::vector<const Effect*>&
     model.count_samples(last);
     for (DriveFit& f : fits) search.integrate(f);
   }
-  std::stable_sort(fits.begin(), fits.end(),
-                   [&](const auto& a, const auto& b) { return joint(a) > joint(b); });
+  std::stable_sort(fits.begin(), fits.end(), [&](const auto& a, const auto& b) { return less_likely(b, a); });
   return fits;
 }
 
 }  // namespace
+
+double DriveFit::log_joint() const {
+  double sum = log_evidence;
+  for (const Effect* e : set.members) sum += log_odds_beside_wrench(e->info());
+  return sum;
+}
+
+Eigen::MatrixXd DriveFit::covariance() const {
+  return precision.llt().solve(Eigen::MatrixXd::Identity(precision.rows(), precision.cols()));
+}
 
 DriveInference infer_drives(const std::vector<const recording::Recording*>& recordings,
                             const std::vector<const Flight*>& flights, const vehicle::Vehicle& vehicle,
@@ -304,17 +304,11 @@ DriveInference infer_drives(const std::vector<const recording::Recording*>& reco
   out.asked = offered(o);
   out.fits = visit(model, out.asked, nothing, o);
   if (out.empty()) return out;
-  for (const DriveFit& f : out.fits) {
-    out.log_joint.push_back(f.log_evidence);
-    for (const Effect* e : f.set.members) out.log_joint.back() += log_odds_beside_wrench(e->info());
-  }
   const DriveFit& best = out.fits.front();
   out.rms_nominal = model.rms_left(nothing);
   out.rms_left = model.rms_left(best.set);
   out.offset_s = model.offset_s(best.set);
-  const Eigen::MatrixXd covariance =
-      best.precision.llt().solve(Eigen::MatrixXd::Identity(best.precision.rows(), best.precision.cols()));
-  out.offset_deviation_s = stamps * std::sqrt(covariance(1, 1));
+  out.offset_deviation_s = stamps * std::sqrt(best.covariance()(1, 1));
   return out;
 }
 

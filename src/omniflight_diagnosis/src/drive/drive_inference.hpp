@@ -13,11 +13,13 @@ struct DriveFit {
   DriveSet set;
   double log_evidence = 0;    ///< up to a constant that all sets share
   Eigen::MatrixXd precision;  ///< posterior precision of the coordinates
+
+  double log_joint() const;  ///< ln evidence plus ln prior of its members
+  Eigen::MatrixXd covariance() const;
 };
 
 struct DriveInference {
-  std::vector<DriveFit> fits;  ///< the likeliest first: ln evidence plus ln prior
-  std::vector<double> log_joint;
+  std::vector<DriveFit> fits;  ///< the likeliest first
   std::vector<const physics::Effect*> asked;
   double rms_nominal = 0, rms_left = 0;  ///< rad/s: what no effect leaves, and what the best set does
   double offset_s = 0;                   ///< of the stamps, beside the best set

@@ -45,6 +45,11 @@ void add_sensor(Diagnosis& d, const char* id, const std::string& channel, const 
   d.mismatch.push_back(std::move(m));
 }
 
+bool is_named(const Diagnosis& d, const std::string& effect) {
+  return std::any_of(d.findings.begin(), d.findings.end(),
+                     [&](const Finding& f) { return f.effect == effect; });
+}
+
 Finding finding_of(const SensorFault& fault) {
   Finding out;
   out.effect = fault.effect;

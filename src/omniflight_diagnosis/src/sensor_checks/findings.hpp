@@ -7,6 +7,9 @@ namespace omniflight::diagnosis {
 
 Finding finding_of(const SensorFault& fault);
 
+/// Whether the effect is among the findings so far.
+bool is_named(const Diagnosis& d, const std::string& effect);
+
 /// Sensors that were found to lie, as findings; what was cut out for it gives the windows.
 void add_faults(const std::vector<SensorFault>& faults, const std::vector<Window>& excluded, Diagnosis& d);
 

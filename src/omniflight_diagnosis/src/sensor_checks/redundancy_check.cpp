@@ -304,18 +304,15 @@ void judge_gyro(const Recording& r, const Options& o, Diagnosis& d) {
 }  // namespace
 
 void check_redundancy(const Recording& r, const vehicle::Vehicle& vehicle, const Options& o, Diagnosis& d) {
-  const auto named = [&](const char* id) {
-    return std::any_of(d.findings.begin(), d.findings.end(),
-                       [&](const Finding& f) { return f.effect == id; });
-  };
-  if (!named(physics::effect_id::command_quantisation)) judge_steps(r, d);
+  if (!is_named(d, physics::effect_id::command_quantisation)) judge_steps(r, d);
   add_rotor_limits(r, vehicle, d);
-  if (!named(physics::effect_id::rotor_speed_sensor_fault) && !named(physics::effect_id::actuator_saturation))
+  if (!is_named(d, physics::effect_id::rotor_speed_sensor_fault) &&
+      !is_named(d, physics::effect_id::actuator_saturation))
     judge_speeds(r, d);
-  if (vehicle.tilt.kind != vehicle::TiltKind::none && !named(physics::effect_id::tilt_servo_lag))
+  if (vehicle.tilt.kind != vehicle::TiltKind::none && !is_named(d, physics::effect_id::tilt_servo_lag))
     judge_tilt(r, vehicle.tilt, d);
   judge_gyro(r, o, d);
-  if (!named(physics::effect_id::battery_sag)) judge_voltage(r, d);
+  if (!is_named(d, physics::effect_id::battery_sag)) judge_voltage(r, d);
 }
 
 void add_kinematics(const Kinematics& kinematics, Diagnosis& d) {

@@ -11,14 +11,10 @@ namespace omniflight::diagnosis {
 
 void add_rotor_limits(const recording::Recording& r, const vehicle::Vehicle& vehicle, Diagnosis& d) {
   const RotorLimits limits = rotor_limits(r);
-  const auto named = [&](const char* id) {
-    return std::any_of(d.findings.begin(), d.findings.end(),
-                       [&](const Finding& f) { return f.effect == id; });
-  };
   double largest = 0;
   for (const vehicle::Rotor& rotor : vehicle.rotors) largest = std::max(largest, rotor.max_speed());
   if (limits.ceiling && limits.ceiling->to < (1 - kPlateau) * largest &&
-      !named(physics::effect_id::actuator_saturation)) {
+      !is_named(d, physics::effect_id::actuator_saturation)) {
     const LimitSpeed& c = *limits.ceiling;
     const auto loss = [&](double speed) { return 1 - speed * speed / (largest * largest); };
     add_sensor(d, physics::effect_id::actuator_saturation, "rotor_speed", "rad/s",
@@ -30,7 +26,7 @@ void add_rotor_limits(const recording::Recording& r, const vehicle::Vehicle& veh
     const physics::Effect* effect = physics::find_effect(physics::effect_id::actuator_saturation);
     d.model.push_back({effect, {loss(c.value), effect->info().parameters[1].neutral}});
   }
-  if (limits.dead && limits.reads_slower && !named(physics::effect_id::thrust_dead_zone)) {
+  if (limits.dead && limits.reads_slower && !is_named(d, physics::effect_id::thrust_dead_zone)) {
     const LimitSpeed& z = *limits.dead;
     add_sensor(d, physics::effect_id::thrust_dead_zone, "rotor_speed", "rad/s",
                format("Rotors stand still where they are ordered to turn slower than %.3g rad/s.", z.value),
