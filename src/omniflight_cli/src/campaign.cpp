@@ -175,7 +175,8 @@ Result<Campaign> load_campaign(const std::string& path, Flying flying) {
   base.quiet = true;
   const auto missions = yaml->strings("missions");
   std::vector<std::string> effects = yaml->strings("effects", false),
-                           vehicles = yaml->strings("vehicles", false), effect_names, variant_names;
+                           vehicles = yaml->strings("vehicles", false), effect_names, variant_names,
+                           mission_names;
   if (effects.empty()) effects = {"none"};
   if (vehicles.empty()) vehicles = {""};
   c.seeds = read_seeds(*yaml);
@@ -188,9 +189,11 @@ Result<Campaign> load_campaign(const std::string& path, Flying flying) {
   if (variants.empty()) variants.push_back(common);
   for (const auto& e : effects) effect_names.push_back(stem(e));
   for (const auto& v : variants) variant_names.push_back(v.name);
+  for (const auto& m : missions) mission_names.push_back(stem(m));
   for (auto e : yaml->children("expect", 0, 1000))
     c.expected.push_back(
         {one_of(e, "variant", variant_names), one_of(e, "effect", effect_names),
+         one_of(e, "mission", mission_names),
          e.choice<std::string>(
              "verdict",
              {{kFlown, kFlown}, {kFlownBadly, kFlownBadly}, {"survived", "survived"}, {kLost, kLost}})});
@@ -222,7 +225,8 @@ std::string Judgement::words() const {
                                : (expected.variant.empty() ? "every variant" : expected.variant) +
                                      (expected.effect.empty()     ? " with every effect"
                                       : expected.effect == "none" ? " without effects"
-                                                                  : " with " + expected.effect);
+                                                                  : " with " + expected.effect) +
+                                     (expected.mission.empty() ? "" : " in " + expected.mission);
   const std::string wanted = expected.verdict == kFlown        ? "flown"
                              : expected.verdict == kFlownBadly ? "flown badly"
                                                                : expected.verdict;
@@ -276,6 +280,7 @@ nlohmann::json to_json(const std::vector<Judgement>& judgements) {
   for (const Judgement& j : judgements)
     out.push_back({{"variant", j.expected.variant},
                    {"effect", j.expected.effect},
+                   {"mission", j.expected.mission},
                    {"verdict", j.expected.verdict},
                    {"flights", j.flights},
                    {"as_expected", j.as_expected}});

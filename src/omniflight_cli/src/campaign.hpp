@@ -16,14 +16,17 @@ struct Case {
 
 /// What should come out, so that a campaign answers its own question.
 struct Expectation {
-  std::string variant, effect;    ///< empty: any
-  std::string verdict = "flown";  ///< flown | flown_badly | survived (one of both) | lost
+  std::string variant, effect, mission;  ///< empty: any
+  std::string verdict = "flown";         ///< flown | flown_badly | survived (one of both) | lost
   bool met_by(const std::string& flight) const {
     if (verdict == "survived") return flight == kFlown || flight == kFlownBadly;
     return flight == verdict;
   }
   bool covers(const Case& one) const {
-    return (variant.empty() || variant == one.variant) && (effect.empty() || effect == one.effect);
+    const auto is = [](const std::string& asked, const std::string& has) {
+      return asked.empty() || asked == has;
+    };
+    return is(variant, one.variant) && is(effect, one.effect) && is(mission, one.mission);
   }
 };
 

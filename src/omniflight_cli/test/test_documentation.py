@@ -142,6 +142,9 @@ class RunPages(system.SystemTest):
     def test_long_page_motors(self):
         for name in ("a", "b", "c"):
             motor_log(self.dir / f"{name}.csv", rotors=4)
+        self.write("loop.csv", ",".join(["t_s"] + [f"{name}{k}{unit}" for name, unit in (("rotor", "_cmd_radps"), ("rotor", "_radps")) for k in range(1, 5)])
+                   + "\n" + "".join(f"{k / 200:.3f}" + f",{600 + 20 * (k // 50 % 2)}" * 4 + f",{600 + 20 * ((k - 5) // 50 % 2)}" * 4 + "\n"
+                                    for k in range(2000)))
         self.write("sweep.csv", "rpm,Thrust (g)\n" + "".join(f"{n},{1.2e-5 * n * n / 1000:.3f}\n" for n in range(2000, 9000, 500)))
         self.run_page("how_to/motors.md")
 
