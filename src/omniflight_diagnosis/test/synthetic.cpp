@@ -1,5 +1,7 @@
 #include "synthetic.hpp"
 
+#include <array>
+#include <cmath>
 #include <cstdlib>
 
 #include "omniflight_core/random.hpp"
@@ -32,6 +34,16 @@ Vec3 path(double t, const Flown& f) {
 }
 
 Quat attitude(double t, const Flown& f) {
+  if (f.wanders) {
+    Vec3 angle = Vec3::Zero();
+    constexpr std::array<double, 5> kRates{0.5, 1.1, 1.9, 2.7, 3.9};  // rad/s
+    for (std::size_t k = 0; k < kRates.size(); ++k) {
+      const double phase = kRates[k] * t + 1.7 * static_cast<double>(k * k);
+      angle += f.sway / std::sqrt(5.0) *
+               Vec3(std::sin(phase), std::sin(1.13 * phase + 1), 0.5 * std::cos(0.9 * phase));
+    }
+    return exp_rotation(angle);
+  }
   return exp_rotation(
       Vec3(f.sway * std::sin(2.6 * t), f.sway * std::sin(1.9 * t + 1.0), 0.5 * f.sway * std::sin(t)));
 }

@@ -17,6 +17,7 @@ struct Flown {
   double climb_m = 0.7, side_m = 0.3;  ///< climb in two steps with pauses, sidesteps in between
   double alpha = 0.5;                  ///< rad
   double sway = 0.0;                   ///< rad, amplitude of roll and pitch
+  bool wanders = false;                ///< sways at five frequencies, as a pilot does, and not at one
   double force_noise_N = 0.15, torque_noise_Nm = 0.01, correlation_s = 0.3;  ///< coloured disturbance
   double answer_s =
       0;  ///< the rotors cancel the disturbance after this lag, as feedback makes them; 0: they do not

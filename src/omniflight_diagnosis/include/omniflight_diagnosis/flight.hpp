@@ -38,6 +38,14 @@ struct Segment {
   int begin = 0, end = 0;
 };
 
+/// Commands of rotor speeds as they were recorded.
+struct CommandTrack {
+  std::vector<double> t;  ///< s
+  Eigen::MatrixXd value;  ///< rad/s, rotors x samples
+
+  bool empty() const { return t.empty(); }
+};
+
 struct Flight {
   std::string file, sha256;
   double duration_s = 0;
@@ -62,6 +70,7 @@ struct Flight {
   std::vector<Segment> segments;
   bool has_accelerometer = false, has_gyro = false, has_alpha = false, has_position = false;
   bool speed_from_command = false;  ///< there are no measured rotor speeds
+  CommandTrack commands;            ///< from which the speeds are computed where none are measured
   bool thrust_modelled = false;     ///< thrust comes from duty cycles, its scale from this flight
   Eigen::VectorXd log_drive,
       log_voltage;  ///< of a modelled thrust: ln of mean speed and voltage over their means

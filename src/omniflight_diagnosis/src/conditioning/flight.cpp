@@ -166,6 +166,19 @@ std::vector<char> sample_flight(const Recording& recording, const FineMotion& m,
   return good;
 }
 
+CommandTrack commands_of(const Signal& speeds) {
+  CommandTrack out;
+  out.value.resize(speeds.width(), speeds.size());
+  for (Eigen::Index i = 0; i < speeds.size(); ++i) {
+    const double t = speeds.t_s[static_cast<std::size_t>(i)];
+    if (!speeds.values.row(i).allFinite() || (!out.t.empty() && t <= out.t.back())) continue;
+    out.value.col(static_cast<Eigen::Index>(out.t.size())) = speeds.values.row(i).transpose();
+    out.t.push_back(t);
+  }
+  out.value.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(out.t.size()));
+  return out;
+}
+
 /// What a modelled thrust depends on besides its scale.
 void add_drive(const Recording& recording, Flight& f) {
   const int n = f.size();
@@ -230,11 +243,13 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   add_faults(repaired, f);
   exclude_what_is_said(repaired, *grid, o, used);
   FineMotion motion = fine_motion(*signals, repaired, *grid, vehicle, o, used, f);
+  if (f.speed_from_command) f.commands = commands_of(signals->rotors.speed);
   if (f.thrust_modelled) {
     const double scale = lift_scale(motion.rotor_speed, motion.alpha, motion.specific_force, motion.position,
                                     f.has_position, vehicle);
     motion.rotor_speed *= std::sqrt(scale);
     motion.rotor_turning *= std::sqrt(scale);
+    f.commands.value *= std::sqrt(scale);
   }
   exclude_ground(recording, *signals, motion, *grid, vehicle, o, used, f);
   for (const SensorFault& fault : f.faults)

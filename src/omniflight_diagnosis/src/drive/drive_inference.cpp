@@ -52,10 +52,8 @@ std::vector<const Effect*> offered(const Options& o) {
   };
   for (const Effect* e : physics::builtin_effects()) {
     const physics::EffectInfo& info = e->info();
-    if (info.stage != physics::Stage::actuation || info.channels != std::vector<std::string>{"rotor_speed"} ||
-        !info.also.empty())
-      continue;
-    if ((o.only.empty() || named(o.only, info.id)) && !named(o.exclude, info.id)) out.push_back(e);
+    if (is_of_drives(info) && (o.only.empty() || named(o.only, info.id)) && !named(o.exclude, info.id))
+      out.push_back(e);
   }
   return out;
 }
@@ -287,8 +285,8 @@ DriveInference infer_drives(const std::vector<const recording::Recording*>& reco
   }
   if (records.empty()) return out;
   const double stamps = agree ? kStampsAgree : kStampsUnknown;
-  DriveModel held(vehicle, records, DriveModel::Between::held, stamps, o);
-  DriveModel straight(vehicle, std::move(records), DriveModel::Between::straight, stamps, o);
+  DriveModel held(vehicle, records, Between::held, stamps, o);
+  DriveModel straight(vehicle, std::move(records), Between::straight, stamps, o);
   const auto start = [](const DriveModel& model) {
     const auto cost = [&](const Eigen::VectorXd& u) { return model.cost({{}, u}); };
     const Minimum m = minimise(cost, Eigen::VectorXd::Zero(2), Eigen::VectorXd::Constant(2, 0.3), 0.01, 80);

@@ -17,34 +17,6 @@ constexpr double kSettles = 0.5;    ///< s, until what was before the recording 
 constexpr double kResolved = 1e-3;  ///< of a rotor's speed: what timing and telemetry leave of any model
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
-/// Means over the steps of a simulation (rotors x steps) of commands that arrive so many seconds late.
-void arriving(const DriveRecord& r, DriveModel::Between between, const std::vector<double>& late,
-              Eigen::MatrixXd& means) {
-  means.resize(r.ordered.rows(), r.steps);
-  for (Eigen::Index rotor = 0; rotor < means.rows(); ++rotor) {
-    const auto command = r.ordered.row(rotor);
-    std::size_t k = 0;
-    double until_k = 0, before = 0;  // integrals from the first command on
-    for (Eigen::Index i = -1; i < r.steps; ++i) {
-      const double t = static_cast<double>(i + 1) * r.step - late[static_cast<std::size_t>(rotor)];
-      const auto since_k = [&](double time) {
-        const auto at = static_cast<Eigen::Index>(k);
-        if (between == DriveModel::Between::held || k + 1 == r.ordered_t.size() || time < 0)
-          return command[at] * time;
-        const double slope = (command[at + 1] - command[at]) / (r.ordered_t[k + 1] - r.ordered_t[k]);
-        return (command[at] + 0.5 * slope * time) * time;
-      };
-      while (k + 1 < r.ordered_t.size() && r.ordered_t[k + 1] <= t) {
-        until_k += since_k(r.ordered_t[k + 1] - r.ordered_t[k]);
-        ++k;
-      }
-      const double now = until_k + since_k(t - r.ordered_t[k]);
-      if (i >= 0) means(rotor, i) = (now - before) / r.step;
-      before = now;
-    }
-  }
-}
-
 /// First-order high pass. What a motor on a duty cycle does slowly (warming up, a supply that sags) would
 /// pass for a longer lag.
 class QuickPart {
@@ -122,7 +94,7 @@ DriveModel DriveModel::part(double seconds) const {
   const auto samples = std::lower_bound(r.t.begin(), r.t.end(), seconds + kSettles) - r.t.begin();
   const double share = static_cast<double>(samples) / static_cast<double>(r.t.size());
   r.t.resize(static_cast<std::size_t>(samples));
-  r.ordered = Eigen::MatrixXd(r.ordered(kept, Eigen::all));
+  r.ordered.value = Eigen::MatrixXd(r.ordered.value(kept, Eigen::all));
   for (Eigen::MatrixXd* x : {&r.speed, &r.command}) *x = Eigen::MatrixXd((*x)(Eigen::seqN(0, samples), kept));
   r.counts = Eigen::ArrayXX<bool>(r.counts(Eigen::seqN(0, samples), kept));
   for (const Eigen::Index k : kept)
@@ -185,22 +157,12 @@ bool DriveModel::simulate(const DriveSet& set, std::vector<Rest>& out, bool left
   for (double& tau : a.time_constant) tau *= std::exp(kLagTold * set.coordinates[0]);
   for (std::size_t m = 0; m < set.members.size(); ++m)
     set.members[m]->alter_actuation(vehicle_, set.theta(m, size_).data(), a);
-  std::vector<double> late(a.delay.size(), stamps_s_ * set.coordinates[1]);
-  for (std::size_t k = 0; k < late.size(); ++k) late[k] += std::exchange(a.delay[k], 0.0);
-  Eigen::VectorXd middle(static_cast<Eigen::Index>(vehicle_.rotors.size()));
   for (const DriveRecord& r : records_) {
-    for (double& tau : a.time_constant) tau = std::max(tau, r.step / 1.5);  // what a step resolves
-    auto drives = physics::Actuators::create(vehicle_, a, r.step, 0.0);
-    if (!drives) return false;
-    thread_local Eigen::MatrixXd asked, ends;  // a cost is asked for a thousand times
-    arriving(r, between_, late, asked);
-    ends.resize(asked.rows(), asked.cols() + 1);
-    ends.col(0) = r.speed.row(0).transpose();
-    for (Eigen::Index i = 0; i < asked.cols(); ++i) {
-      drives->begin_step({asked.col(i).data(), vehicle_.rotors.size()}, 0.0, 0.0);
-      drives->reach(ends.col(i).data(), middle.data(), ends.col(i + 1).data());
-    }
-    for (Eigen::Index k = 0; k < asked.rows(); ++k) out.push_back(compare(r, k, ends, left));
+    thread_local Eigen::MatrixXd ends;  // a cost is asked for a thousand times
+    if (!simulate_drives(vehicle_, a, r.ordered, between_, r.step, r.steps, stamps_s_ * set.coordinates[1],
+                         r.speed.row(0).transpose(), ends))
+      return false;
+    for (Eigen::Index k = 0; k < ends.rows(); ++k) out.push_back(compare(r, k, ends, left));
   }
   return true;
 }

@@ -30,8 +30,6 @@ struct DriveSet {
 /// have the same unknown course, so that samples count as far as they are independent.
 class DriveModel {
  public:
-  enum class Between { held, straight };  ///< what a command does between two samples
-
   /// `stamps_s`: one standard deviation of the offset between the stamps.
   DriveModel(const vehicle::Vehicle& vehicle, std::vector<DriveRecord> records, Between between,
              double stamps_s, const Options& options);

@@ -6,12 +6,11 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr double kSlowest = 0.03;                     ///< s, between samples
-constexpr double kLongestGap = 0.1;                   ///< s
-constexpr double kApart = 0.0035;                     ///< s, speeds: what is sooner tells nothing new
-constexpr double kShortest = 3;                       ///< s
-constexpr double kTurns = 0.25;                       ///< of a rotor's median speed: slower is measured badly
-constexpr double kFinest = 0.001, kCoarsest = 0.002;  ///< s, steps
+constexpr double kSlowest = 0.03;    ///< s, between samples
+constexpr double kLongestGap = 0.1;  ///< s
+constexpr double kApart = 0.0035;    ///< s, speeds: what is sooner tells nothing new
+constexpr double kShortest = 3;      ///< s
+constexpr double kTurns = 0.25;      ///< of a rotor's median speed: slower is measured badly
 
 /// Indices of the samples in [from, to], at least `apart` seconds from each other; empty when one gap is too
 /// long.
@@ -109,16 +108,13 @@ std::optional<DriveRecord> drive_record(const recording::Recording& r, const veh
     out.speed.row(static_cast<Eigen::Index>(i)) = speed->values.row(static_cast<Eigen::Index>(spins[i]));
   }
   if (out.from_duty_cycle && !map_duty_cycles(r, vehicle, out, begin, c)) return {};
-  double quickest = kCoarsest;
-  for (const vehicle::Rotor& rotor : vehicle.rotors)
-    if (rotor.time_constant > 0) quickest = std::min(quickest, rotor.time_constant / 8);
-  out.step = std::max(kFinest, quickest);
+  out.step = drive_step(vehicle);
   out.steps = static_cast<Eigen::Index>((end - begin) / out.step);
-  out.ordered = c.value.transpose();
-  for (const double t : c.t) out.ordered_t.push_back(t - begin);
+  out.ordered.value = c.value.transpose();
+  for (const double t : c.t) out.ordered.t.push_back(t - begin);
   out.command.resize(out.speed.rows(), out.speed.cols());
   for (std::size_t i = 0, k = 0; i < out.t.size(); ++i) {
-    while (k + 1 < out.ordered_t.size() && out.ordered_t[k + 1] <= out.t[i]) ++k;
+    while (k + 1 < out.ordered.t.size() && out.ordered.t[k + 1] <= out.t[i]) ++k;
     out.command.row(static_cast<Eigen::Index>(i)) = c.value.row(static_cast<Eigen::Index>(k));
   }
   out.counts.resize(out.speed.rows(), out.speed.cols());

@@ -6,7 +6,7 @@
 
 #include <Eigen/Dense>
 
-#include "omniflight_diagnosis/flight.hpp"
+#include "../conditioning/commanded_drives.hpp"
 #include "omniflight_recording/recording.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
 
@@ -16,11 +16,10 @@ namespace omniflight::diagnosis {
 struct DriveRecord {
   double step = 0;  ///< s, of the simulation
   Eigen::Index steps = 0;
-  std::vector<double> ordered_t;  ///< s after the first step begins, of the commands
-  Eigen::MatrixXd ordered;        ///< rad/s, rotors x commands
-  std::vector<double> t;          ///< s after the first step begins, of the speeds
-  Eigen::MatrixXd speed;          ///< rad/s, samples x rotors
-  Eigen::MatrixXd command;        ///< rad/s, the last one at the same times
+  CommandTrack ordered;     ///< times after the first step begins
+  std::vector<double> t;    ///< s after the first step begins, of the speeds
+  Eigen::MatrixXd speed;    ///< rad/s, samples x rotors
+  Eigen::MatrixXd command;  ///< rad/s, the last one at the same times
   Eigen::ArrayXX<bool>
       counts;  ///< whether a speed can be believed: a rotor that nearly stops is measured badly
   bool from_duty_cycle = false;  ///< commands are speeds that a static map gives of duty cycle and voltage

@@ -22,34 +22,53 @@ Eigen::MatrixXd standardised(const Eigen::MatrixXd& known) {
 
 }  // namespace
 
-Eigen::MatrixXd predict_linearly(const Eigen::MatrixXd& known, const Eigen::MatrixXd& targets, int block,
-                                 int apart) {
-  const Eigen::Index n = known.rows();
+LinearPrediction::LinearPrediction(const Eigen::MatrixXd& known, int block, int apart)
+    : X_(standardised(known)),
+      block_(static_cast<int>(
+          std::max<Eigen::Index>(apart / 2 + 1, std::min<Eigen::Index>(block, known.rows() / kFolds)))),
+      apart_(apart) {
+  const Eigen::MatrixXd H = X_.transpose() * X_;
+  for (Eigen::Index fold = 0; fold < kFolds; ++fold) {
+    Eigen::MatrixXd others = H;
+    each_block(fold, [&](Eigen::Index, Eigen::Index, Eigen::Index from, Eigen::Index left_out) {
+      const auto x = X_.middleRows(from, left_out);
+      others.noalias() -= x.transpose() * x;
+    });
+    factors_.emplace_back();
+    for (const double ridge : kRidges) {
+      Eigen::MatrixXd ridged = others;
+      ridged.diagonal().array() += ridge * static_cast<double>(X_.rows());
+      factors_.back().emplace_back(ridged);
+    }
+  }
+}
+
+/// Visits (begin, end) of the blocks of a fold with begin and number of the rows that it leaves out.
+template <class Visit>
+void LinearPrediction::each_block(Eigen::Index fold, const Visit& visit) const {
+  const Eigen::Index n = X_.rows();
+  for (Eigen::Index begin = fold * block_; begin < n; begin += kFolds * block_) {
+    const Eigen::Index end = std::min<Eigen::Index>(n, begin + block_);
+    const Eigen::Index from = std::max<Eigen::Index>(0, begin - apart_);
+    visit(begin, end, from, std::min<Eigen::Index>(n, end + apart_) - from);
+  }
+}
+
+Eigen::MatrixXd LinearPrediction::of(const Eigen::MatrixXd& targets) const {
+  const Eigen::Index n = X_.rows();
   const Eigen::RowVectorXd mean = targets.colwise().mean();
-  block = static_cast<int>(std::max<Eigen::Index>(apart / 2 + 1, std::min<Eigen::Index>(block, n / kFolds)));
-  const Eigen::MatrixXd X = standardised(known), Y = targets.rowwise() - mean;
-  const Eigen::MatrixXd H = X.transpose() * X, moments = X.transpose() * Y;
+  const Eigen::MatrixXd Y = targets.rowwise() - mean, moments = X_.transpose() * Y;
   std::array<Eigen::MatrixXd, kRidges.size()> predicted;
   predicted.fill(Eigen::MatrixXd(n, Y.cols()));
   for (Eigen::Index fold = 0; fold < kFolds; ++fold) {
-    Eigen::MatrixXd others = H, rest = moments;
-    const auto each_block = [&](const auto& visit) {
-      for (Eigen::Index begin = fold * block; begin < n; begin += kFolds * block)
-        visit(begin, std::min<Eigen::Index>(n, begin + block));
-    };
-    each_block([&](Eigen::Index begin, Eigen::Index end) {
-      const Eigen::Index from = std::max<Eigen::Index>(0, begin - apart);
-      const Eigen::Index left_out = std::min<Eigen::Index>(n, end + apart) - from;
-      const auto x = X.middleRows(from, left_out);
-      others.noalias() -= x.transpose() * x;
-      rest.noalias() -= x.transpose() * Y.middleRows(from, left_out);
+    Eigen::MatrixXd rest = moments;
+    each_block(fold, [&](Eigen::Index, Eigen::Index, Eigen::Index from, Eigen::Index left_out) {
+      rest.noalias() -= X_.middleRows(from, left_out).transpose() * Y.middleRows(from, left_out);
     });
     for (std::size_t k = 0; k < kRidges.size(); ++k) {
-      Eigen::MatrixXd ridged = others;
-      ridged.diagonal().array() += kRidges[k] * static_cast<double>(n);
-      const Eigen::MatrixXd coefficients = ridged.llt().solve(rest);
-      each_block([&](Eigen::Index begin, Eigen::Index end) {
-        predicted[k].middleRows(begin, end - begin) = X.middleRows(begin, end - begin) * coefficients;
+      const Eigen::MatrixXd coefficients = factors_[static_cast<std::size_t>(fold)][k].solve(rest);
+      each_block(fold, [&](Eigen::Index begin, Eigen::Index end, Eigen::Index, Eigen::Index) {
+        predicted[k].middleRows(begin, end - begin) = X_.middleRows(begin, end - begin) * coefficients;
       });
     }
   }
@@ -65,6 +84,11 @@ Eigen::MatrixXd predict_linearly(const Eigen::MatrixXd& known, const Eigen::Matr
     out.col(c) = slope * best->col(c).array() + mean[c];
   }
   return out;
+}
+
+Eigen::MatrixXd predict_linearly(const Eigen::MatrixXd& known, const Eigen::MatrixXd& targets, int block,
+                                 int apart) {
+  return LinearPrediction(known, block, apart).of(targets);
 }
 
 }  // namespace omniflight::diagnosis

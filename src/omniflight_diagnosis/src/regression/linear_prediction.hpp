@@ -1,6 +1,8 @@
 // Conditional expectation of signals given what is known before: the first stage of two-stage least squares.
 #pragma once
 
+#include <vector>
+
 #include <Eigen/Dense>
 
 namespace omniflight::diagnosis {
@@ -16,6 +18,22 @@ namespace omniflight::diagnosis {
 /// Coefficients that saw the sample have fitted its noise as well, by the number of regressors over that of
 /// samples, and the prediction would be no instrument. How strongly they shrink (ridge) is what predicts
 /// best.
+class LinearPrediction {
+ public:
+  LinearPrediction(const Eigen::MatrixXd& known, int block, int apart);
+  /// Of other targets from what is known.
+  Eigen::MatrixXd of(const Eigen::MatrixXd& targets) const;
+
+ private:
+  template <class Visit>
+  void each_block(Eigen::Index fold, const Visit& visit) const;
+
+  Eigen::MatrixXd X_;
+  int block_, apart_;
+  std::vector<std::vector<Eigen::LLT<Eigen::MatrixXd>>> factors_;  ///< a fold and ridge
+};
+
+/// The same where only these targets are asked for.
 Eigen::MatrixXd predict_linearly(const Eigen::MatrixXd& known, const Eigen::MatrixXd& targets, int block,
                                  int apart);
 

@@ -1,6 +1,7 @@
 #include "predetermined.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "linear_prediction.hpp"
@@ -24,10 +25,26 @@ constexpr double kBlock = 1.0;
 constexpr double kReferenceStep = 0.075;
 constexpr int kReferenceShifts = 4;  ///< from one step ahead
 
+/// Blocks of a prediction over `lag` samples, see LinearPrediction.
+int rows_apart(double period, int lag) { return lag + static_cast<int>(std::lround(kApart / period)); }
+int rows_of_block(double period) { return std::max(1, static_cast<int>(std::lround(kBlock / period))); }
+
 Vec6 acceleration_of(const physics::Situation& x) {
   Vec6 a;
   a << x.a_WB_B, x.dw_WB_B;
   return a;
+}
+
+constexpr Eigen::Index kState = 15;
+
+/// Attitude (by gravity), rates, velocity and place of the sample `lag` before: what a controller acts on.
+template <class Measured>
+Eigen::Matrix<double, 1, kState> state_before(const Measured& measured, int i, int lag) {
+  const physics::Situation &a = measured(i - lag), &b = measured(i - lag - 1);
+  Eigen::Matrix<double, 1, kState> out;
+  out << a.body.w_WB_B.transpose(), b.body.w_WB_B.transpose(), a.g_B.transpose(), a.v_WB_B.transpose(),
+      a.body.p_WB.transpose();
+  return out;
 }
 
 /// Speeds and accelerations of rotors as expected from their own past and from what a controller acts on.
@@ -35,15 +52,11 @@ template <class Measured>
 void predict_rotors(std::vector<physics::Situation>& out, int lag, int block, int apart,
                     const Measured& measured, const Eigen::MatrixXd& asked) {
   const auto n = static_cast<Eigen::Index>(out.size());
-  constexpr Eigen::Index kState = 15, kOwn = 4;
+  constexpr Eigen::Index kOwn = 4;
   Eigen::MatrixXd known(n, kState + asked.cols() + kOwn), targets(n, 2);
   known.middleCols(kState, asked.cols()) = asked;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const physics::Situation &a = measured(static_cast<int>(i) - lag),
-                             &b = measured(static_cast<int>(i) - lag - 1);
-    known.row(i).head<kState>() << a.body.w_WB_B.transpose(), b.body.w_WB_B.transpose(), a.g_B.transpose(),
-        a.v_WB_B.transpose(), a.body.p_WB.transpose();
-  }
+  for (Eigen::Index i = 0; i < n; ++i)
+    known.row(i).head<kState>() = state_before(measured, static_cast<int>(i), lag);
   for (int r = 0; r < out[0].rotor_count; ++r) {
     const auto rotor = [&](Eigen::Index i) -> const physics::RotorSituation& {
       return measured(static_cast<int>(i)).rotors[static_cast<std::size_t>(r)];
@@ -87,12 +100,30 @@ double least_horizon(std::span<const Flight* const> flights) {
   return out;
 }
 
+LinearPrediction predict_from_commands(const Flight& f, Segment segment, const Eigen::MatrixXd& commanded,
+                                       double period, int lag) {
+  const Eigen::Index n = segment.end - segment.begin;
+  const auto measured = [&](int i) -> const physics::Situation& {
+    return f.situation[static_cast<std::size_t>(segment.begin + std::max(0, i))];
+  };
+  const Eigen::MatrixXd asked = reference_around(f.reference, segment, period);
+  constexpr std::array<int, 5> kBefore{0, 1, 2, 4, 8};  // samples: a lag remembers some tenths of a second
+  Eigen::MatrixXd known(n, kState + asked.cols() + static_cast<Eigen::Index>(6 * kBefore.size()));
+  known.middleCols(kState, asked.cols()) = asked;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    known.row(i).head<kState>() = state_before(measured, static_cast<int>(i), lag);
+    for (std::size_t k = 0; k < kBefore.size(); ++k)
+      known.row(i).segment<6>(kState + asked.cols() + static_cast<Eigen::Index>(6 * k)) =
+          commanded.row(std::max<Eigen::Index>(0, i - lag - kBefore[k]));
+  }
+  return {known, rows_of_block(period), rows_apart(period, lag)};
+}
+
 std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, const Mat6& inertia,
                                               const Vec3& center_of_mass, double period, int lag) {
   const int n = segment.end - segment.begin;
   const double ahead = lag * period;
-  const int apart = lag + static_cast<int>(std::lround(kApart / period)),
-            block = std::max(1, static_cast<int>(std::lround(kBlock / period)));
+  const int apart = rows_apart(period, lag), block = rows_of_block(period);
   const Eigen::PartialPivLU<Mat6> mass(inertia);
   const auto measured = [&](int i) -> const physics::Situation& {
     return f.situation[static_cast<std::size_t>(segment.begin + std::max(0, i))];

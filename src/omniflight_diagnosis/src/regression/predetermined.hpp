@@ -3,6 +3,7 @@
 
 #include <span>
 
+#include "linear_prediction.hpp"
 #include "omniflight_diagnosis/flight.hpp"
 
 namespace omniflight::diagnosis {
@@ -14,6 +15,11 @@ namespace omniflight::diagnosis {
 /// noise. `inertia`: nominal, about the body origin (6 x 6).
 std::vector<physics::Situation> predetermined(const Flight& flight, Segment segment, const Mat6& inertia,
                                               const Vec3& center_of_mass, double period, int lag);
+
+/// Prediction, over `lag` samples, of what follows commands: from the wrench that they ask for (N and Nm,
+/// rows of the segment x 6) then and before, and from what a controller acts on.
+LinearPrediction predict_from_commands(const Flight& flight, Segment segment,
+                                       const Eigen::MatrixXd& commanded, double period, int lag);
 
 /// Shortest horizon [s] over which nothing of the present sample is seen: the kernels under which signals
 /// reach their samples end after three standard deviations, then's and now's; and as far as interpolation

@@ -20,6 +20,9 @@ constexpr double kExpected = 1e-3;  ///< RMS force over the weight
 
 /// Relative step of the numerical derivative by an initial state.
 constexpr double kStartStep = 1e-4;
+/// Step of the numerical derivative by a parameter of the drives, in standard deviations of its prior: a
+/// delay of a few milliseconds moves a simulated speed by more than its rounding.
+constexpr double kDriveStep = 0.02;
 
 }  // namespace
 
@@ -27,7 +30,8 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
                                      const Options& options, double horizon_s)
     : flight_count_(static_cast<int>(flights.size())),
       period_(1.0 / options.grid_hz),
-      size_(physics::size_of(vehicle, options.environment.gravity)) {
+      size_(physics::size_of(vehicle, options.environment.gravity)),
+      commanded_(vehicle) {
   const Mat3 c = skew(vehicle.center_of_mass);
   inertia_ << vehicle.mass * Mat3::Identity(), -vehicle.mass * c, vehicle.mass * c,
       vehicle.inertia - vehicle.mass * c * c;
@@ -40,8 +44,9 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
     const Flight& f = *flights[static_cast<std::size_t>(k)];
     forces_only_ = forces_only_ || f.thrust_modelled;
     for (const Segment& segment : f.segments) {
-      std::vector<physics::Situation> ahead =
+      const std::vector<physics::Situation> ahead =
           predetermined(f, segment, inertia_, vehicle.center_of_mass, period_, lag);
+      commanded_.add(f, segment, period_, lag);
       stretches_.push_back({n_, n_ + segment.end - segment.begin, k});
       for (int i = segment.begin; i < segment.end; ++i, ++n_) {
         const physics::Situation& now = f.situation[static_cast<std::size_t>(i)];
@@ -118,6 +123,21 @@ physics::ParameterPrior RegressionProblem::prior(const physics::Effect& effect, 
   return prior;
 }
 
+void RegressionProblem::between_command_and_speed(const EffectTerm& term, Eigen::VectorXd& value,
+                                                  Eigen::MatrixXd* by_theta, States states) const {
+  const bool predicted = states == States::predicted;
+  value = commanded_(*term.effect, term.theta, predicted, measured_);
+  std::vector<double> theta = term.theta;
+  for (std::size_t k = 0; by_theta && k < theta.size(); ++k) {
+    const physics::ParameterPrior p = prior(*term.effect, k);
+    const double u = p.coordinate(theta[k]), inward = p.value(u + kDriveStep) > theta[k] ? 1 : -1;
+    theta[k] = p.value(u + inward * kDriveStep);
+    by_theta->col(static_cast<Eigen::Index>(k)) =
+        (commanded_(*term.effect, theta, predicted, measured_) - value) / (theta[k] - term.theta[k]);
+    theta[k] = term.theta[k];
+  }
+}
+
 void RegressionProblem::replay(const EffectTerm& term, Eigen::VectorXd& value, Eigen::MatrixXd* by_theta,
                                Eigen::MatrixXd* by_start, States states_at) const {
   const physics::Effect& effect = *term.effect;
@@ -188,7 +208,10 @@ void RegressionProblem::wrench_of(const EffectTerm& term, Eigen::VectorXd& value
   const std::vector<physics::Situation>& situations = at(states);
   value.resize(rows());
   if (by_theta) by_theta->resize(rows(), parameters);
-  if (effect.memory_size().total() > 0) {
+  if (is_of_drives(effect.info())) {
+    if (by_start) by_start->resize(rows(), 0);
+    between_command_and_speed(term, value, by_theta, states);
+  } else if (effect.memory_size().total() > 0) {
     replay(term, value, by_theta, by_start, states);
   } else {
     if (by_start) by_start->resize(rows(), 0);

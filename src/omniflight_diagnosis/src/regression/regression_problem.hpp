@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "commanded_wrench.hpp"
 #include "omniflight_diagnosis/flight.hpp"
 #include "omniflight_physics/prior.hpp"
 
@@ -99,6 +100,8 @@ class RegressionProblem {
   Eigen::VectorXd wrench_of(std::span<const EffectTerm> terms, States states = States::predicted) const;
 
  private:
+  void between_command_and_speed(const EffectTerm& term, Eigen::VectorXd& value, Eigen::MatrixXd* by_theta,
+                                 States states) const;
   void replay(const EffectTerm& term, Eigen::VectorXd& value, Eigen::MatrixXd* by_theta,
               Eigen::MatrixXd* by_start, States states) const;
   const std::vector<physics::Situation>& at(States states) const {
@@ -114,6 +117,7 @@ class RegressionProblem {
   Vec3 lowest_ = Vec3::Zero(), highest_ = Vec3::Zero(), mean_ = Vec3::Zero();  ///< m, where they flew
   std::vector<Stretch> stretches_, windows_;
   std::vector<physics::Situation> situation_, measured_;
+  CommandedWrench commanded_;
   Eigen::VectorXd expected_;  ///< wrench besides that of the rotors, in predicted accelerations
   Eigen::VectorXd y_;
   Calibration calibration_;

@@ -45,6 +45,7 @@ class GridSearch::Implementation {
         for (const std::size_t k : at.amplitude)
           half.push_back(evidence.problem().prior(*hypotheses[h].effect, k).law ==
                          physics::ParameterPrior::Law::half_normal);
+        if (at.amplitude.empty()) half.push_back(true);
         add(static_cast<int>(p), at.columns, std::move(half));
       }
     }

@@ -45,7 +45,34 @@ double normal_quantile(double p) {
   return 0.5 * (low + high);
 }
 
+/// Values at which each parameter of the drives is tried alone: what limits, steps and dead zones do is
+/// nothing up to a value and all at once beyond.
+std::vector<ShapePoint> drive_points(const RegressionProblem& problem, const Effect& effect) {
+  const auto& parameters = effect.info().parameters;
+  std::vector<double> neutral;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const ParameterPrior prior = problem.prior(effect, k);
+    neutral.push_back(prior.value(std::clamp(prior.coordinate(parameters[k].neutral), -4.0, 4.0)));
+  }
+  std::vector<ShapePoint> out;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const ParameterPrior prior = problem.prior(effect, k);
+    std::vector<double> tried{0.1, 0.2, 0.4, 0.8, 1.6};
+    if (prior.law == ParameterPrior::Law::log_normal) tried = {-3.2, -2.4, -1.6, -0.8, 0};
+    if (prior.law == ParameterPrior::Law::normal)
+      for (std::size_t i = 0; i < 5; ++i) tried.push_back(-tried[i]);
+    for (const double u : tried) {
+      ShapePoint at;
+      at.theta = neutral;
+      at.theta[k] = prior.value(u);
+      out.push_back(std::move(at));
+    }
+  }
+  return out;
+}
+
 std::vector<ShapePoint> shape_points(const RegressionProblem& problem, const Effect& effect) {
+  if (is_of_drives(effect.info())) return drive_points(problem, effect);
   constexpr int kPrimes[] = {2, 3, 5, 7, 11, 13, 17, 19};
   const auto& parameters = effect.info().parameters;
   std::vector<std::size_t> shapes, amplitudes;
@@ -72,12 +99,16 @@ std::vector<ShapePoint> shape_points(const RegressionProblem& problem, const Eff
   return out;
 }
 
-/// What one standard deviation of each amplitude does at these shapes.
+/// What one standard deviation of each amplitude does at these shapes; the whole wrench where there is none.
 Eigen::MatrixXd amplitude_columns(const RegressionProblem& problem, const Effect& effect,
                                   const ShapePoint& at, States states) {
   Eigen::MatrixXd columns(problem.rows(), static_cast<Eigen::Index>(at.amplitude.size()));
   EffectTerm term{&effect, at.theta, {}};
   Eigen::VectorXd neutral, moved;
+  if (at.amplitude.empty()) {
+    problem.wrench_of(term, moved, nullptr, nullptr, states);
+    return moved;
+  }
   problem.wrench_of(term, neutral, nullptr, nullptr, states);
   for (std::size_t k = 0; k < at.amplitude.size(); ++k) {
     const std::size_t p = at.amplitude[k];
@@ -162,7 +193,7 @@ void whiten_one(const NoiseModel& noise, Hypothesis& h) {
 }  // namespace
 
 bool has_constant_columns(const Effect& effect) {
-  return effect.memory_size().total() == 0 &&
+  return effect.memory_size().total() == 0 && !is_of_drives(effect.info()) &&
          std::all_of(effect.info().parameters.begin(), effect.info().parameters.end(),
                      [](const physics::Parameter& p) { return p.linear; });
 }

@@ -25,11 +25,12 @@ struct Pattern {
 
 /// Values of the shape parameters at which a hypothesis is tried, with what its amplitudes do there.
 struct ShapePoint {
-  std::vector<double> theta;           ///< amplitudes at their neutral values
-  std::vector<std::size_t> amplitude;  ///< indices of parameters that columns belong to
-  Eigen::VectorXd first_stage;         ///< of the amplitudes' columns
-  Eigen::MatrixXf amplitudes;          ///< cosine amplitudes of the columns before the first stage
-  Eigen::MatrixXd columns;  ///< whitened; one standard deviation each: amplitudes, then initial states
+  std::vector<double> theta;  ///< amplitudes at their neutral values
+  /// Indices of parameters that columns belong to; none where one column is the whole wrench.
+  std::vector<std::size_t> amplitude;
+  Eigen::VectorXd first_stage;  ///< of the amplitudes' columns
+  Eigen::MatrixXf amplitudes;   ///< cosine amplitudes of the columns before the first stage
+  Eigen::MatrixXd columns;      ///< whitened; one standard deviation each: amplitudes, then initial states
 };
 
 struct Hypothesis {

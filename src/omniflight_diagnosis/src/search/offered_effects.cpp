@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "../conditioning/commanded_drives.hpp"
 #include "../conditioning/neighbours.hpp"
 
 namespace omniflight::diagnosis {
@@ -16,7 +17,12 @@ bool listed(const std::vector<std::string>& list, const std::string& id) {
 std::string why_not_offered(const physics::Effect& effect, std::span<const Flight* const> flights,
                             const vehicle::Vehicle& vehicle, const Options& o) {
   const auto& info = effect.info();
-  if (!effect.can_replay()) return "it is no effect of the wrench: the stage that it belongs to judges it";
+  const auto only_commanded = [](const Flight* f) { return !f->commands.empty(); };
+  const bool between = is_of_drives(info) && std::all_of(flights.begin(), flights.end(), only_commanded);
+  if (is_of_drives(info) && !between)
+    return "commands and speeds of the rotors tell it, where both are recorded";
+  if (!between && !effect.can_replay())
+    return "it is no effect of the wrench: the stage that it belongs to judges it";
   if (listed(o.exclude, info.id)) return "excluded by the caller";
   if (!o.only.empty() && !listed(o.only, info.id)) return "not among the effects that the caller asks for";
   for (const Flight* f : flights) {

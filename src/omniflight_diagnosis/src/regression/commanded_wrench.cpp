@@ -1,0 +1,178 @@
+#include "commanded_wrench.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "omniflight_physics/actuators.hpp"
+#include "predetermined.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+constexpr double kSettles = 0.5;  ///< s, until drives have forgotten where they began
+
+/// Width [s] of the box that has the variance of the kernel of a flight's signals.
+double kernel_width(const Flight& f) { return std::sqrt(12.0) * f.kernel_s; }
+
+/// Means of rows of equally spaced values over boxes about the times from + k period; samples x rows.
+Eigen::MatrixXd box_means(const Eigen::MatrixXd& values, double step, double from, double period,
+                          double width, int count) {
+  Eigen::MatrixXd sum(values.cols() + 1, values.rows());  // of all values before
+  sum.row(0).setZero();
+  for (Eigen::Index i = 0; i < values.cols(); ++i) sum.row(i + 1) = sum.row(i) + values.col(i).transpose();
+  const auto until = [&](double t) -> Eigen::RowVectorXd {
+    const double at = std::clamp(t / step, 0.0, static_cast<double>(values.cols()));
+    const auto k = std::min(static_cast<Eigen::Index>(at), values.cols() - 1);
+    return sum.row(k) + (at - static_cast<double>(k)) * values.col(k).transpose();
+  };
+  Eigen::MatrixXd out(count, values.rows());
+  for (int k = 0; k < count; ++k) {
+    const double t = from + k * period, end = step * static_cast<double>(values.cols());
+    const double low = std::clamp(t - 0.5 * width, 0.0, end - step),
+                 high = std::clamp(t + 0.5 * width, low + step, end);
+    out.row(k) = (until(high) - until(low)) * (step / (high - low));
+  }
+  return out;
+}
+
+/// Part of a track, with the last sample before its begin and the first one after its end; times after
+/// `begin`.
+CommandTrack part_between(const CommandTrack& track, double begin, double end) {
+  const auto first = std::max<std::ptrdiff_t>(
+      0, std::upper_bound(track.t.begin(), track.t.end(), begin) - track.t.begin() - 1);
+  const auto last =
+      std::min<std::ptrdiff_t>(std::lower_bound(track.t.begin(), track.t.end(), end) - track.t.begin(),
+                               static_cast<std::ptrdiff_t>(track.t.size()) - 1);
+  CommandTrack out;
+  for (auto i = first; i <= last; ++i) out.t.push_back(track.t[static_cast<std::size_t>(i)] - begin);
+  out.value = track.value.middleCols(first, last - first + 1);
+  return out;
+}
+
+/// Commands at the middles of steps from time zero on, straight between their samples; rotors x steps.
+Eigen::MatrixXd at_steps(const CommandTrack& track, double step, Eigen::Index steps) {
+  Eigen::MatrixXd out(track.value.rows(), steps);
+  std::size_t k = 0;
+  for (Eigen::Index i = 0; i < steps; ++i) {
+    const double t = (static_cast<double>(i) + 0.5) * step;
+    while (k + 2 < track.t.size() && track.t[k + 1] <= t) ++k;
+    const auto at = static_cast<Eigen::Index>(k);
+    if (track.t.size() < 2) {
+      out.col(i) = track.value.col(at);
+      continue;
+    }
+    const double share = std::clamp((t - track.t[k]) / (track.t[k + 1] - track.t[k]), 0.0, 1.0);
+    out.col(i) = (1 - share) * track.value.col(at) + share * track.value.col(at + 1);
+  }
+  return out;
+}
+
+/// Wrench [N, Nm], samples x 6, of thrusts that have these signed squares of speed, samples x rotors.
+Eigen::MatrixXd wrench_of(const Eigen::MatrixXd& squares, std::span<const physics::Situation> situations) {
+  Eigen::MatrixXd out(squares.rows(), 6);
+  for (Eigen::Index i = 0; i < squares.rows(); ++i) {
+    const physics::Situation& s = situations[static_cast<std::size_t>(i)];
+    Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+    for (int k = 0; k < s.rotor_count; ++k) {
+      const physics::RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
+      const Vec3 f = r.thrust_coefficient * squares(i, k) * r.n_B;
+      force += f;
+      torque += r.p_BR.cross(f) + r.spin * r.drag_ratio * f;
+    }
+    out.row(i) << force.transpose(), torque.transpose();
+  }
+  return out;
+}
+
+/// What two predictions of each channel let expect together, by least squares: two coefficients over all
+/// samples fit next to none of the noise.
+Eigen::MatrixXd expected(const Eigen::MatrixXd& wrench, const Eigen::MatrixXd& linear,
+                         const Eigen::MatrixXd& simulated) {
+  Eigen::MatrixXd out(wrench.rows(), wrench.cols());
+  for (Eigen::Index c = 0; c < wrench.cols(); ++c) {
+    Eigen::MatrixX2d X(wrench.rows(), 2);
+    X << linear.col(c), simulated.col(c);
+    Eigen::Matrix2d H = X.transpose() * X;
+    H.diagonal().array() += 1e-9 * H.trace() + 1e-30;
+    out.col(c) = X * H.llt().solve(Eigen::Vector2d(X.transpose() * wrench.col(c)));
+  }
+  return out;
+}
+
+/// Commands [rad/s] of a flight at the samples of its grid, samples x rotors, under the kernel of its
+/// signals.
+Eigen::MatrixXd commands_on_grid(const Flight& f) {
+  const double width = kernel_width(f), begin = f.t.front() - width, step = width / 12;
+  const double end = f.t.back() + width;
+  const CommandTrack track = part_between(f.commands, begin, end);
+  const auto steps = static_cast<Eigen::Index>(std::ceil((end - begin) / step));
+  return box_means(at_steps(track, step, steps), step, width, 1 / f.rate_hz, width, f.size());
+}
+
+}  // namespace
+
+void CommandedWrench::add(const Flight& f, Segment segment, double period, int lag) {
+  const int n = segment.end - segment.begin;
+  const physics::Actuation nominal = physics::nominal_actuation(vehicle_);
+  period_ = period;
+  Part p;
+  p.size = n;
+  if (!f.commands.empty()) {
+    Commanded& r = p.recorded;
+    r.width = kernel_width(f);
+    const double first = f.t[static_cast<std::size_t>(segment.begin)], last = first + (n - 1) * period;
+    const double begin = std::max(f.commands.t.front(), first - kSettles - r.width);
+    r.from = first - begin;
+    r.track = part_between(f.commands, begin, last + r.width);
+    r.squares = squares(r, n, nominal);
+    const Eigen::MatrixXd commands = commands_on_grid(f).middleRows(segment.begin, n);
+    const std::span<const physics::Situation> situations{f.situation.data() + segment.begin,
+                                                         static_cast<std::size_t>(n)};
+    p.ahead = predict_from_commands(
+        f, segment, wrench_of(commands.cwiseProduct(commands.cwiseAbs()), situations), period, lag);
+    p.expected.width = period;
+    for (int i = 0; i < n; ++i) p.expected.track.t.push_back(i * period);
+    p.expected.track.value = p.ahead->of(commands).transpose();
+    p.expected.squares = squares(p.expected, n, nominal);
+  }
+  parts_.push_back(std::move(p));
+}
+
+Eigen::MatrixXd CommandedWrench::squares(const Commanded& c, int size, const physics::Actuation& a) const {
+  Eigen::MatrixXd ends;
+  const auto steps = static_cast<Eigen::Index>(std::ceil((c.from + size * period_ + c.width) / step_));
+  if (!simulate_drives(vehicle_, a, c.track, Between::straight, step_, steps, 0, c.track.value.col(0), ends))
+    return {};
+  ends = ends.cwiseProduct(ends.cwiseAbs()).eval();
+  return box_means(ends, step_, c.from, period_, c.width, size);
+}
+
+Eigen::MatrixXd CommandedWrench::difference(const Commanded& c, const physics::Actuation& a,
+                                            std::span<const physics::Situation> measured) const {
+  const Eigen::MatrixXd altered = squares(c, static_cast<int>(measured.size()), a);
+  if (altered.size() == 0) return Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(measured.size()), 6);
+  return wrench_of(altered - c.squares, measured);
+}
+
+Eigen::VectorXd CommandedWrench::operator()(const physics::Effect& effect, const std::vector<double>& theta,
+                                            bool predicted,
+                                            const std::vector<physics::Situation>& measured) const {
+  const auto n = static_cast<Eigen::Index>(measured.size());
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(6 * n);
+  physics::Actuation a = physics::nominal_actuation(vehicle_);
+  effect.alter_actuation(vehicle_, theta.data(), a);
+  Eigen::Index row = 0;
+  for (const Part& p : parts_) {
+    if (p.ahead) {
+      const std::span<const physics::Situation> here{measured.data() + row, static_cast<std::size_t>(p.size)};
+      Eigen::MatrixXd wrench = difference(p.recorded, a, here);
+      if (predicted) wrench = expected(wrench, p.ahead->of(wrench), difference(p.expected, a, here));
+      for (int c = 0; c < 6; ++c) out.segment(c * n + row, p.size) = wrench.col(c);
+    }
+    row += p.size;
+  }
+  return out;
+}
+
+}  // namespace omniflight::diagnosis
