@@ -55,6 +55,20 @@ std::vector<report::OutlineView> views(const ComparedDesign* const (&both)[2], s
   return out;
 }
 
+/// The hulls of one set of both in space, or over each one's weight.
+report::Surfaces hulls(const ComparedDesign* const (&both)[2], std::size_t k, report::Surfaces out,
+                       std::vector<Vec3> DesignPoint::*vertices,
+                       std::vector<std::array<int, 3>> DesignPoint::*triangles, bool over_weight) {
+  for (const ComparedDesign* design : both) {
+    const DesignPoint& point = design->result.points[k];
+    const double scale = over_weight ? 1 / (design->result.mass * kGravity) : 1.0;
+    report::Surface one{.name = compared_name(*design, k), .triangles = point.*triangles};
+    for (const Vec3& p : point.*vertices) one.points.push_back({scale * p.x(), scale * p.y(), scale * p.z()});
+    out.surfaces.push_back(std::move(one));
+  }
+  return out;
+}
+
 }  // namespace
 
 vehicle::Vehicle loaded(vehicle::Vehicle v, double mass, double f_max) {
@@ -177,6 +191,16 @@ report::Page comparison_page(const ComparedDesign& first, const ComparedDesign& 
                         report::Cell(cell(f.second, f.known)),
                         report::Cell(cell(f.second - f.first, f.known))});
     page.table(t);
+    page.surfaces(hulls(both, k,
+                        {.title = "Forces at zero torque over the weight, body axes, in space",
+                         .quantity = "F",
+                         .unit = "m g",
+                         .sphere = 1.0,
+                         .sphere_label = "weight; a hull around all of it hovers in every attitude"},
+                        &DesignPoint::force_vertices, &DesignPoint::force_triangles, true));
+    page.surfaces(
+        hulls(both, k, {.title = "Torques at zero force, body axes, in space", .quantity = "M", .unit = "Nm"},
+              &DesignPoint::torque_vertices, &DesignPoint::torque_triangles, false));
     page.outlines({.title = "Forces at zero torque, body axes: from above, and from the side",
                    .views = views(both, k, &DesignPoint::force_vertices, "F", "N", false)});
     page.outlines({.title = "Forces at zero torque over the weight",

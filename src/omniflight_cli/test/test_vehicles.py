@@ -7,6 +7,8 @@ import system
 UNDERACTUATED = ("quadrotor_300g", "hummingbird", "quadrotor_1200g", "hexarotor_2300g", "coaxial_x8",
                  "crazyflie_brushed", "crazyflie_brushless", "quadtailsitter", "tiltable_airframe", "coaxial_fam")
 FREE = ("omnimorph", "omnicopter", "tilted_hexarotor", "fast_hex", "voliro", "omav", "odar", "lynchpin", "o7_plus")
+# With one common tilt it leans and yaws by drag torque alone (its file tells): it keeps its place with rotors at their limits.
+AT_ITS_LIMIT = ("dragon",)
 
 
 class Vehicles(system.SystemTest):
@@ -45,9 +47,12 @@ class Vehicles(system.SystemTest):
     def test_the_list_tells_how_each_is_actuated(self):
         done = self.run_command("vehicles", "--json", timeout=120)
         vehicles = {v["name"]: v for v in system.json.loads(done.stdout)}
-        self.assertEqual(set(UNDERACTUATED + FREE), set(vehicles), "a new vehicle belongs into one of the lists")
+        self.assertEqual(set(UNDERACTUATED + FREE + AT_ITS_LIMIT), set(vehicles), "a new vehicle belongs into one of the lists")
         for name in UNDERACTUATED:
             self.assertIn("underactuated", vehicles[name]["actuation"]["words"])
+        dragon = vehicles["dragon"]["actuation"]["words"]
+        for words in ("underactuated (thrust along 0.00 0.00 1.00) at 0 deg", "fully actuated from 1 to", "tilt one by one"):
+            self.assertIn(words, dragon)
         self.assertEqual(vehicles["omnicopter"]["actuation"]["words"], "omnidirectional")
         self.assertEqual(vehicles["tilted_hexarotor"]["actuation"]["words"], "fully actuated")
         self.assertIn("omnidirectional", vehicles["omnimorph"]["actuation"]["words"])
@@ -86,6 +91,12 @@ class Vehicles(system.SystemTest):
                     self.run_command("diagnose", f"{out}/flight.mcap", "--vehicle", vehicle, "--out", f"{out}_said",
                                      timeout=600)
                     self.assertEqual(self.json(f"{out}_said/diagnosis.json")["verdict"], "nothing_missing")
+
+    def test_dragon_keeps_its_place_with_rotors_at_their_limits(self):
+        flight = self.fly("sideways", "--vehicle", "dragon", "--in-process", "--sensors", "laboratory", out="flight", expect=None)
+        self.assertLess(flight["judged"]["worst_position_m"], 0.05)
+        self.assertIn(flight["verdict"], ("flown", "flown_badly"))
+        self.assertGreater(flight["judged"]["share_at_limit"], 0.01, "else it belongs to the others")
 
     def test_long_every_law_flies(self):
         for vehicle, law in [(v, l) for v in ("quadrotor_1200g", "crazyflie_brushless", "coaxial_x8")
