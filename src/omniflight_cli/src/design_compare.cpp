@@ -174,6 +174,19 @@ std::vector<std::string> comparison_lines(const ComparedDesign& first, const Com
 report::Page comparison_page(const ComparedDesign& first, const ComparedDesign& second) {
   report::Page page("Feasible wrenches of " + first.result.vehicle + " and " + second.result.vehicle,
                     fmt::format("{:.3f} kg and {:.3f} kg", first.result.mass, second.result.mass));
+  // of the tilt at which the first carries most
+  std::size_t best = 0;
+  for (std::size_t k = 1; k < first.result.points.size(); ++k)
+    if (first.result.points[k].mass_limit > first.result.points[best].mass_limit) best = k;
+  const double a = first.result.points[best].mass_limit, b = second.result.points[best].mass_limit;
+  const auto lifts = [](double kg) {
+    return kg > 1e-3 ? fmt::format("lifts {:.3g} kg in every attitude", kg)
+                     : std::string("cannot hover in every attitude");
+  };
+  page.verdict(report::Tone::unknown,
+               fmt::format("{} {}, {} {}", compared_name(first, best), lifts(a), compared_name(second, best),
+                           lifts(b)),
+               fmt::format("They weigh {:.3f} kg and {:.3f} kg.", first.result.mass, second.result.mass));
   page.paragraph(first.result.vehicle + ": " + first.actuation.words() + ".");
   page.paragraph(second.result.vehicle + ": " + second.actuation.words() + ".");
   const ComparedDesign* const both[2] = {&first, &second};

@@ -77,6 +77,7 @@ class Design(system.SystemTest):
         self.assertAlmostEqual(figures["tilt"]["first"], 54.7356, places=6)
         self.assertEqual([d["vehicle"] for d in compared["designs"]], ["omnimorph", "omnicopter"])
         page = (self.dir / "both/report.html").read_text()
+        self.assertIn("omnimorph at 54.74 deg lifts 1.98 kg in every attitude, omnicopter lifts", page)
         for words in ("omnimorph at 54.74 deg", "omnicopter", "difference", "Forces at zero torque over the weight"):
             self.assertIn(words, page)
         self.assertIn("torque inradius in the worst attitude [Nm]", done.stdout + done.stderr)

@@ -67,7 +67,7 @@
       let width = 0, height = 0, scene = null;
       const draw = () => {
         if (!width || !scene) return;
-        const distance = 4.6 / look.zoom, c = Math.cos(look.elevation);
+        const distance = 4.1 / look.zoom, c = Math.cos(look.elevation);
         camera.position.set(distance * c * Math.cos(look.azimuth), distance * c * Math.sin(look.azimuth), distance * Math.sin(look.elevation))
             .multiplyScalar(all.largest);
         camera.near = 0.01 * all.largest; camera.far = 100 * all.largest;
