@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -71,7 +72,7 @@ report::Matrix saving_of(const SurvivalMap& map, TiltMethod method) {
   return m;
 }
 
-/// "where case A survives, X survives too, with 1 to 20 % less power".
+/// "Look-ahead survives 90 of the 90 that case A survives, with less power in 79 (-32 to +22 %)".
 std::string beside_case_a(const SurvivalMap& map, TiltMethod method) {
   const SurvivalComparison c = allocation::compare(map, TiltMethod::case_a, method);
   std::string out = fmt::format("{} survives {} of the {} that case A survives", allocation::words(method),
@@ -79,6 +80,11 @@ std::string beside_case_a(const SurvivalMap& map, TiltMethod method) {
   if (c.both == 0) return out;
   return out + fmt::format(", with less power in {} ({:+.0f} to {:+.0f} %)", c.second_needs_less,
                            100 * (c.lowest - 1), 100 * (c.highest - 1));
+}
+
+std::string capital(std::string words) {
+  words.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(words.front())));
+  return words;
 }
 
 bool better_than_case_a(const SurvivalMap& map, TiltMethod method) {
@@ -119,8 +125,8 @@ std::vector<std::string> survival_lines(const SurvivalMap& map) {
   for (const TiltMethod m : kTiltMethods)
     out.push_back(
         fmt::format("  {:32} survives {:3} of {}", allocation::words(m), survived(map, m), map.cells.size()));
-  out.push_back(beside_case_a(map, TiltMethod::look_ahead));
-  out.push_back(beside_case_a(map, TiltMethod::look_ahead_told));
+  out.push_back(capital(beside_case_a(map, TiltMethod::look_ahead)));
+  out.push_back(capital(beside_case_a(map, TiltMethod::look_ahead_told)));
   return out;
 }
 
@@ -135,8 +141,8 @@ report::Page survival_page(const std::string& vehicle, const SurvivalMap& map) {
       told ? report::Tone::ok : report::Tone::warn,
       fmt::format("Dynamic weights with look-ahead survive {} of {}, case A {}",
                   survived(map, TiltMethod::look_ahead), map.cells.size(), survived(map, TiltMethod::case_a)),
-      beside_case_a(map, TiltMethod::look_ahead) + ". " + beside_case_a(map, TiltMethod::look_ahead_told) +
-          fmt::format(", and {} in all.", most) +
+      capital(beside_case_a(map, TiltMethod::look_ahead)) + ". " +
+          capital(beside_case_a(map, TiltMethod::look_ahead_told)) + fmt::format(", and {} in all.", most) +
           (told && !untold ? " A plan that does not know of a loss at small tilts goes there to save "
                              "power, and needs more."
                            : ""));
