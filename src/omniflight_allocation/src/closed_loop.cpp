@@ -41,6 +41,16 @@ Reference thesis_reference(double t, double pitch_time) {
   return r;
 }
 
+Reference roll_reference(double t, double roll_time) {
+  Reference r;
+  r.p_WB = Vec3(0, 0, 1);
+  const Vec3 turn = quintic((t - 2.0) / roll_time);
+  r.q_WB = exp_rotation(Vec3(2 * kPi * turn[0], 0, 0));
+  r.w_WB_B.x() = 2 * kPi * turn[1] / roll_time;
+  r.dw_WB_B.x() = 2 * kPi * turn[2] / (roll_time * roll_time);
+  return r;
+}
+
 LoopResult fly(const vehicle::Vehicle& v, const AllocatorConfig& wanted, const Motion& motion,
                double duration, const std::function<double(double alpha)>& thrust_scale, const LoopGains& k,
                const std::function<double(double t)>& tilt) {

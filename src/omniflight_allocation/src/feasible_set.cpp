@@ -94,6 +94,8 @@ Result<DesignResult> design(const vehicle::Vehicle& v, const std::vector<double>
     p.mass_limit = p.force_at_zero_torque.d_min_surface / kGravity;
     p.force_vertices = force.vertices;
     p.torque_vertices = torque.vertices;
+    p.force_triangles = triangles(force);
+    p.torque_triangles = triangles(torque);
     result.points.push_back(std::move(p));
   }
   const auto tilt = smallest_omnidirectional_tilt(v, *used, f_max);

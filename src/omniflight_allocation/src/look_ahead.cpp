@@ -53,6 +53,42 @@ Grid grid_of(const vehicle::Vehicle& v, double duration, const LookAheadConfig& 
   return g;
 }
 
+/// One allocator for all tilts, or, where the share of thrust changes with the tilt, one for each: thrusts u
+/// that give s u are limited to s of the limits and weighed as u.
+Result<std::vector<Allocator>> at_tilts(const Grid& g, const vehicle::Vehicle& v,
+                                        const AllocatorConfig& weights,
+                                        const std::function<double(double)>& share) {
+  std::vector<Allocator> out;
+  for (int j = 0; j < (share ? g.tilts : 1); ++j) {
+    const double s = share ? share(std::min(g.tilt(j), v.tilt.max)) : 1.0;
+    if (!(s > 0 && s <= 10))
+      return bad_input("must lie in (0, 10]", "look_ahead.thrust_share", "Correct the setting");
+    vehicle::Vehicle weaker = v;
+    for (vehicle::Rotor& r : weaker.rotors) r.max_thrust *= s, r.min_thrust *= s;
+    AllocatorConfig config = weights;
+    config.w_input /= s * s;
+    auto one = Allocator::create(weaker, config);
+    if (!one) return Failure(one.error());
+    out.push_back(std::move(*one));
+  }
+  return out;
+}
+
+Allocator& of_tilt(std::vector<Allocator>& allocators, int tilt) {
+  return allocators[std::min(static_cast<std::size_t>(tilt), allocators.size() - 1)];
+}
+
+/// What the motion asks for at decision k.
+AllocationInput at_decision(const Grid& g, const std::function<Reference(double)>& motion, double duration,
+                            int k) {
+  const Reference r = motion(std::min(k * g.period, duration));
+  AllocationInput in;
+  in.qdd_ref << r.a_WB_W, r.dw_WB_B;
+  in.q_WB = r.q_WB;
+  in.w_WB_B = r.w_WB_B;
+  return in;
+}
+
 /// The cheapest way into every tilt of a decision from those within reach of it.
 void step_into(const Grid& g, const std::vector<double>& before, const std::vector<double>& cost,
                std::vector<double>& after, std::int16_t* from) {
@@ -99,24 +135,16 @@ Result<TiltSchedule> look_ahead(const vehicle::Vehicle& vehicle,
   weights.tilt_mode = TiltMode::fixed;
   weights.w_rate = 0;
   weights.dynamic_weights.enabled = false;
-  auto allocator = Allocator::create(kept, weights);
-  if (!allocator) return Failure(allocator.error());
-
   const auto n = static_cast<std::size_t>(g.tilts);
+  auto allocators = at_tilts(g, kept, weights, config.thrust_share);
+  if (!allocators) return Failure(allocators.error());
   std::vector<double> before(n, HUGE_VAL), after(n), cost(n);
   std::vector<std::int16_t> from(n * static_cast<std::size_t>(g.decisions));
-  AllocationInput in;
-  const auto take_motion_of = [&](int k) {
-    const Reference r = motion(std::min(k * g.period, duration));
-    in.qdd_ref << r.a_WB_W, r.dw_WB_B;
-    in.q_WB = r.q_WB;
-    in.w_WB_B = r.w_WB_B;
-  };
   const auto costs_at = [&](int k) -> Status {
-    take_motion_of(k);
+    AllocationInput in = at_decision(g, motion, duration, k);
     for (int j = 0; j < g.tilts; ++j) {
       in.alpha = std::min(g.tilt(j), vehicle.tilt.max);
-      const auto out = allocator->allocate(in);
+      const auto out = of_tilt(*allocators, j).allocate(in);
       if (!out) return Failure(out.error());
       cost[static_cast<std::size_t>(j)] = out->cost;
     }
@@ -143,11 +171,13 @@ Result<TiltSchedule> look_ahead(const vehicle::Vehicle& vehicle,
     out.alpha[static_cast<std::size_t>(k)] = std::min(g.tilt(j), vehicle.tilt.max);
     if (k > 0) j = from[n * static_cast<std::size_t>(k) + static_cast<std::size_t>(j)];
   }
-  auto whole = Allocator::create(vehicle, weights).value();  // the reserve may be used
+  auto whole = at_tilts(g, vehicle, weights, config.thrust_share);  // the reserve may be used
+  if (!whole) return Failure(whole.error());
   for (int k = 0; k < g.decisions; ++k) {
-    take_motion_of(k);
+    AllocationInput in = at_decision(g, motion, duration, k);
     in.alpha = out.alpha[static_cast<std::size_t>(k)];
-    if (const auto found = whole.allocate(in))
+    const auto tilt = static_cast<int>(std::lround((*in.alpha - g.low) / g.step));
+    if (const auto found = of_tilt(*whole, tilt).allocate(in))
       out.missing = std::max(out.missing, (found->qdd - in.qdd_ref).cwiseAbs().maxCoeff());
   }
   return out;

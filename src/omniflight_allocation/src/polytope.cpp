@@ -4,6 +4,8 @@ namespace omniflight::allocation {
 namespace {
 
 using Polygon = std::vector<Vec3>;
+constexpr double kOnFacet =
+    1e-7;  // of the body's size: farther from a facet's plane a vertex is none of its corners
 
 // Sutherland-Hodgman: the part of a convex polygon (or segment, or point) inside a half space. Corners within
 // tolerance of the plane count as inside, so a plane that only touches cuts nothing off. Most planes cut
@@ -101,6 +103,45 @@ Polytope intersect(const Flat& flat, std::vector<HalfSpace> half_spaces, double 
   body.vertices = corners(polygon, 4 * tolerance);
   body.dimension = static_cast<int>(std::min<std::size_t>(body.vertices.size(), 3)) - 1;
   return body;
+}
+
+std::vector<std::array<int, 3>> triangles(const Polytope& body) {
+  std::vector<std::array<int, 3>> out;
+  if (body.dimension < 2) return out;
+  double size = 0;
+  for (const Vec3& v : body.vertices) size = std::max(size, v.norm());
+  const auto fan = [&](const std::vector<int>& corners, const Vec3& normal) {
+    Vec3 middle = Vec3::Zero();
+    for (const int i : corners) middle += body.vertices[static_cast<std::size_t>(i)];
+    middle /= static_cast<double>(corners.size());
+    const Vec3 a = normal.unitOrthogonal(), b = normal.cross(a);
+    std::vector<std::pair<double, int>> around;
+    for (const int i : corners) {
+      const Vec3 r = body.vertices[static_cast<std::size_t>(i)] - middle;
+      around.emplace_back(std::atan2(b.dot(r), a.dot(r)), i);
+    }
+    std::sort(around.begin(), around.end());
+    for (std::size_t k = 2; k < around.size(); ++k)
+      out.push_back({around[0].second, around[k - 1].second, around[k].second});
+  };
+  std::vector<int> corners;
+  if (body.dimension == 2) {
+    for (std::size_t i = 0; i < body.vertices.size(); ++i) corners.push_back(static_cast<int>(i));
+    const Vec3 along = body.vertices[1] - body.vertices[0];
+    Vec3 normal = Vec3::Zero();
+    for (const Vec3& v : body.vertices)
+      if (const Vec3 n = along.cross(v - body.vertices[0]); n.norm() > normal.norm()) normal = n;
+    fan(corners, normal.normalized());
+    return out;
+  }
+  for (const HalfSpace& facet : body.facets) {
+    corners.clear();
+    for (std::size_t i = 0; i < body.vertices.size(); ++i)
+      if (std::abs(facet.normal.dot(body.vertices[i]) - facet.offset) < kOnFacet * size)
+        corners.push_back(static_cast<int>(i));
+    if (corners.size() >= 3) fan(corners, facet.normal);
+  }
+  return out;
 }
 
 SetMeasures measure(const Polytope& body) {

@@ -66,6 +66,37 @@ TEST(Design, ForceBodyHasItsClosedForm) {
   }
 }
 
+/// Closed, outward and convex: F = 2 V - 4 (Euler), no vertex outside a triangle's plane, the volume of the
+/// body.
+TEST(Design, TrianglesAreTheSurface) {
+  std::vector<HalfSpace> sides;
+  for (int i = 0; i < 3; ++i)
+    for (const double sign : {-1.0, 1.0}) sides.push_back({sign * Vec3::Unit(i), 1.0});
+  const Polytope cube = intersect({}, sides, 4, 1e-9);
+  const auto of_cube = triangles(cube);
+  ASSERT_EQ(of_cube.size(), 12u);
+  double volume = 0;
+  for (const auto& [a, b, c] : of_cube)
+    volume += cube.vertices[static_cast<std::size_t>(a)].dot(cube.vertices[static_cast<std::size_t>(b)].cross(
+                  cube.vertices[static_cast<std::size_t>(c)])) /
+              6;
+  EXPECT_NEAR(volume, 8, 1e-12);
+
+  const auto point = design(omnimorph(), {to_radians(40)})->points[0];
+  for (const auto& [vertices, surface] : {std::pair(point.force_vertices, point.force_triangles),
+                                          {point.torque_vertices, point.torque_triangles}}) {
+    EXPECT_EQ(surface.size(), 2 * vertices.size() - 4);
+    for (const auto& [a, b, c] : surface) {
+      const Vec3 p = vertices[static_cast<std::size_t>(a)];
+      const Vec3 n =
+          (vertices[static_cast<std::size_t>(b)] - p).cross(vertices[static_cast<std::size_t>(c)] - p);
+      for (const Vec3& v : vertices) EXPECT_LE(n.dot(v - p), 1e-6 * n.norm());
+    }
+  }
+  const auto flat = design(omnimorph(), {0.0})->points[0];
+  EXPECT_TRUE(flat.force_triangles.empty()) << "along one axis only";
+}
+
 TEST(Design, TorqueFigures) {
   vehicle::Vehicle v = omnimorph();
   for (auto& rotor : v.rotors) rotor.drag_ratio = 0;

@@ -10,17 +10,7 @@
 namespace omniflight::allocation {
 namespace {
 
-/// A full roll on the spot in `seconds` after two seconds of hover, then one second more.
-Reference roll_reference(double t, double seconds) {
-  Reference r;
-  r.p_WB = Vec3(0, 0, 1);
-  const Vec3 s = quintic((t - 2.0) / seconds);
-  r.q_WB = exp_rotation(Vec3(2 * kPi * s[0], 0, 0));
-  r.w_WB_B.x() = 2 * kPi * s[1] / seconds;
-  r.dw_WB_B.x() = 2 * kPi * s[2] / (seconds * seconds);
-  return r;
-}
-
+/// A full roll on the spot after two seconds of hover.
 Motion six_second_roll() {
   return [](double t) { return roll_reference(t, 6.0); };
 }
@@ -48,6 +38,23 @@ TEST(LookAhead, KeepsLimitsAndRateAndRestsWhereNothingIsGained) {
       v, [](double) { return Reference{}; }, 3.0, config);
   ASSERT_TRUE(still);
   for (const double alpha : still->alpha) EXPECT_EQ(alpha, still->alpha[0]);
+}
+
+/// One share at every tilt is a vehicle with weaker rotors: the same plan.
+TEST(LookAhead, AConstantShareOfThrustIsAWeakerVehicle) {
+  LookAheadConfig told;
+  told.rate = to_radians(10);
+  told.thrust_share = [](double) { return 0.65; };
+  LookAheadConfig weaker = told;
+  weaker.thrust_share = {};
+  weaker.weights.w_input /= 0.65 * 0.65;
+  vehicle::Vehicle weak = omnimorph();
+  for (vehicle::Rotor& r : weak.rotors) r.max_thrust *= 0.65, r.min_thrust *= 0.65;
+  const auto of_share = look_ahead(omnimorph(), six_second_roll(), kRollEnds, told);
+  const auto of_weak = look_ahead(weak, six_second_roll(), kRollEnds, weaker);
+  ASSERT_TRUE(of_share && of_weak);
+  EXPECT_EQ(of_share->alpha, of_weak->alpha);
+  EXPECT_NEAR(of_share->missing, of_weak->missing, 1e-9);
 }
 
 /// All sequences of a short motion on a coarse grid, one by one.
@@ -166,6 +173,8 @@ TEST(LookAhead, RefusesWhatItCannotDo) {
   unknown.tilt.rate = 0;
   EXPECT_NE(refusal(unknown, 1, {}).find("rate"), std::string::npos);
   EXPECT_NE(refusal(v, 1, {.reserve = 1.0}).find("reserve"), std::string::npos);
+  EXPECT_NE(refusal(v, 1, {.thrust_share = [](double) { return 0.0; }}).find("thrust_share"),
+            std::string::npos);
   EXPECT_NE(refusal(v, 1, {.grid = 0}).find("grid"), std::string::npos);
   EXPECT_NE(refusal(v, std::nan(""), {}).find("duration"), std::string::npos);
   EXPECT_NE(refusal(v, 1, {.initial = to_radians(80)}).find("initial"), std::string::npos);

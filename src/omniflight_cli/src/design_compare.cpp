@@ -55,6 +55,20 @@ std::vector<report::OutlineView> views(const ComparedDesign* const (&both)[2], s
   return out;
 }
 
+/// The hulls of one set of both in space, or over each one's weight.
+report::Surfaces hulls(const ComparedDesign* const (&both)[2], std::size_t k, report::Surfaces out,
+                       std::vector<Vec3> DesignPoint::*vertices,
+                       std::vector<std::array<int, 3>> DesignPoint::*triangles, bool over_weight) {
+  for (const ComparedDesign* design : both) {
+    const DesignPoint& point = design->result.points[k];
+    const double scale = over_weight ? 1 / (design->result.mass * kGravity) : 1.0;
+    report::Surface one{.name = compared_name(*design, k), .triangles = point.*triangles};
+    for (const Vec3& p : point.*vertices) one.points.push_back({scale * p.x(), scale * p.y(), scale * p.z()});
+    out.surfaces.push_back(std::move(one));
+  }
+  return out;
+}
+
 }  // namespace
 
 vehicle::Vehicle loaded(vehicle::Vehicle v, double mass, double f_max) {
@@ -160,6 +174,19 @@ std::vector<std::string> comparison_lines(const ComparedDesign& first, const Com
 report::Page comparison_page(const ComparedDesign& first, const ComparedDesign& second) {
   report::Page page("Feasible wrenches of " + first.result.vehicle + " and " + second.result.vehicle,
                     fmt::format("{:.3f} kg and {:.3f} kg", first.result.mass, second.result.mass));
+  // of the tilt at which the first carries most
+  std::size_t best = 0;
+  for (std::size_t k = 1; k < first.result.points.size(); ++k)
+    if (first.result.points[k].mass_limit > first.result.points[best].mass_limit) best = k;
+  const double a = first.result.points[best].mass_limit, b = second.result.points[best].mass_limit;
+  const auto lifts = [](double kg) {
+    return kg > 1e-3 ? fmt::format("lifts {:.3g} kg in every attitude", kg)
+                     : std::string("cannot hover in every attitude");
+  };
+  page.verdict(report::Tone::unknown,
+               fmt::format("{} {}, {} {}", compared_name(first, best), lifts(a), compared_name(second, best),
+                           lifts(b)),
+               fmt::format("They weigh {:.3f} kg and {:.3f} kg.", first.result.mass, second.result.mass));
   page.paragraph(first.result.vehicle + ": " + first.actuation.words() + ".");
   page.paragraph(second.result.vehicle + ": " + second.actuation.words() + ".");
   const ComparedDesign* const both[2] = {&first, &second};
@@ -177,6 +204,16 @@ report::Page comparison_page(const ComparedDesign& first, const ComparedDesign& 
                         report::Cell(cell(f.second, f.known)),
                         report::Cell(cell(f.second - f.first, f.known))});
     page.table(t);
+    page.surfaces(hulls(both, k,
+                        {.title = "Forces at zero torque over the weight, body axes, in space",
+                         .quantity = "F",
+                         .unit = "m g",
+                         .sphere = 1.0,
+                         .sphere_label = "weight; a hull around all of it hovers in every attitude"},
+                        &DesignPoint::force_vertices, &DesignPoint::force_triangles, true));
+    page.surfaces(
+        hulls(both, k, {.title = "Torques at zero force, body axes, in space", .quantity = "M", .unit = "Nm"},
+              &DesignPoint::torque_vertices, &DesignPoint::torque_triangles, false));
     page.outlines({.title = "Forces at zero torque, body axes: from above, and from the side",
                    .views = views(both, k, &DesignPoint::force_vertices, "F", "N", false)});
     page.outlines({.title = "Forces at zero torque over the weight",

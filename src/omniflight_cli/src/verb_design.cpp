@@ -10,6 +10,7 @@
 #include "omniflight_allocation/feasible_set.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_report/page.hpp"
+#include "survival_page.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
@@ -106,7 +107,7 @@ Action add_design(CLI::App& verb, Common& common) {
     std::vector<double> alpha_deg;
     double f_max = 0, mass = 0;
     std::vector<std::string> set;
-    bool hover_power = false;
+    bool hover_power = false, survival = false;
   };
   auto o = std::make_shared<DesignOptions>();
   verb.add_option("vehicle", o->vehicles,
@@ -123,16 +124,26 @@ Action add_design(CLI::App& verb, Common& common) {
   verb.add_flag("--hover-power", o->hover_power,
                 "Power and rotor loads of hovering, over attitude and tilt; for instance design omnimorph "
                 "--hover-power --out design");
+  verb.add_flag(
+          "--survival", o->survival,
+          "Which weights and tilts survive a full roll, over its time, the tilt's rate and lost thrust; for "
+          "instance design omnimorph --survival --out survival")
+      ->excludes("--hover-power")
+      ->excludes("--alpha");
   return [o, &common]() -> Result<int> {
     std::vector<double> alphas;
     for (const double a : o->alpha_deg) alphas.push_back(to_radians(a));
     if (o->vehicles.size() == 2) {
-      if (o->hover_power)
-        return bad_input("maps one vehicle", "--hover-power", "Give one vehicle, or leave --hover-power out");
+      for (const auto& [given, option] :
+           {std::pair{o->hover_power, "--hover-power"}, {o->survival, "--survival"}})
+        if (given)
+          return bad_input("maps one vehicle", option,
+                           std::string("Give one vehicle, or leave ") + option + " out");
       return compare_designs(o->vehicles, alphas, o->f_max, o->mass, o->set, common);
     }
     auto vehicle = vehicle::load_vehicle(o->vehicles.front(), o->set);
     if (!vehicle) return Failure(vehicle.error());
+    if (o->survival) return map_survival(loaded(*vehicle, o->mass, o->f_max), common);
     if (alphas.empty())
       for (double a = vehicle->tilt.min; a <= vehicle->tilt.max + 1e-9; a += to_radians(5))
         alphas.push_back(a);

@@ -36,6 +36,27 @@ class Design(system.SystemTest):
             self.assertIn(line, done.stdout + done.stderr)
         self.assertIn("Power of hovering, the most expensive direction of each lean", (self.dir / "d/report.html").read_text())
 
+    def test_the_map_of_survival_says_where_look_ahead_is_better(self):
+        done = self.run_command("design", "omnimorph", "--survival", "--out", "map", timeout=300)
+        survival = self.json("map/survival.json")
+        cells = survival["cells"]
+        self.assertEqual(len(cells), 144)
+        for method, count in survival["survived"].items():
+            self.assertEqual(sum(cell[method]["survived"] for cell in cells), count, method)
+        for cell in cells:
+            a, ahead, told = cell["case_a"], cell["look_ahead"], cell["look_ahead_told"]
+            self.assertTrue(ahead["survived"] and told["survived"], cell)
+            if a["survived"]:
+                self.assertLess(told["power_W"], a["power_W"], cell)
+        self.assertLess(survival["survived"]["case_a"], 100)
+        page = (self.dir / "map/report.html").read_text()
+        self.assertIn(f"Dynamic weights with look-ahead survive 144 of 144, case A {survival['survived']['case_a']}", page)
+        self.assertIn(f"case B: survives {survival['survived']['case_b']} of 144", page)
+        self.assertIn("look-ahead that is told the loss", done.stdout + done.stderr)
+        for arguments, words in ((("omnimorph", "omnicopter"), "maps one vehicle"), (("quadrotor_300g",), "does not tilt"),
+                                 (("omnimorph", "--alpha", "30"), "--alpha")):
+            self.assertIn(words, self.run_command("design", *arguments, "--survival", expect=4).stderr)
+
     def test_two_designs_stand_beside_each_other_with_their_differences(self):
         alone = {}
         for name, alpha in (("omnimorph", "54.7356"), ("omnicopter", "0")):
@@ -56,6 +77,7 @@ class Design(system.SystemTest):
         self.assertAlmostEqual(figures["tilt"]["first"], 54.7356, places=6)
         self.assertEqual([d["vehicle"] for d in compared["designs"]], ["omnimorph", "omnicopter"])
         page = (self.dir / "both/report.html").read_text()
+        self.assertIn("omnimorph at 54.74 deg lifts 1.98 kg in every attitude, omnicopter lifts", page)
         for words in ("omnimorph at 54.74 deg", "omnicopter", "difference", "Forces at zero torque over the weight"):
             self.assertIn(words, page)
         self.assertIn("torque inradius in the worst attitude [Nm]", done.stdout + done.stderr)

@@ -39,6 +39,35 @@ class ReportsInBrowser(system.SystemTest):
         self.assertGreater(pages_on_paper(self.dir / "design/report.html"), 0)
         self.assertEqual(browser.value("document.querySelectorAll('.outlines polygon').length"), 12, "3 tilts, 2 views, forces and torques")
 
+    def test_two_designs_turn_together_in_space(self):
+        self.run_command("design", "omnimorph", "omnicopter", "--out", "both", "--quiet", timeout=120)
+        browser = Browser(self)
+        self.readable(browser, "both/report.html")
+        figures = "document.querySelectorAll('figure.surfaces')"
+        browser.wait_for(f"{figures}.length === 2 && [...{figures}].every(f => f.dataset.drawn)")
+        painted = f"""[...{figures}].flatMap(f => [...f.querySelectorAll('canvas')]).map(c => {{
+            const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+            let sum = 0;
+            for (let i = 3; i < d.length; i += 4) sum += d[i] > 100;
+            return sum / (d.length / 4); }})"""
+        for small, large in zip(*[iter(browser.value(painted))] * 2):
+            self.assertGreater(small, 0.01, "share of a view that its hull covers: axes alone take less")
+            self.assertGreater(large, 4 * small, "the omnicopter's hulls are four times as wide, in one scale")
+        picture = f"[...{figures}[0].querySelectorAll('canvas')].map(c => c.toDataURL())"
+        before, other = browser.value(picture), browser.value(f"{figures}[1].dataset.drawn")
+        browser.value(f"{figures}[0].querySelector('canvas').dispatchEvent(new KeyboardEvent('keydown', {{key: 'ArrowLeft'}}))")
+        after = browser.value(picture)
+        self.assertEqual([a == b for a, b in zip(before, after)], [False, False], "both views of the figure turn")
+        self.assertEqual(browser.value(f"{figures}[1].dataset.drawn"), other, "the next figure does not")
+        self.assertEqual(browser.errors, [])
+
+    def test_long_the_map_of_survival(self):
+        self.run_command("design", "omnimorph", "--survival", "--out", "map", "--quiet", timeout=300)
+        browser = Browser(self)
+        self.readable(browser, "map/report.html")
+        self.assertEqual(browser.value("document.querySelectorAll('figure.matrix').length"), 7)
+        self.assertIn("look-ahead survive", browser.value("document.querySelector('main').innerText.slice(0, 300)"))
+
     def test_the_thesis_figure_by_figure(self):
         self.run_command("reproduce", "--fast", "--out", "thesis", "--quiet")
         browser = Browser(self)

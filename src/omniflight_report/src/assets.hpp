@@ -12,5 +12,7 @@ std::string_view report_css();
 std::string_view report_js();
 std::string_view plot_js();
 std::string_view path_js();
+std::string_view three_js();
+std::string_view surfaces_js();
 
 }  // namespace omniflight::report::assets

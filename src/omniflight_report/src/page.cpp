@@ -124,6 +124,12 @@ Page& Page::outlines(const Outlines& outlines) {
   return *this;
 }
 
+Page& Page::surfaces(const Surfaces& surfaces) {
+  has_surfaces_ = true;
+  add(render(surfaces).map_error([&](Error e) { return e.where = "surfaces '" + surfaces.title + "'", e; }));
+  return *this;
+}
+
 Page& Page::filter(const std::string& label) {
   if (depth_ > 0 || has_filter_) {
     refuse(depth_ > 0 ? "a filter cannot be inside details" : "a page has one filter",
@@ -216,14 +222,16 @@ Result<std::string> Page::html() const {
   }
   out += "<main id=\"content\">\n<header><h1>" + escape_html(title_) + "</h1><p class=\"subtitle\">" +
          escape_html(subtitle_) + "</p></header>\n";
-  if (plots || paths)
+  if (plots || paths || has_surfaces_)
     out += "<noscript><p class=\"footnote\">The plots of this page need JavaScript.</p></noscript>\n";
   out += body + "</main>\n</div>\n";
   if (plots) out += script(assets::dygraphs_js());
   if (has_equation_) out += script(assets::katex_js());
+  if (has_surfaces_) out += script(assets::three_js());
   out += script(assets::report_js());
   if (plots) out += script(assets::plot_js());
   if (paths) out += script(assets::path_js());
+  if (has_surfaces_) out += script(assets::surfaces_js());
   return out + "</body>\n</html>\n";
 }
 

@@ -17,6 +17,7 @@ Result<std::string> render(const Table& table);
 Result<std::string> render(const Bars& bars);
 Result<std::string> render(const Matrix& matrix);
 Result<std::string> render(const Outlines& outlines);
+Result<std::string> render(const Surfaces& surfaces);
 
 /// Checks the lengths, sorts by x, drops samples without x.
 Status prepare(TimePlot& plot);

@@ -19,10 +19,10 @@ std::size_t count(const std::string& text, const std::string& part) {
 TEST(Page, ShowsEveryKindOfBlockInLessThanFourMegabytes) {
   const auto html = example_page().html();
   ASSERT_TRUE(html) << html.error().text();
-  for (const char* part :
-       {"class=\"verdict warn\"", "class=\"facts\"", "figure class=\"path\"", "figure class=\"plot\"",
-        "figure class=\"bars\"", "figure class=\"table wide\"", "figure class=\"matrix\"", "class=\"equation\"",
-        "<details>", "class=\"toc\"", "figure class=\"outlines\"", "class=\"filter\""}) {
+  for (const char* part : {"class=\"verdict warn\"", "class=\"facts\"", "figure class=\"path\"",
+                           "figure class=\"plot\"", "figure class=\"bars\"", "figure class=\"table wide\"",
+                           "figure class=\"matrix\"", "class=\"equation\"", "<details>", "class=\"toc\"",
+                           "figure class=\"outlines\"", "class=\"filter\""}) {
     EXPECT_NE(html->find(part), std::string::npos) << part;
   }
   EXPECT_LT(html->size(), 4'000'000u);
@@ -158,6 +158,40 @@ TEST(Page, OutlinesAreDrawnInOneScale) {
          "outline 'far' has a point that is not finite"}}) {
     Page wrong("Sets", "");
     const auto refused = wrong.outlines({.title = "one", .views = {{"x", "y", {outline}}}}).html();
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().text().find(complaint), std::string::npos) << refused.error().text();
+  }
+}
+
+TEST(Page, SurfacesBringTheirScriptAndTheirCorners) {
+  const Surface corner{
+      "corner", {{0, 0, 0}, {3, 0, 0}, {0, 4, 0}, {0, 0, 5}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
+  const Surface line{"line", {{0, 0, -1}, {0, 0, 2}}, {}};
+  Page page("Sets", ""), plain("Sets", "");
+  page.surfaces({.title = "two",
+                 .quantity = "F",
+                 .unit = "N",
+                 .surfaces = {corner, line},
+                 .sphere = 2,
+                 .sphere_label = "weight"});
+  const auto html = page.html();
+  ASSERT_TRUE(html) << html.error().text();
+  for (const char* part :
+       {"figure class=\"surfaces\"", "aria-label=\"two: line\"", "weight",
+        "\"triangles\":[[0,2,1],[0,1,3],[0,3,2],[1,2,3]]", "{\"points\":[[0,0,-1],[0,0,2]],\"triangles\":[]}",
+        "\"sphere\":2", "\"largest\":5", "WebGLRenderer"})
+    EXPECT_NE(html->find(part), std::string::npos) << part;
+  EXPECT_EQ(count(*html, "<canvas"), 2u);
+  EXPECT_EQ(plain.html()->find("WebGLRenderer"), std::string::npos)
+      << "a page holds only the scripts it uses";
+
+  Surface open = corner, far = corner;
+  open.triangles.push_back({0, 1, 4});
+  far.points[0][2] = std::nan("");
+  for (const auto& [surface, complaint] : {std::pair(open, "surface 'corner' has no point 4"),
+                                           {far, "surface 'corner' has a point that is not finite"}}) {
+    Page wrong("Sets", "");
+    const auto refused = wrong.surfaces({.title = "one", .surfaces = {surface}}).html();
     ASSERT_FALSE(refused);
     EXPECT_NE(refused.error().text().find(complaint), std::string::npos) << refused.error().text();
   }

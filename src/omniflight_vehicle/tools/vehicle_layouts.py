@@ -154,7 +154,38 @@ def tiltable_airframe():
     return prisma(hubs, lambda place: [0, 1, 0], [rotation("z", yaw) for yaw in (0, np.pi)])
 
 
-VEHICLES = {f.__name__: f for f in (lynchpin, odar, coaxial_fam, tiltable_airframe)}
+DRAGON_FAN = Propeller(15 / 4200**2, 0.01, 15.0, 0.035, 0.03, min_thrust=1.0)
+
+
+def dragon():
+    """Four links in a square, each with two fans on a gimbal that turns about the link's lateral axis."""
+    length, joint, lift = 0.424, 0.02575, 0.037
+    gimbal = np.array([length / 2, 0, 0])
+    # head, with flight controller, general, end: mass, centre from the middle of the link [mm], inertia
+    links = [(0.7968, (15.09, -6.67, -27.21), symmetric(0.00095, 0.0151, 0.0148, -0.00098, 0.0003, 0.0001)),
+             (1.1348, (9.54, -4.74, -15.68), symmetric(0.0018, 0.0228, 0.0219, -0.0009, -0.0006, 0.0001)),
+             (0.9289, (-12.78, -5.80, -16.95), symmetric(0.0015, 0.0198, 0.0189, -0.0008, -0.0001, 0.0001)),
+             (0.7943, (-44.26, -0.11, -20.72), symmetric(0.0012, 0.0145, 0.0134, 0, 0.0003, 0))]
+    parts, fans, origin = [], [], np.zeros(3)
+    for k, (mass, centre, inertia) in enumerate(links):
+        R = rotation("z", k * np.pi / 2)
+        for m, place, own in [
+                (mass, gimbal + 1e-3 * np.array(centre), inertia),
+                (0.4604, gimbal + [-0.01 - 0.0176, 0.00042, 0.01548], symmetric(0.0004, 0.0004, 0.0003, 0, -0.0003)),
+                (0.5301, gimbal + [0, 0.00033, lift - 0.00871], symmetric(0.0061, 0.0001, 0.0061))]:
+            parts.append((m, origin + R @ place, R @ own @ R.T))
+        if k < 3:
+            parts.append((0.1329, origin + R @ [length + joint + 0.00343, -0.00427, -0.00155], 1e-4 * np.eye(3)))
+        for side in (1, -1):  # the tilt axes of every second link are turned over: thrusts at one tilt lean against one another
+            tilt_axis = R @ [0, 1 if k % 2 == 0 else -1, 0]
+            fans.append((origin + R @ (gimbal + [0, side * 0.1115, lift]), side, tilt_axis, k))
+        origin = origin + R @ [length + 2 * joint, 0, 0]
+    middle = np.mean([place for place, _, _, _ in fans], axis=0) * [1, 1, 0]
+    rotors = [rotor_line(place - middle, [0, 0, 1], side, DRAGON_FAN, tilt_axis=axis, board=k) for place, side, axis, k in fans]
+    return lines_of(composed([(m, place - middle, own) for m, place, own in parts]), rotors)
+
+
+VEHICLES = {f.__name__: f for f in (lynchpin, odar, coaxial_fam, tiltable_airframe, dragon)}
 
 
 def main():

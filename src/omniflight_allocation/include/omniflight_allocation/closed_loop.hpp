@@ -45,6 +45,10 @@ Vec3 quintic(double x);
 /// hold 2 s. The thesis names no trajectory; this one was chosen here.
 Reference thesis_reference(double t, double pitch_time);
 
+/// Hover 2 s, turn once about body x on the spot in roll_time [s], hold 1 s: the motion lasts roll_time + 3
+/// s.
+Reference roll_reference(double t, double roll_time);
+
 using Motion = std::function<Reference(double t)>;
 
 /// Control at 100 Hz (thesis eq. 4.1), plant at 400 Hz. thrust_scale: share of the believed thrust at a tilt

@@ -18,6 +18,7 @@ struct DesignPoint {
   SetMeasures torque_at_any_attitude;  ///< Nm, left in the worst attitude while m g is carried
   double mass_limit = 0;  ///< kg, largest mass that can hover in every attitude (torque about zero left)
   std::vector<Vec3> force_vertices, torque_vertices;  ///< N, Nm; of the first two sets, body axes
+  std::vector<std::array<int, 3>> force_triangles, torque_triangles;  ///< their surfaces, see triangles()
 };
 
 struct DesignResult {

@@ -19,6 +19,8 @@ struct LookAheadConfig {
   double period = 0.05;           ///< s between decisions, about
   double reserve = 0.1;           ///< share of every rotor's thrust that is kept where it can be, [0, 0.9]
   std::optional<double> initial = {};  ///< rad at the start; nothing: any
+  /// Share of the believed thrust that rotors give at a tilt [rad], in (0, 10]; nothing: all of it.
+  std::function<double(double alpha)> thrust_share = {};
 };
 
 struct TiltSchedule {

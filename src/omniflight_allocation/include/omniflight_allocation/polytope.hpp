@@ -1,6 +1,7 @@
 // Convex bodies in three dimensions, given by half spaces.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "omniflight_core/frames.hpp"
@@ -44,5 +45,9 @@ struct SetMeasures {
   int facets = 0, vertices = 0;
 };
 SetMeasures measure(const Polytope& body);
+
+/// The surface as triangles of indices into vertices, counterclockwise from outside; of a polygon its one
+/// side. Nothing for less than a polygon.
+std::vector<std::array<int, 3>> triangles(const Polytope& body);
 
 }  // namespace omniflight::allocation

@@ -2,6 +2,7 @@
 // label of a number names its unit. Values that are not finite are allowed everywhere and shown as missing.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <utility>
@@ -129,6 +130,22 @@ struct Outlines {
   std::vector<OutlineView> views = {};
   double circle = 0.0;  ///< radius of a dashed circle about the origin; 0: none
   std::string circle_label = {};
+};
+
+/// A closed surface in space about the origin, for instance the hull of what forces a vehicle can exert.
+struct Surface {
+  std::string name = {};
+  std::vector<std::array<double, 3>> points = {};  ///< in the unit of Surfaces; two make a line
+  std::vector<std::array<int, 3>> triangles = {};  ///< indices into points
+};
+
+/// Surfaces beside each other, in one scale, turned together by dragging.
+struct Surfaces {
+  std::string title = {};
+  std::string quantity = {}, unit = {};  ///< of the axes: "F", "N" for Fx [N]
+  std::vector<Surface> surfaces = {};    ///< a view each
+  double sphere = 0.0;                   ///< radius of a grid of meridians about the origin; 0: none
+  std::string sphere_label = {};
 };
 
 }  // namespace omniflight::report

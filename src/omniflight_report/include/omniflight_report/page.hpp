@@ -1,5 +1,5 @@
-// One HTML page in one file: no network, no files beside it. Scripts (dygraphs, KaTeX) are inside when they
-// are needed.
+// One HTML page in one file: no network, no files beside it. Scripts (dygraphs, KaTeX, three.js) are inside
+// when they are needed.
 #pragma once
 
 #include <filesystem>
@@ -30,6 +30,9 @@ class Page {
   Page& bars(const Bars& bars);
   Page& matrix(const Matrix& matrix);
   Page& outlines(const Outlines& outlines);
+  /// Drawn with three.js, which makes the page larger by 0.9 MB; what cannot be drawn in space is told in
+  /// words.
+  Page& surfaces(const Surfaces& surfaces);
   /// LaTeX source as KaTeX reads it, shown as MathML; what cannot be read is shown as it is written.
   Page& equation(const std::string& latex);
   /// Zoomable plot. At most 3000 samples a series are kept, extremes and gaps among them; the page says so.
@@ -56,7 +59,7 @@ class Page {
   std::vector<std::string> sections_;
   std::vector<Error> errors_;
   int depth_ = 0;  // of open details
-  bool has_equation_ = false, has_filter_ = false;
+  bool has_equation_ = false, has_filter_ = false, has_surfaces_ = false;
 };
 
 }  // namespace omniflight::report

@@ -1,0 +1,110 @@
+// Closed surfaces beside each other in one scale, turned together. One renderer for all views of a page, whose pictures are copied:
+// browsers keep about 16 contexts of WebGL at once.
+'use strict';
+/* global THREE, Report */
+(() => {
+  const {onSize, colour, format, make} = Report;
+  let renderer = null;
+  try {
+    renderer = new THREE.WebGLRenderer({antialias: true, alpha: true, preserveDrawingBuffer: true});
+  } catch (error) {
+    renderer = null;
+  }
+  const vector = p => new THREE.Vector3(p[0], p[1], p[2]);
+
+  function label(text, at, size) {
+    const canvas = document.createElement('canvas'), context = canvas.getContext('2d');
+    canvas.width = 256; canvas.height = 64;
+    context.font = '600 34px system-ui, sans-serif'; context.fillStyle = colour('--text');
+    context.textAlign = 'center'; context.textBaseline = 'middle';
+    context.fillText(text, 128, 32);
+    const sprite = new THREE.Sprite(new THREE.SpriteMaterial({map: new THREE.CanvasTexture(canvas), transparent: true, depthTest: false}));
+    sprite.position.copy(at); sprite.scale.set(4 * size, size, 1);
+    return sprite;
+  }
+
+  function sceneOf(surface, index, all) {
+    const scene = new THREE.Scene(), tint = new THREE.Color(colour('--s' + index % 8)), grey = new THREE.Color(colour('--muted'));
+    scene.add(new THREE.HemisphereLight(0xffffff, 0x8899aa, 0.95));
+    const sun = new THREE.DirectionalLight(0xffffff, 0.45);
+    sun.position.set(2, -3, 5);
+    scene.add(sun);
+    const line = (points, look) => scene.add(new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(points), new THREE.LineBasicMaterial(look)));
+    const points = surface.points.map(vector);
+    if (surface.triangles.length) {
+      const corners = [];
+      for (const triangle of surface.triangles) for (const i of triangle) corners.push(points[i]);
+      const geometry = new THREE.BufferGeometry().setFromPoints(corners);
+      geometry.computeVertexNormals();
+      scene.add(new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({color: tint, side: THREE.DoubleSide, transparent: true, opacity: 0.72,
+        polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1})));
+      scene.add(new THREE.LineSegments(new THREE.EdgesGeometry(geometry, 1), new THREE.LineBasicMaterial({color: new THREE.Color(colour('--text'))})));
+    } else if (points.length === 2) {
+      line(points, {color: tint});
+    }
+    if (all.sphere > 0) {
+      const grid = new THREE.WireframeGeometry(new THREE.SphereGeometry(all.sphere, 24, 12));
+      scene.add(new THREE.LineSegments(grid, new THREE.LineBasicMaterial({color: grey, transparent: true, opacity: 0.35})));
+    }
+    const end = 1.12 * all.largest;
+    line([[-end, 0, 0], [end, 0, 0], [0, -end, 0], [0, end, 0], [0, 0, -end], [0, 0, end]].map(vector), {color: grey});
+    for (const [name, at] of [['x', [1, 0, 0]], ['y', [0, 1, 0]], ['z', [0, 0, 1]]])
+      scene.add(label(all.quantity + name, vector(at).multiplyScalar(1.22 * all.largest), 0.17 * all.largest));
+    return scene;
+  }
+
+  for (const figure of document.querySelectorAll('figure.surfaces')) {
+    const all = JSON.parse(figure.querySelector('script').textContent);
+    if (!renderer) {
+      make('p', figure, 'footnote', 'This browser has no WebGL: nothing is drawn in space.');
+      continue;
+    }
+    const look = {azimuth: -0.9, elevation: 0.45, zoom: 1}, draws = [];
+    const redraw = () => draws.forEach(draw => draw());
+    figure.querySelectorAll('canvas').forEach((canvas, index) => {
+      const camera = new THREE.PerspectiveCamera(35, 1, 0.01, 100);
+      camera.up.set(0, 0, 1);
+      let width = 0, height = 0, scene = null;
+      const draw = () => {
+        if (!width || !scene) return;
+        const distance = 4.1 / look.zoom, c = Math.cos(look.elevation);
+        camera.position.set(distance * c * Math.cos(look.azimuth), distance * c * Math.sin(look.azimuth), distance * Math.sin(look.elevation))
+            .multiplyScalar(all.largest);
+        camera.near = 0.01 * all.largest; camera.far = 100 * all.largest;
+        camera.aspect = width / height; camera.lookAt(0, 0, 0); camera.updateProjectionMatrix();
+        const ratio = Math.min(window.devicePixelRatio || 1, 2);
+        renderer.setPixelRatio(ratio); renderer.setSize(width, height, false);
+        renderer.render(scene, camera);
+        canvas.width = width * ratio; canvas.height = height * ratio;
+        canvas.getContext('2d').drawImage(renderer.domElement, 0, 0);
+        figure.dataset.drawn = look.azimuth.toFixed(3) + ' ' + look.elevation.toFixed(3);
+      };
+      draws.push(draw);
+      onSize(canvas, now => { width = now; height = canvas.clientHeight; scene = sceneOf(all.surfaces[index], index, all); draw(); });
+      const turn = (across, up) => {
+        look.azimuth -= across;
+        look.elevation = Math.min(Math.max(look.elevation + up, -1.55), 1.55);
+        redraw();
+      };
+      let from = null;
+      canvas.addEventListener('pointerdown', event => { from = [event.clientX, event.clientY]; canvas.setPointerCapture(event.pointerId); });
+      canvas.addEventListener('pointermove', event => {
+        if (!from) return;
+        turn(0.008 * (event.clientX - from[0]), 0.008 * (event.clientY - from[1]));
+        from = [event.clientX, event.clientY];
+      });
+      for (const kind of ['pointerup', 'pointercancel']) canvas.addEventListener(kind, () => { from = null; });
+      canvas.addEventListener('wheel', event => {
+        if (!event.ctrlKey) return; // the page scrolls
+        event.preventDefault();
+        look.zoom = Math.min(Math.max(look.zoom * Math.exp(-0.002 * event.deltaY), 0.4), 6);
+        redraw();
+      }, {passive: false});
+      canvas.addEventListener('keydown', event => {
+        const steps = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1]}[event.key];
+        if (steps) { event.preventDefault(); turn(...steps); }
+      });
+    });
+    make('p', figure, 'footnote', `Drag or use the arrow keys to turn, Ctrl and wheel to zoom; the axes end at ${format(1.12 * all.largest)} ${all.unit}.`);
+  }
+})();
