@@ -50,13 +50,6 @@ class PeriodKeeper {
   std::uint64_t periods_ = 0, missed_ = 0;
 };
 
-/// Page faults of the calling thread, minor and major, since it began.
-inline std::uint64_t thread_page_faults() {
-  rusage use{};
-  if (getrusage(RUSAGE_THREAD, &use) != 0) return 0;
-  return static_cast<std::uint64_t>(use.ru_minflt + use.ru_majflt);
-}
-
 /// Touches the memory that the calling thread will ask for, and lets the allocator keep it: what is returned
 /// to the system has to be faulted in again, in the middle of a period.
 inline void fault_memory_in() {
