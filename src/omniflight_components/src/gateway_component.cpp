@@ -18,6 +18,7 @@
 #include "period_keeper.hpp"
 #include "period_summary.hpp"
 #include "plant_publisher.hpp"
+#include "real_time.hpp"
 #include "single_status.hpp"
 #include "start_permission.hpp"
 #include "threaded_component.hpp"
@@ -30,7 +31,7 @@ using msgs::diagnostic_msgs::DiagnosticArray;
 
 class GatewayComponent final : public ThreadedComponent {
  public:
-  GatewayComponent() : ThreadedComponent("gateway") {}
+  GatewayComponent() : ThreadedComponent("gateway") { widen_thread_heaps(); }
   ~GatewayComponent() override { stop(); }
 
  private:
