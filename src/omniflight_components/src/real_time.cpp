@@ -90,8 +90,14 @@ void ask_for_real_time(const char* name) {
   const bool unlimited =
       geteuid() == 0 || (getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY);
   // What exists is locked when it is used: of a stack of 8 MB little is. What is mapped later, such as the
-  // heap of a thread that has not allocated yet, comes into RAM at once.
-  if (!unlimited || mlockall(MCL_CURRENT | MCL_ONFAULT) != 0 || mlockall(MCL_FUTURE) != 0)
+  // heap of a thread that has not allocated yet, comes into RAM at once; not the shadow memory of a
+  // sanitizer, which is larger than any RAM.
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+  constexpr int kFuture = MCL_FUTURE | MCL_ONFAULT;
+#else
+  constexpr int kFuture = MCL_FUTURE;
+#endif
+  if (!unlimited || mlockall(MCL_CURRENT | MCL_ONFAULT) != 0 || mlockall(kFuture) != 0)
     std::fprintf(stderr, "[%s] memory is not locked (%s)\n", name,
                  unlimited ? std::strerror(errno) : "limit memlock");
   populate_memory();

@@ -49,7 +49,9 @@ TEST(LoopPageFaults, CountsWhatComesBetweenBeginAndEnd) {
   faults.begin();
   fault(20);
   EXPECT_GE(faults.count(), 20u);
-  EXPECT_LT(faults.count(), 40u);
+#if !defined(__SANITIZE_THREAD__) && !defined(__SANITIZE_ADDRESS__)
+  EXPECT_LT(faults.count(), 40u) << "a sanitizer touches memory of its own";
+#endif
   faults.end();
   const auto counted = faults.count();
   fault(50);
