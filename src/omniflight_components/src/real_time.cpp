@@ -18,6 +18,12 @@
 namespace omniflight::components {
 namespace {
 
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+constexpr bool kSanitized = true;
+#else
+constexpr bool kSanitized = false;
+#endif
+
 /// A line of /proc/self/maps.
 struct Mapping {
   std::uintptr_t begin = 0, end = 0;
@@ -47,6 +53,7 @@ std::vector<Mapping> mappings() {
 /// their 8 MB little is used. Linux before 5.14 has no such call, and pages come when they are first used.
 void populate_memory() {
 #ifdef MADV_POPULATE_WRITE
+  if (kSanitized) return;
   constexpr std::uintptr_t kHeapAlignment = 64u << 20;
   for (const Mapping& m : mappings()) {
     const bool writable = m.rights[1] == 'w', is_private = m.rights[3] == 'p';
@@ -92,11 +99,7 @@ void ask_for_real_time(const char* name) {
   // What exists is locked when it is used: of a stack of 8 MB little is. What is mapped later, such as the
   // heap of a thread that has not allocated yet, comes into RAM at once; not the shadow memory of a
   // sanitizer, which is larger than any RAM.
-#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
-  constexpr int kFuture = MCL_FUTURE | MCL_ONFAULT;
-#else
-  constexpr int kFuture = MCL_FUTURE;
-#endif
+  constexpr int kFuture = kSanitized ? MCL_FUTURE | MCL_ONFAULT : MCL_FUTURE;
   if (!unlimited || mlockall(MCL_CURRENT | MCL_ONFAULT) != 0 || mlockall(kFuture) != 0)
     std::fprintf(stderr, "[%s] memory is not locked (%s)\n", name,
                  unlimited ? std::strerror(errno) : "limit memlock");
