@@ -156,6 +156,7 @@ class EndsOnTheLine(board_flight.BoardFlight):
         self.assertGreaterEqual(said["periods_missed"], 45)
         self.assertGreater(said["periods"], 2000)
         self.assertGreaterEqual(said["period_latest_ms"], 95)
+        self.assertLessEqual(said["page_faults"], 10)
         self.assertIn(f"{said['periods_missed']} of {said['periods']} control periods missed", output)
 
     def test_emergency_stop_is_acknowledged(self):

@@ -7,15 +7,18 @@
 #include "conversions.hpp"
 #include "factories.hpp"
 #include "failsafe_message.hpp"
+#include "gate_parameters.hpp"
 #include "omniflight_bus/heartbeat.hpp"
 #include "omniflight_bus/parameters.hpp"
 #include "omniflight_bus/say.hpp"
 #include "omniflight_gateway/gateway.hpp"
 #include "omniflight_gateway/safety_gate.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
+#include "page_faults.hpp"
 #include "period_keeper.hpp"
 #include "period_summary.hpp"
 #include "plant_publisher.hpp"
+#include "real_time.hpp"
 #include "single_status.hpp"
 #include "start_permission.hpp"
 #include "threaded_component.hpp"
@@ -28,7 +31,7 @@ using msgs::diagnostic_msgs::DiagnosticArray;
 
 class GatewayComponent final : public ThreadedComponent {
  public:
-  GatewayComponent() : ThreadedComponent("gateway") {}
+  GatewayComponent() : ThreadedComponent("gateway") { widen_thread_heaps(); }
   ~GatewayComponent() override { stop(); }
 
  private:
@@ -43,14 +46,8 @@ class GatewayComponent final : public ThreadedComponent {
     flight_ = p.number("flight_s", 10.0, 0.1, 36000);
     alpha_ = to_radians(p.number("alpha_deg", 30.0, -180, 180));
     connect_timeout_ = p.number("connect_timeout_s", 20.0, 1, 120);
-    gateway::GateConfig gate;
-    gate.stale_after_s = p.number("stale_after_s", 0.1, 0.005, 2.0);
-    gate.fresh_for_s =
-        p.number("fresh_for_s", std::min(gate.stale_after_s, std::max(period_, 0.01) + 0.005), 0.005, 2.0);
+    auto gate = read_gate(p, period_);
     const double silence = p.number("board_silence_s", gateway::LinkConfig{}.silence_s, 0.02, 10);
-    gate.own_sleep_s = std::max(gate.own_sleep_s, 4 * period_);
-    gate.ramp_s = p.number("ramp_s", 0.5, 0.01, 10);
-    gate.max_acceleration_radps2 = p.number("max_rotor_acceleration_radps2", 1e5, 1, 1e8);
     summary_file_ = p.text("summary_file", "");
     operator_arms_ = p.flag("operator_arms", false);
     arming_timeout_ = p.number("arming_timeout_s", 600, 1, 36000);
@@ -133,10 +130,10 @@ class GatewayComponent final : public ThreadedComponent {
       if (!running()) return fail(ErrorCode::incomplete, "stopped before the flight began", "gateway");
       if (auto ok = gateway_->poll(pace.now(), 0.0); !ok) return ok;
       if (pace.now() > deadline)
-        return fail(ErrorCode::incomplete,
-                    "the boards did not reach '" + std::string(gateway::to_string(phase)) + "' within " +
-                        std::to_string(timeout) + " s",
-                    "gateway", "See whether all boards are powered and plugged in");
+        return fail(
+            ErrorCode::incomplete,
+            fmt::format("the boards did not reach '{}' within {} s", gateway::to_string(phase), timeout),
+            "gateway", "See whether all boards are powered and plugged in");
       pace.sleep_until(pace.now() + 0.002);
     }
     return {};
@@ -183,7 +180,7 @@ class GatewayComponent final : public ThreadedComponent {
 
   PeriodCounts count_periods() const {
     return {keeper_->periods(), keeper_->missed(), keeper_->longest_late_s(), gate_->refused(),
-            faults_armed_ ? thread_page_faults() - *faults_armed_ : 0};
+            page_faults_.count()};
   }
 
   Status fly(const WallPace& pace) {
@@ -201,6 +198,7 @@ class GatewayComponent final : public ThreadedComponent {
     publish_telemetry();
 
     const Status flown = follow_commands(pace, deadline + connect_timeout_);
+    page_faults_.end();
     (void)publisher_.tick(pace.now(), period_, FlightPhase::ended);
     wind_down(pace);  // whatever ended the flight
     return flown;
@@ -223,7 +221,7 @@ class GatewayComponent final : public ThreadedComponent {
       }
       if (ready && pace.now() > deadline + arming_timeout_)
         return fail(ErrorCode::incomplete,
-                    "the operator has not armed within " + std::to_string(arming_timeout_) + " s", "gateway",
+                    fmt::format("the operator has not armed within {} s", arming_timeout_), "gateway",
                     "Press a in the terminal of fly, or run omniflight arm");
       if (!ready && pace.now() > deadline) return ready;
       tell(ready ? "disarmed: ready, the operator may arm"
@@ -262,7 +260,7 @@ class GatewayComponent final : public ThreadedComponent {
         if (!armed_at && believed) {
           if (auto ok = gate_->arm(now); !ok) return ok;
           armed_at = now;
-          faults_armed_ = thread_page_faults();
+          page_faults_.begin();
         }
         if (armed_at) (void)gate_->offer({command.speed.data(), command.count}, taken_s, now);
       }
@@ -291,7 +289,7 @@ class GatewayComponent final : public ThreadedComponent {
     next_missed_s_ = now + 1.0;
     std::string words(gateway::to_string(gate_->state()));
     if (gate_->trip_reason() != gateway::Trip::none)
-      words += ": " + std::string(gateway::to_string(gate_->trip_reason()));
+      words += fmt::format(": {}", gateway::to_string(gate_->trip_reason()));
     if (changed) bus::say("gateway", fmt::format("gate {} at {:.4f} s", words, now));
     tell(words, now);
   }
@@ -301,9 +299,8 @@ class GatewayComponent final : public ThreadedComponent {
     if (words == told_words_ && !keeper_) return;
     told_words_ = words;
     auto& m = *gate_message_;
-    auto& status =
-        fill_single_status(m, bus::stamp(to_ns(now)), gate_->state() == gateway::GateState::armed ? 0 : 1,
-                           "omniflight: gate", words);
+    const int level = gate_->state() == gateway::GateState::armed ? 0 : 1;
+    auto& status = fill_single_status(m, bus::stamp(to_ns(now)), level, "omniflight: gate", words);
     if (keeper_) fill(status.values, count_periods());
     // who listens does so to know; the rotors do not wait for it
     (void)gate_publisher_->publish(m, to_ns(now));
@@ -374,7 +371,7 @@ class GatewayComponent final : public ThreadedComponent {
   CommandInbox inbox_;
   StartPermission permission_;
   std::optional<PeriodKeeper> keeper_;
-  std::optional<std::uint64_t> faults_armed_;  ///< page faults of this thread when the rotors were armed
+  LoopPageFaults page_faults_;  ///< since the rotors were armed
   std::optional<gateway::GateState> told_;
   std::uint64_t missed_told_ = 0;
   double next_missed_s_ = -1e300;

@@ -19,7 +19,7 @@ struct PeriodCounts {
   std::uint64_t missed = 0;            ///< of them
   double latest_s = 0;                 ///< s, the longest that one began late
   std::uint64_t commands_refused = 0;  ///< by the gate
-  std::uint64_t page_faults = 0;       ///< of the loop's thread since the rotors were armed
+  std::uint64_t page_faults = 0;       ///< of the loop's thread, from arming to the end of the loop
 };
 
 inline std::string words(const PeriodCounts& c) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "../src/period_keeper.hpp"
+#include "../src/real_time.hpp"
 
 namespace omniflight::components {
 namespace {

@@ -43,6 +43,13 @@ TEST(RotorWatch, ARotorThatCouldBeReversingIsLostOnceThatWouldBeOver) {
   EXPECT_NEAR(lost_after(turns, {-600, 600}, {0, 600}, 1), due + 0.10 + kLag, 3 * kPeriod);
 }
 
+TEST(RotorWatch, ARotorWithoutALagIsJudgedByItsCommandItself) {
+  RotorWatch watch({{1000, 0, false}, {1000, 0, false}});
+  EXPECT_LT(lost_after(watch, {0, 600}, {0, 600}, 0, 1), 0);
+  EXPECT_NEAR(lost_after(watch, {600, 600}, {0, 600}, 1), 0.05, 2 * kPeriod);
+  EXPECT_EQ(watch.lost(), 1u);
+}
+
 TEST(RotorWatch, SlowCommandsAndSpeedsWithoutASenseTellNothing) {
   RotorWatch watch = two_rotors();
   EXPECT_LT(lost_after(watch, {150, -600}, {0, 600}), 0)
