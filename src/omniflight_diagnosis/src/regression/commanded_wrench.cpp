@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <map>
+#include <mutex>
 #include <span>
+#include <tuple>
 
 #include "omniflight_physics/actuators.hpp"
 #include "predetermined.hpp"
@@ -10,7 +14,15 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr double kSettles = 0.5;  ///< s, until drives have forgotten where they began
+constexpr double kSettles = 0.5;                      ///< s, until drives have forgotten where they began
+constexpr double kFinest = 0.002, kCoarsest = 0.005;  ///< s, steps: of speeds that are averaged over 25 ms
+
+double step_of(const vehicle::Vehicle& vehicle) {
+  double quickest = kCoarsest;
+  for (const vehicle::Rotor& rotor : vehicle.rotors)
+    if (rotor.time_constant > 0) quickest = std::min(quickest, rotor.time_constant / 6);
+  return std::max(kFinest, quickest);
+}
 
 /// Width [s] of the box that has the variance of the kernel of a flight's signals.
 double kernel_width(const Flight& f) { return std::sqrt(12.0) * f.kernel_s; }
@@ -112,6 +124,32 @@ Eigen::MatrixXd commands_on_grid(const Flight& f) {
 
 }  // namespace
 
+struct CommandedWrench::Known {
+  using Key = std::tuple<const physics::Effect*, std::vector<double>, bool>;
+  static constexpr std::size_t kMost = 64;  // of 6 numbers a sample
+
+  std::optional<Eigen::VectorXd> find(const Key& key) {
+    const std::lock_guard lock(mutex);
+    const auto at = wrench.find(key);
+    return at == wrench.end() ? std::nullopt : std::optional(at->second);
+  }
+  void keep(const Key& key, const Eigen::VectorXd& value) {
+    const std::lock_guard lock(mutex);
+    if (!wrench.emplace(key, value).second) return;
+    order.push_back(key);
+    if (order.size() <= kMost) return;
+    wrench.erase(order.front());
+    order.pop_front();
+  }
+
+  std::mutex mutex;
+  std::map<Key, Eigen::VectorXd> wrench;
+  std::deque<Key> order;  ///< the oldest first
+};
+
+CommandedWrench::CommandedWrench(const vehicle::Vehicle& vehicle)
+    : vehicle_(vehicle), step_(step_of(vehicle)), known_(std::make_shared<Known>()) {}
+
 void CommandedWrench::add(const Flight& f, Segment segment, double period, int lag) {
   const int n = segment.end - segment.begin;
   const physics::Actuation nominal = physics::nominal_actuation(vehicle_);
@@ -158,6 +196,16 @@ Eigen::MatrixXd CommandedWrench::difference(const Commanded& c, const physics::A
 Eigen::VectorXd CommandedWrench::operator()(const physics::Effect& effect, const std::vector<double>& theta,
                                             bool predicted,
                                             const std::vector<physics::Situation>& measured) const {
+  const Known::Key key{&effect, theta, predicted};
+  if (const auto before = known_->find(key)) return *before;
+  const Eigen::VectorXd out = compute(effect, theta, predicted, measured);
+  known_->keep(key, out);
+  return out;
+}
+
+Eigen::VectorXd CommandedWrench::compute(const physics::Effect& effect, const std::vector<double>& theta,
+                                         bool predicted,
+                                         const std::vector<physics::Situation>& measured) const {
   const auto n = static_cast<Eigen::Index>(measured.size());
   Eigen::VectorXd out = Eigen::VectorXd::Zero(6 * n);
   physics::Actuation a = physics::nominal_actuation(vehicle_);

@@ -2,6 +2,7 @@
 // recorded: thrust of drives that they alter, less thrust of the drives that the vehicle file tells.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -13,7 +14,7 @@ namespace omniflight::diagnosis {
 
 class CommandedWrench {
  public:
-  explicit CommandedWrench(const vehicle::Vehicle& vehicle) : vehicle_(vehicle), step_(drive_step(vehicle)) {}
+  explicit CommandedWrench(const vehicle::Vehicle& vehicle);
 
   /// Adds a stretch of a flight, predicted over `lag` samples. Stretches are added in the order of their
   /// rows.
@@ -26,6 +27,9 @@ class CommandedWrench {
                              const std::vector<physics::Situation>& measured) const;
 
  private:
+  struct Known;
+  Eigen::VectorXd compute(const physics::Effect& effect, const std::vector<double>& theta, bool predicted,
+                          const std::vector<physics::Situation>& measured) const;
   /// Commands of a stretch, and what the nominal drives make of them.
   struct Commanded {
     CommandTrack track = {};       ///< times after its begin
@@ -48,6 +52,8 @@ class CommandedWrench {
   double step_;        ///< s, of the simulation of drives
   double period_ = 0;  ///< s, of the samples
   std::vector<Part> parts_;
+  std::shared_ptr<Known>
+      known_;  ///< the last wrenches: a fit asks for the same again, line search and columns
 };
 
 }  // namespace omniflight::diagnosis
