@@ -64,7 +64,8 @@ class Campaigns(system.SystemTest):
         text = (system.CONFIGS / "campaigns/simulated.yaml").read_text()
         reduced = text
         for many, one in (("[trajectory_1, trajectory_2]", "[trajectory_1]"), ("[none, tether]", "[tether]"),
-                          ("[1, 2]", "[1]")):
+                          ("[1, 2]", "[1]"), ("  - {variant: pd, effect: none, verdict: flown}\n", ""),
+                          ("  - {variant: pd, effect: tether, mission: trajectory_2, verdict: lost}\n", "")):
             self.assertIn(many, reduced)
             reduced = reduced.replace(many, one)
         self.run_command("campaign", self.write("reduced.yaml", reduced), "--out", "campaign", "--quiet")
