@@ -47,8 +47,7 @@ std::optional<ThrustSource> thrust_source(const recording::Recording& r, const v
     out.speed = *s;
     out.note =
         "No rotor speeds: they are computed from the commands with the vehicle's time constants, so that "
-        "what "
-        "alters the drives is told by the wrench alone.";
+        "what alters the drives is told by the wrench alone.";
     return out;
   }
   out.kind = SpeedSource::modelled;

@@ -17,12 +17,12 @@ bool listed(const std::vector<std::string>& list, const std::string& id) {
 std::string why_not_offered(const physics::Effect& effect, std::span<const Flight* const> flights,
                             const vehicle::Vehicle& vehicle, const Options& o) {
   const auto& info = effect.info();
-  const auto only_commanded = [](const Flight* f) { return !f->commands.empty(); };
-  const bool between = is_of_drives(info) && std::all_of(flights.begin(), flights.end(), only_commanded);
-  if (is_of_drives(info) && !between)
-    return "commands and speeds of the rotors tell it, where both are recorded";
-  if (!between && !effect.can_replay())
+  if (is_of_drives(info)) {
+    if (std::any_of(flights.begin(), flights.end(), [](const Flight* f) { return f->commands.empty(); }))
+      return "commands and speeds of the rotors tell it, where both are recorded";
+  } else if (!effect.can_replay()) {
     return "it is no effect of the wrench: the stage that it belongs to judges it";
+  }
   if (listed(o.exclude, info.id)) return "excluded by the caller";
   if (!o.only.empty() && !listed(o.only, info.id)) return "not among the effects that the caller asks for";
   for (const Flight* f : flights) {
