@@ -31,7 +31,7 @@ double smallest_share(const vehicle::Vehicle& v, double alpha, int rank) {
 
 /// Share of the rotors' range that carries the weight with `up_B` upward.
 double hover_load(const RotorLoad& rotors, const Vec3& up_B) {
-  return rotors.hover_load(Quat::FromTwoVectors(up_B, Vec3::UnitZ()));
+  return rotors.hover_load(shortest_rotation(up_B, Vec3::UnitZ()));
 }
 
 /// The load is convex along a ray of forces: from its lowest place it rises to 1 once.

@@ -75,6 +75,27 @@ class ReportsInBrowser(system.SystemTest):
         self.assertGreater(browser.value("document.querySelectorAll('.outlines polygon').length"), 100, "rotors and hulls are drawn")
         self.assertIn("contradicted", browser.value("document.querySelector('main').innerText.slice(0, 600)"), "the conclusion comes first")
 
+    def test_the_gallery_is_filtered_by_words(self):
+        self.run_command("effects", "--gallery", "--mission", self.short_mission(), "--only", "constant_pull", "accelerometer_error",
+                         "--out", "gallery", "--quiet", timeout=80)
+        browser = Browser(self)
+        self.readable(browser, "gallery/gallery.html")
+        seen = "[...document.querySelectorAll('h2.section')].filter(h => h.getClientRects().length).map(h => h.innerText).join(' ').toLowerCase()"
+        jumps = "[...document.querySelectorAll('.toc li')].filter(l => !l.hidden).length"
+        both, entries = browser.value(seen), browser.value(jumps)
+        self.assertIn("pull", both)
+        self.assertIn("accelerometer", both)
+        browser.press("/", 191, "/")
+        self.assertEqual(browser.value("document.activeElement.closest('.filter') !== null"), True, "a slash goes to the filter")
+        browser.call("Input.insertText", text="Accelerometer")
+        self.assertNotIn("pull", browser.value(seen))
+        self.assertIn("accelerometer", browser.value(seen))
+        self.assertEqual(browser.value("document.querySelector('.filter output').textContent.split(' ')[0]"), "1")
+        self.assertLess(browser.value(jumps), entries, "the jump list follows")
+        browser.call("Input.insertText", text=" zzz")
+        self.assertEqual(browser.value(seen), "", "no section has both words")
+        self.assertEqual(browser.errors, [])
+
     def test_long_flights_side_by_side_and_a_campaign(self):
         mission = self.short_mission()
         self.fly(mission, "--in-process", "--seed", "1", out="first")

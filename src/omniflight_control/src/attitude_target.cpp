@@ -26,7 +26,7 @@ AttitudeTarget attitude_target(const Reference& r, const Vec3& acceleration_W, c
 
   const Vec3 n_ref = r.q_WB * config.thrust_axis_B, n = thrust.normalized();
   const Vec3 w_ref_W = r.q_WB * r.w_WB_B;
-  out.q_WD = (Quat::FromTwoVectors(n_ref, n) * r.q_WB).normalized();
+  out.q_WD = (shortest_rotation(n_ref, n) * r.q_WB).normalized();
   // the direction turns with the reference's thrust and with the feedback; the spin about it is the
   // reference's
   const double thrust_ref = (r.a_WB_W + kGravity * Vec3::UnitZ()).norm();

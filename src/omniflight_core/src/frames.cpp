@@ -2,6 +2,8 @@
 
 namespace omniflight {
 
+Quat shortest_rotation(const Vec3& from, const Vec3& to) { return Quat::FromTwoVectors(from, to); }
+
 Quat exp_rotation(const Vec3& phi) {
   const double angle2 = phi.squaredNorm();
   const double angle = std::sqrt(angle2);

@@ -57,7 +57,7 @@ std::vector<Quat> joint_attitudes(const std::vector<Vec3>& directions, const Qua
   Quat before = q_WB;
   Vec3 from = q_WB * -Vec3::UnitZ();
   for (const Vec3& direction : directions) {
-    const Quat now = (Quat::FromTwoVectors(from, direction) * before).normalized();
+    const Quat now = (shortest_rotation(from, direction) * before).normalized();
     out.push_back((before.conjugate() * now).normalized());
     before = now;
     from = direction;

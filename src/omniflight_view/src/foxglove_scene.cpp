@@ -75,7 +75,7 @@ json colour(double r, double g, double b, double a) { return {{"r", r}, {"g", g}
 /// From one point to another; a cylinder lies along its z.
 json cylinder(const Vec3& from, const Vec3& to, double radius, const json& painted) {
   const Vec3 along = to - from;
-  return {{"pose", pose_of(0.5 * (from + to), Quat::FromTwoVectors(Vec3::UnitZ(), along))},
+  return {{"pose", pose_of(0.5 * (from + to), shortest_rotation(Vec3::UnitZ(), along))},
           {"size", vector_of({2 * radius, 2 * radius, along.norm()})},
           {"bottom_scale", 1.0},
           {"top_scale", 1.0},

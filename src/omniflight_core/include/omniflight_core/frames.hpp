@@ -34,6 +34,9 @@ inline Vec3 vee(const Mat3& m) { return 0.5 * Vec3(m(2, 1) - m(1, 2), m(0, 2) - 
 
 /// Rotation by the vector phi [rad] (axis times angle), as a unit quaternion.
 Quat exp_rotation(const Vec3& phi);
+/// Shortest rotation that turns the direction of `from` into that of `to`. Quat::FromTwoVectors, compiled
+/// once: it holds a singular value decomposition, which costs every source that names it some seconds.
+Quat shortest_rotation(const Vec3& from, const Vec3& to);
 /// Rotation vector [rad] of q, angle in [0, pi].
 Vec3 log_rotation(const Quat& q);
 

@@ -62,9 +62,14 @@ std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, con
     H.diagonal().array() += 1;
     const Eigen::LLT<Eigen::MatrixXd> factor(H);
     rest = y - slow.raw * factor.solve(X.transpose() * inverse(rows).cwiseProduct(z(rows)));
-    const Eigen::MatrixXd half = factor.matrixL().solve(X.transpose());
+    // diagonal of X H^-1 X^T; by the inverse of a small triangle, since products are quicker than long
+    // solutions
+    const Eigen::MatrixXd inverse_root =
+        factor.matrixL().solve(Eigen::MatrixXd::Identity(H.rows(), H.cols()));
+    const Eigen::MatrixXd rooted =
+        inner_products(Eigen::MatrixXd(X.transpose()), Eigen::MatrixXd(inverse_root.transpose()));
     freedom.setOnes();
-    freedom(rows) = 1 - half.colwise().squaredNorm().transpose().array();
+    freedom(rows) = 1 - rooted.rowwise().squaredNorm().array();
   }
   return std::make_unique<NoiseModel>(problem, rest, freedom, temperature);
 }

@@ -4,6 +4,8 @@
 #include <limits>
 #include <string>
 
+#include "least_thrusts.hpp"
+
 namespace omniflight::diagnosis {
 namespace {
 
@@ -68,7 +70,7 @@ double spare_acceleration(const vehicle::Vehicle& v, double alpha) {
   constexpr double kGravity = 9.81, kMost = 3.7;
   Vec6 weight = Vec6::Zero();
   weight[2] = v.mass * kGravity;
-  const Eigen::VectorXd hover = v.allocation_matrix(alpha).completeOrthogonalDecomposition().solve(weight);
+  const vehicle::RotorVector hover = LeastThrusts(v, alpha)(weight);
   double times = std::numeric_limits<double>::infinity();  // the weight
   for (std::size_t r = 0; r < v.rotors.size(); ++r) {
     const double thrust = std::abs(hover[static_cast<Eigen::Index>(r)]);
@@ -94,7 +96,7 @@ Waypoints survey(double stroke_m, const std::vector<double>& tilts = {}) {
 }  // namespace
 
 std::vector<ProposedFlight> manoeuvres(const vehicle::Vehicle& vehicle, double alpha) {
-  const bool turns = vehicle.allocation_matrix(alpha).fullPivLu().rank() == 6;
+  const bool turns = LeastThrusts(vehicle, alpha).rank() == 6;
   std::vector<ProposedFlight> out;
   const auto add = [&](double tilt, const std::string& name, const std::string& words,
                        Waypoints waypoints) -> auto& {
@@ -124,8 +126,7 @@ std::vector<ProposedFlight> manoeuvres(const vehicle::Vehicle& vehicle, double a
   add_survey(alpha, "rocking_at_three_heights", rocking);
   if (vehicle.tilt.kind == vehicle::TiltKind::none) return out;
   const auto possible = [&](double tilt) {
-    return tilt <= vehicle.tilt.max && tilt >= vehicle.tilt.min &&
-           vehicle.allocation_matrix(tilt).fullPivLu().rank() == 6;
+    return tilt <= vehicle.tilt.max && tilt >= vehicle.tilt.min && LeastThrusts(vehicle, tilt).rank() == 6;
   };
   std::vector<double> sweep;
   for (const double way : {1.0, -1.0}) {

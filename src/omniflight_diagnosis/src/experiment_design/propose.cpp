@@ -5,6 +5,7 @@
 
 #include "../numerics/text.hpp"
 #include "../search/hypothesis.hpp"
+#include "least_thrusts.hpp"
 #include "manoeuvres.hpp"
 
 namespace omniflight::diagnosis {
@@ -72,8 +73,8 @@ Flight nominal_flight(const ProposedFlight& proposal, const Vec3& start, const v
   const Motion m = sample(proposal, start, vehicle.tilt.rate, o.grid_hz);
   const int n = static_cast<int>(m.p.size());
   if (n < 20) return f;
-  const bool free_attitude = vehicle.allocation_matrix(proposal.alpha).fullPivLu().rank() == 6;
-  std::optional<Eigen::CompleteOrthogonalDecomposition<vehicle::AllocationMatrix>> solver;
+  const bool free_attitude = LeastThrusts(vehicle, proposal.alpha).rank() == 6;
+  std::optional<LeastThrusts> thrusts;
   const double dt = 1.0 / o.grid_hz;
   std::vector<RigidState> x(static_cast<std::size_t>(n));
   std::vector<Vec3> a(x.size(), Vec3::Zero());
@@ -83,7 +84,7 @@ Flight nominal_flight(const ProposedFlight& proposal, const Vec3& start, const v
     x[at(i)].v_WB_W = (m.p[at(i + 1)] - m.p[at(i - 1)]) / (2 * dt);
     a[at(i)] = (m.p[at(i + 1)] - 2 * m.p[at(i)] + m.p[at(i - 1)]) / (dt * dt);
     const Vec3 up = a[at(i)] + Vec3(0, 0, o.environment.gravity);
-    x[at(i)].q_WB = free_attitude ? m.q[at(i)] : Quat::FromTwoVectors(Vec3::UnitZ(), up);
+    x[at(i)].q_WB = free_attitude ? m.q[at(i)] : shortest_rotation(Vec3::UnitZ(), up);
   }
   const auto rate = [&](int i) {
     return Vec3(log_rotation(x[at(i - 1)].q_WB.conjugate() * x[at(i + 1)].q_WB) / (2 * dt));
@@ -98,8 +99,8 @@ Flight nominal_flight(const ProposedFlight& proposal, const Vec3& start, const v
     need << vehicle.mass * (R_BW * (a[at(i)] + Vec3(0, 0, o.environment.gravity))),
         vehicle.inertia * turn + s.w_WB_B.cross(vehicle.inertia * s.w_WB_B);
     const double alpha = m.alpha[at(i)];
-    if (!solver || alpha != m.alpha[at(i - 1)]) solver.emplace(vehicle.allocation_matrix(alpha));
-    const Eigen::VectorXd thrust = solver->solve(need);
+    if (!thrusts || alpha != m.alpha[at(i - 1)]) thrusts.emplace(vehicle, alpha);
+    const vehicle::RotorVector thrust = (*thrusts)(need);
     for (std::size_t r = 0; r < speed.size(); ++r)
       speed[r] = vehicle.rotors[r].speed(thrust[static_cast<Eigen::Index>(r)]);
     physics::Situation y;

@@ -1,11 +1,13 @@
 #include "without_rotor_speeds.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "../conditioning/tilt_servo.hpp"
 #include "../search/offered_effects.hpp"
 #include "../sensor_checks/inverse_dynamics.hpp"
 #include "detectability.hpp"
+#include "least_thrusts.hpp"
 #include "omniflight_core/random.hpp"
 
 namespace omniflight::diagnosis {
@@ -22,20 +24,18 @@ recording::Signal nominal_speeds(const MotionOnGrid& m, const Eigen::MatrixXd& t
   out.t_s = m.t;
   out.values.resize(m.force.rows(), v.rotor_count());
   Random random(1, "rotors that nobody recorded");
-  vehicle::AllocationMatrix A;
-  Eigen::CompleteOrthogonalDecomposition<vehicle::AllocationMatrix> solver;
+  std::optional<LeastThrusts> thrusts;
   double at = std::nan("");
   for (Eigen::Index i = 0; i < m.force.rows(); ++i) {
     const double alpha = tilt.size() > 0 && std::isfinite(tilt(i, 0)) ? tilt(i, 0) : 0.0;
     if (!(alpha == at)) {
       at = alpha;
-      A = v.allocation_matrix(alpha);
-      solver.compute(A);
+      thrusts.emplace(v, alpha);
     }
     const Vec3 w = m.w.row(i).transpose(), dw = m.dw.row(i).transpose();
     Vec6 wrench;
     wrench << v.mass * m.force.row(i).transpose(), v.inertia * dw + w.cross(v.inertia * w);
-    const Eigen::VectorXd thrust = solver.solve(wrench);
+    const vehicle::RotorVector thrust = (*thrusts)(wrench);
     for (int k = 0; k < v.rotor_count(); ++k) {
       const vehicle::Rotor& rotor = v.rotors[static_cast<std::size_t>(k)];
       const double speed = rotor.speed(std::clamp(thrust[k], rotor.lower_thrust(), rotor.max_thrust));
