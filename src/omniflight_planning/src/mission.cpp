@@ -87,6 +87,27 @@ void read_limits(files::YamlReader root, MotionLimits& limits) {
   limits.rotor_headroom = group->number("rotor_headroom", files::between(0.0, 0.95), limits.rotor_headroom);
 }
 
+std::optional<Tether> read_tether(files::YamlReader& root) {
+  auto group = root.optional_child("tether");
+  if (!group) return {};
+  Tether t;
+  t.anchor_W = group->vec3("anchor", files::between(-kFarthest, kFarthest, "m"));
+  t.attachment_B = group->vec3("attachment", files::between(-10, 10, "m"), Vec3::Zero());
+  t.length = group->number("length_m", files::between(1e-2, kFarthest, "m"));
+  t.linear_mass = group->number("mass_kg_per_m", files::between(0, 10, "kg/m"), 0.0);
+  if (group->has("cone_axis") != group->has("cone_deg"))
+    group->error("a cone needs both cone_axis and cone_deg", "Write both, or none");
+  if (group->has("cone_axis") && group->has("cone_deg")) {
+    const Vec3 axis = group->vec3("cone_axis", files::between(-10, 10));
+    if (axis.norm() < 1e-3) group->error_at("cone_axis", "has no direction", "Give an axis of the body");
+    t.cone_axis_B = axis.normalized();
+    t.cone = to_radians(group->number("cone_deg", files::between(1, 180, "deg")));
+  }
+  if (group->has("twist_deg"))
+    t.twist = to_radians(group->number("twist_deg", files::between(1, 1e5, "deg")));
+  return t;
+}
+
 /// A path beside the mission, an absolute one, or a name under configs/test_beds.
 Result<fs::path> find_test_bed(const std::string& value, const fs::path& mission, const std::string& where) {
   std::vector<fs::path> places{mission.parent_path() / value,
@@ -143,6 +164,7 @@ Result<Mission> load_mission(const std::string& spec) {
     if (tracking->has("attitude_deg"))
       m.tracking_attitude = to_radians(tracking->number("attitude_deg", files::between(0.1, 180, "deg")));
   }
+  m.tether = read_tether(*root);
   m.waypoints.push_back(read_waypoint(root->child("start"), nullptr, 0));
   for (auto& item : root->children("waypoints", 1, 1000)) {
     const Waypoint previous = m.waypoints.back();

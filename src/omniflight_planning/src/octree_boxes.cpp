@@ -51,6 +51,29 @@ double OctreeBoxes::clearance(const Pose& pose, const VehicleSpheres& vehicle) {
   return best;
 }
 
+double OctreeBoxes::segment_distance(const Vec3& a, const Vec3& b, double enough) const {
+  double best = enough;
+  for (const Vec3& end : {a, b})
+    best = std::min({best, (end - lower_).minCoeff(), (upper_ - end).minCoeff()});
+  const Vec3 way = b - a;
+  const double square = way.squaredNorm(), length = std::sqrt(square);
+  for (const Box& box : all_) {
+    const double foot = square > 0.0 ? std::clamp((box.center - a).dot(way) / square, 0.0, 1.0) : 0.0;
+    if ((a + foot * way - box.center).norm() - std::sqrt(3.0) * box.half >= best) continue;
+    // the distance to a convex body is convex along a line: thirds of the segment are left out in turn
+    double low = 0.0, high = 1.0;
+    while ((high - low) * length > 1e-5) {
+      const double third = (high - low) / 3.0;
+      if (box.distance(a + (low + third) * way) <= box.distance(a + (high - third) * way))
+        high -= third;
+      else
+        low += third;
+    }
+    best = std::min(best, box.distance(a + 0.5 * (low + high) * way) - 0.5 * (high - low) * length);
+  }
+  return best;
+}
+
 void OctreeBoxes::gather(const Vec3& center, double radius) {
   if (gathered_ && (center - around_).norm() < kStep) return;
   near_.clear();

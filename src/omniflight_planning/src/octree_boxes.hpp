@@ -23,6 +23,10 @@ class OctreeBoxes {
   /// a row are cheap.
   double clearance(const Pose& pose, const VehicleSpheres& vehicle);
 
+  /// Distance [m] of a straight segment to the nearest box or to the edge of the map, exact to 0.01 mm and
+  /// never too large, at most `enough`.
+  double segment_distance(const Vec3& a, const Vec3& b, double enough) const;
+
  private:
   struct Box {
     Vec3 center;

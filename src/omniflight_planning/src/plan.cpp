@@ -35,6 +35,15 @@ Error to_error(const PathProblem& problem, const Waypoint& waypoint, const std::
       error.code = ErrorCode::impossible;
       error.next_step = "Move the waypoint or open the test bed";
       break;
+    case PathFailure::tether_blocks_way:
+      error.code = ErrorCode::incomplete;
+      error.next_step = "Give a longer tether, another anchor or attachment, or a via point";
+      break;
+    case PathFailure::tether_too_short:
+    case PathFailure::tether_blocked:
+      error.code = ErrorCode::bad_input;
+      error.next_step = "Give a longer tether or another anchor, or move the waypoint";
+      break;
     case PathFailure::start_unhoverable:
     case PathFailure::goal_unhoverable:
       error.code = ErrorCode::bad_input;
@@ -86,6 +95,37 @@ PathResult<Path> find_roomy_path(const StateCheck& check, const Pose& start, con
   PathOptions part = options;
   part.budget_s = 0.6 * options.budget_s;
   return find_path(check, start, goal, part);
+}
+
+/// Says of a search without a path whether the vehicle alone would have one.
+PathProblem blame_tether(PathProblem problem, const StateCheck& check, const Pose& start, const Pose& goal,
+                         PathOptions options) {
+  options.budget_s = 0.5 * options.deadline.left();
+  options.brief = true;
+  if (find_path(check.with_tether({}), start, goal, options)) {
+    problem.failure = PathFailure::tether_blocks_way;
+    problem.message += "; the vehicle alone has a path, so the bottleneck is the tether";
+  }
+  return problem;
+}
+
+/// Limits of the tether that poses do not show, and the rotors when it carries itself.
+Status certify_tether(const Mission& mission, const vehicle::Vehicle& bare, const Knots& all,
+                      Certificate& c) {
+  c.tether = tether_use(*mission.tether, all);
+  if (c.tether->twist > mission.tether->twist)
+    return fail(ErrorCode::incomplete,
+                text("tether_twisted: the way twists the tether by %.1f deg, %.1f are allowed",
+                     to_degrees(c.tether->twist), to_degrees(mission.tether->twist)),
+                mission.file, "Turn back on the way, or allow more twist_deg");
+  const auto load = load_alone(bare, all);
+  if (!load) return Failure(load.error());
+  if (*load > 1.0 - mission.limits.rotor_headroom)
+    return fail(ErrorCode::incomplete,
+                text("tether_unloaded: without the tether's weight the rotors need %.0f %% of their range",
+                     100.0 * *load),
+                mission.file, "Attach the tether nearer to the centre of mass, or ask for less headroom");
+  return {};
 }
 
 /// What the motion of a piece asks at most; nothing when the deadline has passed.
@@ -156,10 +196,11 @@ Status certify(const Trajectory& trajectory, const vehicle::Vehicle& vehicle, Ti
   return {};
 }
 
-Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const vehicle::Vehicle& vehicle,
+Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const vehicle::Vehicle& bare,
                         const DistanceMap& map, const PlanOptions& options) {
   const Pace pace;
-  if (auto ok = vehicle::validate(vehicle); !ok) return Failure(ok.error());
+  if (auto ok = vehicle::validate(bare); !ok) return Failure(ok.error());
+  const vehicle::Vehicle vehicle = asked.tether ? carrying(bare, *asked.tether) : bare;
   const auto resolved = with_headings(asked, vehicle);
   if (!resolved) return Failure(resolved.error());
   const Mission& mission = *resolved;
@@ -192,6 +233,11 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
     if (deadline.passed()) return out_of_time(deadline, "checking the waypoints");
     const auto here = tilts.at(alpha);
     if (!here) return Failure(here.error());
+    if ((*here)->flat && mission.tether)
+      return bad_input("tether: '" + vehicle.name +
+                           "' leans into its motion, and plans with a tether are for "
+                           "vehicles that command their attitude",
+                       mission.file, "Leave the tether out");
     if ((*here)->flat)
       if (auto ok = check_upright(waypoint, *(*here)->flat, vehicle, i == 0, mission.file); !ok)
         return Failure(ok.error());
@@ -221,7 +267,12 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
     const auto here = tilts.at(alpha);
     if (!here) return Failure(here.error());
     const auto part = find_roomy_path((*here)->check, mission.waypoints[i - 1].pose, goal.pose, path_options);
-    if (!part) return Failure(to_error(part.error(), goal, mission.file));
+    if (!part) {
+      PathProblem why = part.error();
+      if (mission.tether)
+        why = blame_tether(why, (*here)->check, mission.waypoints[i - 1].pose, goal.pose, path_options);
+      return Failure(to_error(why, goal, mission.file));
+    }
     if (path_length(*part) > 1e-6) leg.push_back(*part);
     if (!goal.stop) continue;
     if (!leg.empty()) {
@@ -267,7 +318,7 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   c.vehicle_file = options.vehicle.empty() ? mission.vehicle : options.vehicle;
   c.vehicle_set = options.set;
   c.vehicle_sha256 = vehicle.sha256;
-  c.vehicle_mass = vehicle.mass;
+  c.vehicle_mass = bare.mass;
   c.map_file = options.map_file;
   c.map_sha256 = map.sha256();
   c.seed = path_options.seed;
@@ -278,6 +329,8 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   c.limits = mission.limits;
   if (auto ok = certify(*trajectory, vehicle, tilts, mission.limits.rotor_headroom, deadline, c); !ok)
     return Failure(ok.error());
+  if (mission.tether)
+    if (auto ok = certify_tether(mission, bare, trajectory->knots(), c); !ok) return Failure(ok.error());
   out.trajectory = std::move(*trajectory);
   return out;
 }

@@ -36,48 +36,57 @@ Json to_json(const Trajectory& trajectory) {
           {"knots", std::move(knots)}};
 }
 
+Json to_json(const TetherUse& use) {
+  return {{"length_m", use.length},
+          {"longest_m", use.longest},
+          {"twist_deg", to_degrees(use.twist)},
+          {"mass_kg", use.mass}};
+}
+
 Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
-  return {{"schema", "omniflight.certificate/1"},
-          {"verdict", c.verdict},
-          {"reason", c.reason},
-          {"mission", {{"name", c.mission}, {"file", c.mission_file}, {"sha256", c.mission_sha256}}},
-          {"vehicle",
-           {{"name", c.vehicle},
-            {"file", c.vehicle_file},
-            {"set", c.vehicle_set},
-            {"sha256", c.vehicle_sha256},
-            {"mass_kg", c.vehicle_mass}}},
-          {"map", {{"file", c.map_file}, {"sha256", c.map_sha256}}},
-          {"trajectory", {{"sha256", trajectory_sha256}}},
-          {"seed", c.seed},
-          {"alpha_deg", to_degrees(c.alpha)},
-          {"alpha_range_deg", {to_degrees(c.alpha_lowest), to_degrees(c.alpha_highest)}},
-          {"alpha_searched", c.alpha_searched},
-          {"attitude", {{"from_acceleration", c.leans}, {"thrust_axis", array(c.thrust_axis_B)}}},
-          {"duration_s", c.duration},
-          {"clearance",
-           {{"asked_m", c.clearance_asked},
-            {"min_m", c.min_clearance},
-            {"min_at_s", c.min_clearance_at},
-            {"horizon_m", c.clearance_horizon},
-            {"witnesses", c.witnesses}}},
-          {"tube", {{"position_m", c.tube.position}, {"attitude_deg", to_degrees(c.tube.attitude)}}},
-          {"rotors",
-           {{"headroom_asked", c.limits.rotor_headroom},
-            {"min_headroom", 1.0 - c.peak.rotor_load},
-            {"min_headroom_at_s", c.peak.rotor_load_at}}},
-          {"limits",
-           {{"speed_mps", c.limits.speed},
-            {"acceleration_mps2", c.limits.acceleration},
-            {"rate_dps", to_degrees(c.limits.rate)},
-            {"angular_acceleration_dps2", to_degrees(c.limits.angular_acceleration)},
-            {"lean_deg", to_degrees(c.limits.lean)}}},
-          {"max",
-           {{"speed_mps", c.peak.speed},
-            {"acceleration_mps2", c.peak.acceleration},
-            {"rate_dps", to_degrees(c.peak.rate)},
-            {"angular_acceleration_dps2", to_degrees(c.peak.angular_acceleration)},
-            {"lean_deg", to_degrees(c.peak.lean)}}}};
+  Json out{{"schema", "omniflight.certificate/1"},
+           {"verdict", c.verdict},
+           {"reason", c.reason},
+           {"mission", {{"name", c.mission}, {"file", c.mission_file}, {"sha256", c.mission_sha256}}},
+           {"vehicle",
+            {{"name", c.vehicle},
+             {"file", c.vehicle_file},
+             {"set", c.vehicle_set},
+             {"sha256", c.vehicle_sha256},
+             {"mass_kg", c.vehicle_mass}}},
+           {"map", {{"file", c.map_file}, {"sha256", c.map_sha256}}},
+           {"trajectory", {{"sha256", trajectory_sha256}}},
+           {"seed", c.seed},
+           {"alpha_deg", to_degrees(c.alpha)},
+           {"alpha_range_deg", {to_degrees(c.alpha_lowest), to_degrees(c.alpha_highest)}},
+           {"alpha_searched", c.alpha_searched},
+           {"attitude", {{"from_acceleration", c.leans}, {"thrust_axis", array(c.thrust_axis_B)}}},
+           {"duration_s", c.duration},
+           {"clearance",
+            {{"asked_m", c.clearance_asked},
+             {"min_m", c.min_clearance},
+             {"min_at_s", c.min_clearance_at},
+             {"horizon_m", c.clearance_horizon},
+             {"witnesses", c.witnesses}}},
+           {"tube", {{"position_m", c.tube.position}, {"attitude_deg", to_degrees(c.tube.attitude)}}},
+           {"rotors",
+            {{"headroom_asked", c.limits.rotor_headroom},
+             {"min_headroom", 1.0 - c.peak.rotor_load},
+             {"min_headroom_at_s", c.peak.rotor_load_at}}},
+           {"limits",
+            {{"speed_mps", c.limits.speed},
+             {"acceleration_mps2", c.limits.acceleration},
+             {"rate_dps", to_degrees(c.limits.rate)},
+             {"angular_acceleration_dps2", to_degrees(c.limits.angular_acceleration)},
+             {"lean_deg", to_degrees(c.limits.lean)}}},
+           {"max",
+            {{"speed_mps", c.peak.speed},
+             {"acceleration_mps2", c.peak.acceleration},
+             {"rate_dps", to_degrees(c.peak.rate)},
+             {"angular_acceleration_dps2", to_degrees(c.peak.angular_acceleration)},
+             {"lean_deg", to_degrees(c.peak.lean)}}}};
+  if (c.tether) out["tether"] = to_json(*c.tether);
+  return out;
 }
 
 std::string to_csv(const Trajectory& trajectory) {
@@ -264,6 +273,13 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
       c.refuse("attitude.thrust_axis", "is not of unit length");
     o.limits.lean = to_radians(c.number(limits, "lean_deg", 0.0, 180.0));
     o.peak.lean = to_radians(c.number(max, "lean_deg", 0.0, 180.0));
+  }
+  if (certificate->contains("tether")) {
+    const Json& tether = c.object(*certificate, "tether");
+    o.tether = {.length = c.number(tether, "length_m", 0.0, 1e4),
+                .longest = c.number(tether, "longest_m", 0.0, 1e4),
+                .twist = to_radians(c.number(tether, "twist_deg", 0.0, 1e9)),
+                .mass = c.number(tether, "mass_kg", 0.0, 1e5)};
   }
   const std::string hash = c.string(c.object(*certificate, "trajectory"), "sha256");
   if (!c.ok()) return c.failure();

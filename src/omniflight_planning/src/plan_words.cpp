@@ -53,6 +53,11 @@ std::string explain(const Result<Plan>& plan) {
   out += text("At most %.2f m/s, %.2f m/s2, %.1f deg/s; the rotors need %.0f %% of their range at %.2f s.\n",
               c.peak.speed, c.peak.acceleration, to_degrees(c.peak.rate), 100.0 * c.peak.rotor_load,
               c.peak.rotor_load_at);
+  if (c.tether)
+    out += text(
+        "The tether of %.2f m is used to %.2f m and twisted by %.1f deg at most; the rotors can carry "
+        "all of its %.3f kg.\n",
+        c.tether->length, c.tether->longest, to_degrees(c.tether->twist), c.tether->mass);
   if (c.leans)
     out +=
         text("The attitude follows from the acceleration: it leans by at most %.1f deg, %.1f are allowed.\n",

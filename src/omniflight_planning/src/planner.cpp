@@ -38,6 +38,12 @@ const char* to_string(PathFailure failure) {
       return "start_unhoverable";
     case PathFailure::goal_unhoverable:
       return "goal_unhoverable";
+    case PathFailure::tether_too_short:
+      return "tether_too_short";
+    case PathFailure::tether_blocked:
+      return "tether_blocked";
+    case PathFailure::tether_blocks_way:
+      return "tether_blocks_way";
     case PathFailure::gap_too_narrow:
       return "gap_too_narrow";
     case PathFailure::no_path_in_time:
@@ -57,6 +63,10 @@ tl::expected<void, PathProblem> check_end(const StateCheck& check, const Pose& p
     return problem(PathFailure::outside_map,
                    what + " " + place(pose.p_WB) + " lies outside the map, which reaches from " +
                        place(check.map().lower()) + " to " + place(check.map().upper()));
+  if (const std::string conflict = check.tether_conflict(pose); !conflict.empty())
+    return problem(conflict.find("shorter") != std::string::npos ? PathFailure::tether_too_short
+                                                                 : PathFailure::tether_blocked,
+                   what + " " + place(pose.p_WB) + ": " + conflict);
   const Clearance c = check.clearance(pose);
   if (!check.valid(pose) && check.hoverable(pose.q_WB)) {
     std::string solid = options.name_of ? options.name_of(c.p_W) : std::string();

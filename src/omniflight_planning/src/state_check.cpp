@@ -36,6 +36,35 @@ StateCheck::StateCheck(const DistanceMap& map, VehicleSpheres spheres,
       headroom_(headroom),
       margin_(margin) {}
 
+StateCheck StateCheck::with_margin(double margin) const {
+  StateCheck out = *this;
+  out.margin_ = margin;
+  return out;
+}
+
+StateCheck StateCheck::with_tether(std::optional<Tether> tether) const {
+  StateCheck out = *this;
+  out.tether_ = std::move(tether);
+  // speeds of vehicle points are bounded by this radius, and the attachment is one of them
+  if (out.tether_)
+    out.spheres_.bounding_radius = std::max(spheres_.bounding_radius, out.tether_->attachment_B.norm());
+  return out;
+}
+
+std::string StateCheck::tether_conflict(const Pose& pose) const {
+  if (!tether_) return {};
+  return planning::tether_conflict(*tether_, map_, margin_, pose.p_WB, pose.q_WB);
+}
+
+double StateCheck::room(const Pose& pose) const {
+  const double vehicle = room_of_vehicle(pose);
+  if (!tether_ || vehicle <= 0.0) return vehicle;
+  const double slack =
+      std::min(vehicle, tether_slack(*tether_, spheres_.bounding_radius, pose.p_WB, pose.q_WB));
+  if (slack <= 0.0) return slack;
+  return tether_distance(*tether_, map_, pose.p_WB, pose.q_WB, margin_ + slack) - margin_;
+}
+
 double StateCheck::exact(const SphereGroup& group, const Vec3& p_WB, const Mat3& R_WB, double low,
                          double enough) const {
   const Solid solid(group.part, p_WB, R_WB);
@@ -76,7 +105,7 @@ Clearance StateCheck::clearance(const Pose& pose) const {
   return best;
 }
 
-double StateCheck::room(const Pose& pose) const {
+double StateCheck::room_of_vehicle(const Pose& pose) const {
   const double enough = margin_ + kCoarse;
   if (const double d = map_.coarse_distance(pose.p_WB) - spheres_.bounding_radius; d >= enough)
     return d - margin_;

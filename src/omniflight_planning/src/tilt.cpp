@@ -57,4 +57,21 @@ Result<MotionPeaks> peaks_while_tilting(const vehicle::Vehicle& vehicle,
   return out;
 }
 
+Result<double> load_alone(const vehicle::Vehicle& vehicle, const std::vector<TrajectoryKnot>& knots) {
+  double most = 0.0;
+  for (const TiltPiece& piece : tilt_pieces(knots)) {
+    if (piece.moves) {
+      const auto moving = peaks_while_tilting(vehicle, knots, piece);
+      if (!moving) return Failure(moving.error());
+      most = std::max(most, moving->rotor_load);
+      continue;
+    }
+    const auto rotors = allocation::RotorLoad::create(vehicle, knots[piece.first].reference.alpha);
+    if (!rotors) return Failure(rotors.error());
+    for (std::size_t k = piece.first; k <= piece.last; ++k)
+      most = std::max(most, rotors->motion_load(knots[k].reference));
+  }
+  return most;
+}
+
 }  // namespace omniflight::planning

@@ -23,4 +23,7 @@ double rim_travel(const vehicle::Vehicle& vehicle, double angle);
 Result<MotionPeaks> peaks_while_tilting(const vehicle::Vehicle& vehicle,
                                         const std::vector<TrajectoryKnot>& knots, const TiltPiece& piece);
 
+/// Largest share of the rotors' range that a whole flight of a vehicle needs, every piece at its own tilt.
+Result<double> load_alone(const vehicle::Vehicle& vehicle, const std::vector<TrajectoryKnot>& knots);
+
 }  // namespace omniflight::planning

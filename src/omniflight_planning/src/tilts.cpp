@@ -10,8 +10,9 @@ Result<const AtTilt*> Tilts::at(double alpha) {
   auto load = allocation::RotorLoad::create(vehicle_, alpha);
   if (!load) return Failure(load.error());
   auto rotors = std::make_shared<const allocation::RotorLoad>(std::move(*load));
-  StateCheck check(map_, cover_with_spheres(vehicle_, alpha), rotors, mission_.limits.rotor_headroom,
-                   mission_.clearance);
+  const StateCheck alone(map_, cover_with_spheres(vehicle_, alpha), rotors, mission_.limits.rotor_headroom,
+                         mission_.clearance);
+  StateCheck check = mission_.tether ? alone.with_tether(mission_.tether) : alone;
   std::optional<FlatVehicle> flat;
   if (rotors->rank() < 6) {
     auto found = flat_vehicle(vehicle_, alpha);

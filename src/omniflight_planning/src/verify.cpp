@@ -84,6 +84,16 @@ Status check_move(const vehicle::Vehicle& vehicle, const std::vector<TrajectoryK
   return {};
 }
 
+/// Way [m] that every vehicle point may move before the tether violates a limit, by the octree's boxes.
+double room_of_tether(const Tether& tether, double clearance, const OctreeBoxes& boxes, const Reference& r,
+                      const VehicleSpheres& spheres) {
+  const double reach = std::max(spheres.bounding_radius, tether.attachment_B.norm());
+  const double slack = tether_slack(tether, reach, r.p_WB, r.q_WB);
+  const Vec3 end = tether.attachment_W(r.p_WB, r.q_WB), way = end - tether.anchor_W;
+  const double part = std::min(1.0, kTiedWithin / std::max(1e-9, way.norm()));
+  return std::min(slack, boxes.segment_distance(tether.anchor_W + part * way, end, kBoxHorizon) - clearance);
+}
+
 }  // namespace
 
 Result<VerifyReport> verify(const std::filesystem::path& dir) {
@@ -128,15 +138,16 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
   out.duration = plan->trajectory.duration();
   if (std::abs(knots.front().reference.alpha - c.alpha) > 1e-9)
     return reject("the trajectory does not begin at the certificate's alpha");
+  const vehicle::Vehicle loaded = mission->tether ? carrying(*vehicle, *mission->tether) : *vehicle;
   const std::vector<TiltPiece> pieces = tilt_pieces(knots);
   for (const TiltPiece& piece : pieces) {
     if (piece.moves) {
       if (auto ok = check_move(*vehicle, knots, piece); !ok) return reject(ok.error().message);
-      const auto most = peaks_while_tilting(*vehicle, knots, piece);
+      const auto most = peaks_while_tilting(loaded, knots, piece);
       if (!most) return Failure(most.error());
       out.peak = larger(out.peak, *most, 0.0);
     } else {
-      const auto rotors = allocation::RotorLoad::create(*vehicle, knots[piece.first].reference.alpha);
+      const auto rotors = allocation::RotorLoad::create(loaded, knots[piece.first].reference.alpha);
       if (!rotors) return Failure(rotors.error());
       const auto from = knots.begin() + static_cast<std::ptrdiff_t>(piece.first);
       const auto to = knots.begin() + static_cast<std::ptrdiff_t>(piece.last) + 1;
@@ -146,6 +157,14 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
       if (flat) most.lean = largest_lean(part, *flat);
       out.peak = larger(out.peak, most, 0.0);
     }
+  }
+  if (mission->tether) {
+    const auto load = load_alone(*vehicle, knots);
+    if (!load) return Failure(load.error());
+    out.peak.rotor_load = std::max(out.peak.rotor_load, *load);
+    if (const double twist = tether_use(*mission->tether, knots).twist;
+        twist > mission->tether->twist * (1.0 + kTolerance))
+      return reject("the tether is twisted by " + std::to_string(to_degrees(twist)) + " deg");
   }
   const MotionLimits& limits = mission->limits;
   const struct {
@@ -170,8 +189,15 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
     const Reference r = plan->trajectory.sample(t);
     const double clearance = boxes.clearance({r.p_WB, r.q_WB}, spheres);
     ++out.poses;
+    double room = clearance - mission->clearance;
+    if (mission->tether) {
+      room = std::min(room, room_of_tether(*mission->tether, mission->clearance, boxes, r, spheres));
+      if (room <= least && clearance - mission->clearance > least)
+        return reject("the tether is too short, leaves its cone or does not keep its clearance at " +
+                      std::to_string(t) + " s");
+    }
     if (clearance < out.min_clearance) out.min_clearance = clearance, out.min_clearance_at = t;
-    if (clearance - mission->clearance > least) return clearance - mission->clearance;
+    if (room > least) return room;
     char line[160];
     std::snprintf(line, sizeof line,
                   "the vehicle comes within %.4f m of the map's voxels at %.3f s, %.4f m are asked for",
@@ -189,7 +215,9 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
       continue;
     }
     // Conservative advancement along the curve, with exact distances.
-    const VehicleSpheres spheres = cover_with_spheres(*vehicle, knots[piece.first].reference.alpha);
+    VehicleSpheres spheres = cover_with_spheres(*vehicle, knots[piece.first].reference.alpha);
+    if (mission->tether)
+      spheres.bounding_radius = std::max(spheres.bounding_radius, mission->tether->attachment_B.norm());
     double room = 0.0;
     for (std::size_t k = piece.first; k < piece.last; ++k) {
       const double speed = speed_bound(knots[k], knots[k + 1], spheres.bounding_radius);

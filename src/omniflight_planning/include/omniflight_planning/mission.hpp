@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "omniflight_planning/tether.hpp"
 #include "omniflight_planning/timing.hpp"
 
 namespace omniflight::planning {
@@ -29,7 +30,8 @@ struct Mission {
   std::filesystem::path test_bed;     ///< the .bt file, resolved
   std::filesystem::path description;  ///< the test bed's YAML beside it, empty when there is none
   std::optional<double> alpha;        ///< rad, at the start; nothing = search
-  std::vector<Waypoint> waypoints;    ///< the first one is the start
+  std::optional<Tether> tether;
+  std::vector<Waypoint> waypoints;  ///< the first one is the start
   MotionLimits limits;
   std::optional<double>
       tracking_position;  ///< m, position error that the flight may reach; nothing: see tube_of

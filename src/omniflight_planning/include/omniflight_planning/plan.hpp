@@ -44,6 +44,7 @@ struct Certificate {
   double min_clearance_at = 0.0;      ///< s
   double clearance_horizon = 0.0;     ///< m
   std::size_t witnesses = 0;          ///< poses looked at along the curve
+  std::optional<TetherUse> tether;
   MotionLimits limits;
   MotionPeaks peak;  ///< on the knots
 };

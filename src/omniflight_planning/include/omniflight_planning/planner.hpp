@@ -19,6 +19,9 @@ enum class PathFailure {
   goal_occupied,
   start_unhoverable,
   goal_unhoverable,
+  tether_too_short,
+  tether_blocked,     ///< at a waypoint
+  tether_blocks_way,  ///< the vehicle alone has a path
   gap_too_narrow,
   no_path_in_time,
   proven_impossible,

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "omniflight_allocation/rotor_load.hpp"
 #include "omniflight_core/trajectory.hpp"
 #include "omniflight_planning/deadline.hpp"
 #include "omniflight_planning/map.hpp"
+#include "omniflight_planning/tether.hpp"
 #include "omniflight_planning/vehicle_spheres.hpp"
 
 namespace omniflight::planning {
@@ -45,7 +48,10 @@ class StateCheck {
              std::shared_ptr<const allocation::RotorLoad> rotors, double headroom, double margin);
 
   /// The same check with another margin [m].
-  StateCheck with_margin(double margin) const { return {map_, spheres_, rotors_, headroom_, margin}; }
+  StateCheck with_margin(double margin) const;
+  /// The same check with a tether, or with none: its limits are part of room(), valid() and what uses them,
+  /// but not of clearance().
+  StateCheck with_tether(std::optional<Tether> tether) const;
 
   Clearance clearance(const Pose& pose) const;
   /// Distance [m] beyond the margin that is certainly free around every vehicle point; coarser than
@@ -65,12 +71,16 @@ class StateCheck {
   /// The same without looking for the least clearance of a free curve, for half of the time.
   CurveCheck advance_along(const Trajectory& trajectory, const Deadline& deadline = {}) const;
 
+  /// Which limit of the tether a pose violates; empty where none.
+  std::string tether_conflict(const Pose& pose) const;
+
   const DistanceMap& map() const { return map_; }
   const VehicleSpheres& spheres() const { return spheres_; }
   double alpha() const { return rotors_->alpha(); }  ///< rad
   double margin() const { return margin_; }          ///< m
 
  private:
+  double room_of_vehicle(const Pose& pose) const;
   /// Distance [m] of a part to the voxels, or `enough` where it is at least that; no more than `low` is told
   /// as any number up to there.
   double exact(const SphereGroup& group, const Vec3& p_WB, const Mat3& R_WB, double low, double enough) const;
@@ -79,6 +89,7 @@ class StateCheck {
   VehicleSpheres spheres_;
   std::shared_ptr<const allocation::RotorLoad> rotors_;
   double headroom_, margin_;
+  std::optional<Tether> tether_ = {};
 };
 
 /// Upper bound [m/s] of the speed of any vehicle point within `radius` [m] of the body origin between two

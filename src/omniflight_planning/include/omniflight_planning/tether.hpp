@@ -1,0 +1,59 @@
+// A tether from a fixed anchor (the floor, or an apex above) to the vehicle: limits and weight.
+#pragma once
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "omniflight_core/trajectory.hpp"
+#include "omniflight_planning/map.hpp"
+#include "omniflight_vehicle/vehicle.hpp"
+
+namespace omniflight::planning {
+
+/// Counts as the straight segment from anchor to attachment; sag of a slack tether is not modelled.
+struct Tether {
+  Vec3 anchor_W = Vec3::Zero();       ///< m
+  Vec3 attachment_B = Vec3::Zero();   ///< m
+  double length = 0.0;                ///< m
+  double linear_mass = 0.0;           ///< kg/m
+  Vec3 cone_axis_B = -Vec3::UnitZ();  ///< unit, axis of the cone in which the tether may leave the vehicle
+  double cone = kPi;                  ///< rad, half angle of that cone
+  double twist = HUGE_VAL;            ///< rad, that may accumulate about the tether from the start
+
+  Vec3 attachment_W(const Vec3& p_WB, const Quat& q_WB) const { return p_WB + q_WB * attachment_B; }
+  double mass() const { return length * linear_mass; }  ///< kg
+};
+
+/// Within this distance of the anchor the tether may touch what it is tied to.
+inline constexpr double kTiedWithin = 0.3;  // m
+
+/// Way [m] that every vehicle point may move before the length or the cone is violated, at least; not
+/// positive where one is. `reach` [m] is a radius about the body origin that holds the attachment.
+double tether_slack(const Tether& tether, double reach, const Vec3& p_WB, const Quat& q_WB);
+
+/// Lower bound [m] of the distance of the segment, beyond kTiedWithin of the anchor, to the map's voxels, or
+/// `enough` where it is larger. A motion of the attachment by d changes the distance by no more than d.
+double tether_distance(const Tether& tether, const DistanceMap& map, const Vec3& p_WB, const Quat& q_WB,
+                       double enough);
+
+/// Which limit a pose violates, with values and units; empty where none.
+std::string tether_conflict(const Tether& tether, const DistanceMap& map, double margin, const Vec3& p_WB,
+                            const Quat& q_WB);
+
+/// What a flight asks of the tether.
+struct TetherUse {
+  double length = 0.0;   ///< m, that there is
+  double longest = 0.0;  ///< m from anchor to attachment, on the knots
+  double twist = 0.0;    ///< rad, largest amount accumulated about the tether since the start
+  double mass = 0.0;     ///< kg of the whole tether, which the rotors can carry
+};
+/// Twist: integral of the body rate along the segment.
+TetherUse tether_use(const Tether& tether, const std::vector<TrajectoryKnot>& knots);
+
+/// The vehicle with the whole mass of the tether as a point mass at the attachment. The rotors' load is
+/// convex in the mass carried, so a motion within limits with all of it and with none is so with any part of
+/// it.
+vehicle::Vehicle carrying(const vehicle::Vehicle& vehicle, const Tether& tether);
+
+}  // namespace omniflight::planning

@@ -1,0 +1,96 @@
+#include "omniflight_planning/tether.hpp"
+
+#include <algorithm>
+
+#include "text.hpp"
+
+namespace omniflight::planning {
+namespace {
+
+constexpr double kHalfPiece = 0.005;  // m, pieces of the segment that are not divided further
+constexpr double kShortest = 1e-6;    // m, below which a segment has no direction
+
+/// Least distance of a piece of the segment: its centre's, less half of its length.
+double least(const DistanceMap& map, const Vec3& a, const Vec3& b, double best) {
+  const double half = 0.5 * (b - a).norm();
+  const Vec3 middle = 0.5 * (a + b);
+  const double bound = map.distance(middle) - half;
+  if (bound >= best || best <= 0.0) return best;
+  if (half <= kHalfPiece) return bound;
+  return least(map, middle, b, least(map, a, middle, best));
+}
+
+Mat3 point_inertia(double mass, const Vec3& p) {
+  return mass * (p.squaredNorm() * Mat3::Identity() - p * p.transpose());
+}
+
+double angle_from_axis(const Tether& tether, const Vec3& direction_W, const Quat& q_WB) {
+  return std::acos(std::clamp(tether.cone_axis_B.dot(q_WB.conjugate() * direction_W), -1.0, 1.0));
+}
+
+}  // namespace
+
+double tether_slack(const Tether& tether, double reach, const Vec3& p_WB, const Quat& q_WB) {
+  const Vec3 way = tether.anchor_W - tether.attachment_W(p_WB, q_WB);
+  const double distance = way.norm(), slack = tether.length - distance;
+  if (tether.cone >= kPi) return slack;
+  if (distance < kShortest) return 0.0;
+  // a motion by d < distance turns the segment by asin(d / distance) <= pi/2 d / distance at most, and the
+  // body by d / reach
+  const double left = tether.cone - angle_from_axis(tether, way / distance, q_WB);
+  return std::min({slack, distance, left / (0.5 * kPi / distance + 1.0 / reach)});
+}
+
+double tether_distance(const Tether& tether, const DistanceMap& map, const Vec3& p_WB, const Quat& q_WB,
+                       double enough) {
+  const Vec3 end = tether.attachment_W(p_WB, q_WB), way = end - tether.anchor_W;
+  const double distance = way.norm();
+  const Vec3 begin = distance <= kTiedWithin ? end : Vec3(tether.anchor_W + way * (kTiedWithin / distance));
+  return least(map, begin, end, enough);
+}
+
+std::string tether_conflict(const Tether& tether, const DistanceMap& map, double margin, const Vec3& p_WB,
+                            const Quat& q_WB) {
+  const Vec3 way = tether.anchor_W - tether.attachment_W(p_WB, q_WB);
+  const double distance = way.norm();
+  if (distance >= tether.length)
+    return text("the tether of %.3f m is shorter than the way from its anchor to the vehicle, %.3f m",
+                tether.length, distance);
+  if (tether.cone < kPi && distance >= kShortest)
+    if (const double angle = angle_from_axis(tether, way / distance, q_WB); angle >= tether.cone)
+      return text("the tether leaves the vehicle at %.1f deg from the axis of its cone of %.1f deg",
+                  to_degrees(angle), to_degrees(tether.cone));
+  if (const double near = tether_distance(tether, map, p_WB, q_WB, map.max_distance()); near <= margin)
+    return text("the tether comes within %.3f m of the voxels, and %.3f m of clearance are asked for",
+                std::max(0.0, near), margin);
+  return {};
+}
+
+TetherUse tether_use(const Tether& tether, const std::vector<TrajectoryKnot>& knots) {
+  TetherUse use{.length = tether.length, .mass = tether.mass()};
+  double twist = 0.0, before = 0.0;
+  for (std::size_t k = 0; k < knots.size(); ++k) {
+    const Reference& r = knots[k].reference;
+    const Vec3 way = tether.attachment_W(r.p_WB, r.q_WB) - tether.anchor_W;
+    const double distance = way.norm();
+    use.longest = std::max(use.longest, distance);
+    const double rate = distance < kShortest ? 0.0 : (r.q_WB * r.w_WB_B).dot(way / distance);
+    if (k > 0) twist += 0.5 * (rate + before) * (knots[k].t - knots[k - 1].t);
+    before = rate;
+    use.twist = std::max(use.twist, std::abs(twist));
+  }
+  return use;
+}
+
+vehicle::Vehicle carrying(const vehicle::Vehicle& vehicle, const Tether& tether) {
+  vehicle::Vehicle out = vehicle;
+  const double mass = tether.mass();
+  if (mass <= 0.0) return out;
+  out.mass += mass;
+  out.center_of_mass = (vehicle.mass * vehicle.center_of_mass + mass * tether.attachment_B) / out.mass;
+  out.inertia += point_inertia(vehicle.mass, vehicle.center_of_mass - out.center_of_mass) +
+                 point_inertia(mass, tether.attachment_B - out.center_of_mass);
+  return out;
+}
+
+}  // namespace omniflight::planning

@@ -1,0 +1,197 @@
+// A tether in the plan: length, way of the segment, cone, twist and weight.
+#include "omniflight_planning/tether.hpp"
+
+#include <gtest/gtest.h>
+#include <octomap/OcTree.h>
+
+#include <fstream>
+
+#include "bench.hpp"
+#include "omniflight_files/files.hpp"
+#include "omniflight_planning/plan.hpp"
+
+namespace omniflight::planning {
+namespace {
+
+namespace fs = std::filesystem;
+const std::string kWithWaypoints = "start: {position";
+
+struct Tethers : testing::Test {
+  static void SetUpTestSuite() { setenv("OMNIFLIGHT_CONFIGS", kConfigs.c_str(), 1); }
+};
+
+/// trajectory_2 with a tether; its heights are 0.9 to 2.0 m over a counter of 0.58 m.
+Result<Mission> with_tether(const std::string& keys, const std::string& name = "tethered") {
+  std::string bytes = files::read_file(kConfigs / "missions/trajectory_2.yaml", 1 << 20).value();
+  bytes.insert(bytes.find(kWithWaypoints), "tether: {" + keys + "}\n");
+  const fs::path path = fs::path(testing::TempDir()) / (name + ".yaml");
+  std::ofstream(path) << bytes;
+  return load_mission(path.string());
+}
+
+/// A room with a thin pole from floor to ceiling at x = 0, y = 0.
+DistanceMap pole_room() {
+  TestBed bed;
+  bed.name = "pole";
+  bed.resolution = 0.05;
+  bed.lower = Vec3(-2, -2, 0);
+  bed.upper = Vec3(2, 2, 2.4);
+  bed.primitives.push_back({Primitive::Kind::box, "pole", Vec3(0, 0, 1.2), Vec3(0.04, 0.04, 2.38), 0});
+  return DistanceMap::create(*make_octree(bed).value(), "").value();
+}
+
+TEST_F(Tethers, ShorterThanTheWayIsRefusedWithMetres) {
+  const auto mission = with_tether("anchor: [0, 0, 0.58], length_m: 1.2");
+  ASSERT_TRUE(mission) << mission.error().text();
+  const auto plan = plan_mission(*mission);
+  ASSERT_FALSE(plan);
+  EXPECT_EQ(plan.error().code, ErrorCode::bad_input);
+  EXPECT_NE(plan.error().text().find("tether_too_short: full height"), std::string::npos)
+      << plan.error().text();
+  EXPECT_NE(plan.error().text().find("1.200 m"), std::string::npos) << plan.error().text();
+  EXPECT_NE(plan.error().text().find("1.420 m"), std::string::npos) << plan.error().text();
+}
+
+TEST_F(Tethers, PlanVerifiesAndItsCertificateTellsTheUse) {
+  const auto mission = with_tether("anchor: [0, 0, 0.58], length_m: 1.6, mass_kg_per_m: 0.03", "told");
+  ASSERT_TRUE(mission) << mission.error().text();
+  const auto plan = plan_mission(*mission);
+  ASSERT_TRUE(plan) << plan.error().text();
+  ASSERT_TRUE(plan->certificate.tether);
+  // sideways by 0.3 m, 1.42 m above the anchor
+  EXPECT_NEAR(plan->certificate.tether->longest, std::hypot(0.3, 1.42), 1e-3);
+  EXPECT_NEAR(plan->certificate.tether->mass, 0.048, 1e-12);
+  const fs::path dir = fs::path(testing::TempDir()) / "tether_told";
+  ASSERT_TRUE(write_plan(*plan, dir));
+  const auto report = verify(dir);
+  ASSERT_TRUE(report) << report.error().text();
+  const auto again = read_plan(dir);
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_NEAR(again->certificate.tether->longest, plan->certificate.tether->longest, 1e-9);
+  // the weight is in the rotors' share
+  auto bare = *mission;
+  bare.tether.reset();
+  EXPECT_GT(plan->certificate.peak.rotor_load, plan_mission(bare)->certificate.peak.rotor_load + 0.005);
+}
+
+TEST_F(Tethers, VerifyMeasuresTheTetherItself) {
+  const auto mission = with_tether("anchor: [0, 0, 0.58], length_m: 1.6", "measured");
+  ASSERT_TRUE(mission);
+  auto shorter = *mission;
+  shorter.tether.reset();  // a planner that forgot it
+  const auto tight = with_tether("anchor: [0, 0, 0.58], length_m: 1.3", "measured");
+  ASSERT_TRUE(tight);
+  shorter.sha256 = tight->sha256;
+  const auto plan = plan_mission(shorter);
+  ASSERT_TRUE(plan) << plan.error().text();
+  const fs::path dir = fs::path(testing::TempDir()) / "tether_measured";
+  ASSERT_TRUE(write_plan(*plan, dir));
+  const auto report = verify(dir);
+  ASSERT_FALSE(report);
+  EXPECT_NE(report.error().text().find("the tether"), std::string::npos) << report.error().text();
+}
+
+TEST_F(Tethers, MotionsThatDrawTheTetherThroughAPoleAreInvalid) {
+  const DistanceMap map = pole_room();
+  const StateCheck alone = make_check(map, 30, 0.05);
+  Tether tether;
+  tether.anchor_W = Vec3(-1.5, 0, 0.2);
+  tether.length = 4.0;
+  const StateCheck tied = alone.with_tether(tether);
+  const Pose left{Vec3(1.2, 0.9, 1.2), Quat::Identity()}, right{Vec3(1.2, -0.9, 1.2), Quat::Identity()};
+  ASSERT_TRUE(alone.motion_valid(left, right));
+  EXPECT_TRUE(tied.valid(left) && tied.valid(right));
+  EXPECT_FALSE(tied.motion_valid(left, right));
+  const Pose up{Vec3(1.2, 0.9, 1.8), Quat::Identity()};
+  EXPECT_TRUE(tied.motion_valid(left, up));
+}
+
+TEST_F(Tethers, LengthAndConeHoldAlongWholeMotions) {
+  const DistanceMap map = pole_room();
+  Tether tether;
+  tether.anchor_W = Vec3(1.2, 0, 0);
+  tether.length = 1.5;
+  const StateCheck alone = make_check(map, 30, 0.05), tied = alone.with_tether(tether);
+  const auto at = [](double y, double z, double roll_deg = 0) {
+    return Pose{Vec3(1.2, y, z), from_roll_pitch_yaw(Vec3(to_radians(roll_deg), 0, 0))};
+  };
+  EXPECT_TRUE(tied.motion_valid(at(-0.8, 1.1), at(0.8, 1.1)));
+  EXPECT_FALSE(tied.valid(at(0.8, 1.3)));  // 1.53 m
+  tether.cone = to_radians(20);
+  const StateCheck in_cone = alone.with_tether(tether);
+  EXPECT_TRUE(in_cone.motion_valid(at(0, 1.1, -19), at(0, 1.1, 19)));
+  EXPECT_FALSE(in_cone.motion_valid(at(0, 1.1, -19), at(0, 1.1, 22)));
+  EXPECT_FALSE(in_cone.motion_valid(at(0, 1.1), at(0.5, 1.1)));  // 24 degrees from the vertical
+}
+
+TEST_F(Tethers, APathThatOnlyTheTetherForbidsNamesIt) {
+  // the start is seen from the anchor through a slot of 0.3 m, and the vehicle fits through a door beside it
+  TestBed bed = window_bed(0.3, 2.4, 0.05);
+  bed.primitives.clear();
+  const auto wall = [&](double y0, double y1) {
+    bed.primitives.push_back({Primitive::Kind::box, "wall", Vec3(0.05, 0.5 * (y0 + y1), 1.2),
+                              Vec3(0.098, y1 - y0 - 0.002, 2.398), 0});
+  };
+  wall(-1.5, -0.65), wall(-0.35, 0.2);
+  const auto tree = make_octree(bed).value();
+  const DistanceMap map = DistanceMap::create(*tree, "").value();
+  Mission mission;
+  mission.name = "through the door";
+  mission.alpha = to_radians(30);
+  mission.budget_s = 4.0;
+  mission.waypoints = {{.name = "there", .pose = {Vec3(1.2, -0.87, 1.2), Quat::Identity()}, .where = {}},
+                       {.name = "here", .pose = {Vec3(-0.8, 0.6, 1.2), Quat::Identity()}, .where = {}}};
+  ASSERT_TRUE(omniflight::planning::plan(mission, omnimorph(), map));
+  mission.tether = Tether{.anchor_W = Vec3(-1.5, 0, 0.3), .length = 4.0};
+  const auto plan = omniflight::planning::plan(mission, omnimorph(), map);
+  ASSERT_FALSE(plan);
+  EXPECT_EQ(plan.error().code, ErrorCode::incomplete);
+  EXPECT_NE(plan.error().text().find("tether_blocks_way: here"), std::string::npos) << plan.error().text();
+}
+
+TEST_F(Tethers, TwistAccumulatesAboutTheSegmentAndIsLimited) {
+  Tether tether;
+  tether.length = 3.0;
+  std::vector<TrajectoryKnot> knots(201);
+  for (std::size_t k = 0; k < knots.size(); ++k) {
+    const double t = 0.01 * static_cast<double>(k);
+    knots[k].t = t;
+    knots[k].reference.p_WB = Vec3(0, 0, 2);
+    knots[k].reference.q_WB = from_roll_pitch_yaw(Vec3(0, 0, 4.0 * t));
+    knots[k].reference.w_WB_B = Vec3(0, 0, 4.0);
+  }
+  EXPECT_NEAR(tether_use(tether, knots).twist, 8.0, 1e-9);  // more than a turn
+  for (auto& knot : knots) knot.reference.p_WB = Vec3(2, 0, 0);
+  EXPECT_NEAR(tether_use(tether, knots).twist, 0.0, 1e-9);  // across the axis
+
+  std::string bytes = files::read_file(kConfigs / "missions/trajectory_2.yaml", 1 << 20).value();
+  const std::string pitch = "rpy_deg: [0, 20, 0]";
+  bytes.replace(bytes.find(pitch), pitch.size(), "rpy_deg: [0, 0, 80]");
+  bytes.insert(bytes.find(kWithWaypoints), "tether: {anchor: [0, 0, 0.58], length_m: 3, twist_deg: 60}\n");
+  const fs::path path = fs::path(testing::TempDir()) / "twisted.yaml";
+  std::ofstream(path) << bytes;
+  const auto mission = load_mission(path.string());
+  ASSERT_TRUE(mission) << mission.error().text();
+  const auto plan = plan_mission(*mission);
+  ASSERT_FALSE(plan);
+  EXPECT_NE(plan.error().text().find("tether_twisted"), std::string::npos) << plan.error().text();
+}
+
+TEST_F(Tethers, ItsWeightActsAtTheAttachment) {
+  const auto v = omnimorph();
+  Tether tether{.attachment_B = Vec3(0.1, 0, -0.05), .length = 2.0, .linear_mass = 0.1};
+  const auto loaded = carrying(v, tether);
+  const double alpha = to_radians(30);
+  const Vec6 difference =
+      rotor_load(loaded, alpha).required_wrench({}) - rotor_load(v, alpha).required_wrench({});
+  const Vec3 force(0, 0, 0.2 * kGravity);
+  EXPECT_LT((difference.head<3>() - force).norm(), 1e-9);
+  EXPECT_LT((difference.tail<3>() - tether.attachment_B.cross(force)).norm(), 1e-9);
+  Mission mission = *with_tether("anchor: [0, 0, 0.58], length_m: 2.2, mass_kg_per_m: 2", "heavy");
+  const auto plan = plan_mission(mission);
+  ASSERT_FALSE(plan);
+  EXPECT_NE(plan.error().text().find("start_unhoverable"), std::string::npos) << plan.error().text();
+}
+
+}  // namespace
+}  // namespace omniflight::planning
