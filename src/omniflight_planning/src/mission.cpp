@@ -108,6 +108,13 @@ std::optional<Tether> read_tether(files::YamlReader& root) {
   return t;
 }
 
+std::optional<Payload> read_payload(files::YamlReader& root) {
+  auto group = root.optional_child("payload");
+  if (!group) return {};
+  return Payload{.mass = group->number("mass_kg", files::between(1e-6, 1e3, "kg")),
+                 .p_B = group->vec3("position", files::between(-10, 10, "m"), Vec3::Zero())};
+}
+
 /// A path beside the mission, an absolute one, or a name under configs/test_beds.
 Result<fs::path> find_test_bed(const std::string& value, const fs::path& mission, const std::string& where) {
   std::vector<fs::path> places{mission.parent_path() / value,
@@ -165,6 +172,7 @@ Result<Mission> load_mission(const std::string& spec) {
       m.tracking_attitude = to_radians(tracking->number("attitude_deg", files::between(0.1, 180, "deg")));
   }
   m.tether = read_tether(*root);
+  m.payload = read_payload(*root);
   m.waypoints.push_back(read_waypoint(root->child("start"), nullptr, 0));
   for (auto& item : root->children("waypoints", 1, 1000)) {
     const Waypoint previous = m.waypoints.back();

@@ -196,10 +196,11 @@ Status certify(const Trajectory& trajectory, const vehicle::Vehicle& vehicle, Ti
   return {};
 }
 
-Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const vehicle::Vehicle& bare,
+Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const vehicle::Vehicle& empty,
                         const DistanceMap& map, const PlanOptions& options) {
   const Pace pace;
-  if (auto ok = vehicle::validate(bare); !ok) return Failure(ok.error());
+  if (auto ok = vehicle::validate(empty); !ok) return Failure(ok.error());
+  const vehicle::Vehicle bare = asked.payload ? carrying(empty, *asked.payload) : empty;
   const vehicle::Vehicle vehicle = asked.tether ? carrying(bare, *asked.tether) : bare;
   const auto resolved = with_headings(asked, vehicle);
   if (!resolved) return Failure(resolved.error());
@@ -318,7 +319,8 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   c.vehicle_file = options.vehicle.empty() ? mission.vehicle : options.vehicle;
   c.vehicle_set = options.set;
   c.vehicle_sha256 = vehicle.sha256;
-  c.vehicle_mass = bare.mass;
+  c.vehicle_mass = empty.mass;
+  c.payload = mission.payload;
   c.map_file = options.map_file;
   c.map_sha256 = map.sha256();
   c.seed = path_options.seed;

@@ -86,6 +86,7 @@ Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
              {"angular_acceleration_dps2", to_degrees(c.peak.angular_acceleration)},
              {"lean_deg", to_degrees(c.peak.lean)}}}};
   if (c.tether) out["tether"] = to_json(*c.tether);
+  if (c.payload) out["payload"] = {{"mass_kg", c.payload->mass}, {"position_m", array(c.payload->p_B)}};
   return out;
 }
 
@@ -280,6 +281,11 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
                 .longest = c.number(tether, "longest_m", 0.0, 1e4),
                 .twist = to_radians(c.number(tether, "twist_deg", 0.0, 1e9)),
                 .mass = c.number(tether, "mass_kg", 0.0, 1e5)};
+  }
+  if (certificate->contains("payload")) {
+    const Json& payload = c.object(*certificate, "payload");
+    o.payload = {.mass = c.number(payload, "mass_kg", 0.0, 1e3),
+                 .p_B = c.numbers<3>(payload, "position_m", 10.0)};
   }
   const std::string hash = c.string(c.object(*certificate, "trajectory"), "sha256");
   if (!c.ok()) return c.failure();

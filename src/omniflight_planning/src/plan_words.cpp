@@ -58,6 +58,7 @@ std::string explain(const Result<Plan>& plan) {
         "The tether of %.2f m is used to %.2f m and twisted by %.1f deg at most; the rotors can carry "
         "all of its %.3f kg.\n",
         c.tether->length, c.tether->longest, to_degrees(c.tether->twist), c.tether->mass);
+  if (c.payload) out += text("The rotors carry a payload of %.3f kg beside the vehicle.\n", c.payload->mass);
   if (c.leans)
     out +=
         text("The attitude follows from the acceleration: it leans by at most %.1f deg, %.1f are allowed.\n",

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "omniflight_planning/payload.hpp"
 #include "text.hpp"
 
 namespace omniflight::planning {
@@ -18,10 +19,6 @@ double least(const DistanceMap& map, const Vec3& a, const Vec3& b, double best) 
   if (bound >= best || best <= 0.0) return best;
   if (half <= kHalfPiece) return bound;
   return least(map, middle, b, least(map, a, middle, best));
-}
-
-Mat3 point_inertia(double mass, const Vec3& p) {
-  return mass * (p.squaredNorm() * Mat3::Identity() - p * p.transpose());
 }
 
 double angle_from_axis(const Tether& tether, const Vec3& direction_W, const Quat& q_WB) {
@@ -83,14 +80,7 @@ TetherUse tether_use(const Tether& tether, const std::vector<TrajectoryKnot>& kn
 }
 
 vehicle::Vehicle carrying(const vehicle::Vehicle& vehicle, const Tether& tether) {
-  vehicle::Vehicle out = vehicle;
-  const double mass = tether.mass();
-  if (mass <= 0.0) return out;
-  out.mass += mass;
-  out.center_of_mass = (vehicle.mass * vehicle.center_of_mass + mass * tether.attachment_B) / out.mass;
-  out.inertia += point_inertia(vehicle.mass, vehicle.center_of_mass - out.center_of_mass) +
-                 point_inertia(mass, tether.attachment_B - out.center_of_mass);
-  return out;
+  return carrying(vehicle, Payload{.mass = tether.mass(), .p_B = tether.attachment_B});
 }
 
 }  // namespace omniflight::planning

@@ -107,7 +107,7 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
   if (c.verdict != "certified")
     return reject("the certificate's own verdict is '" + c.verdict + "': " + c.reason);
 
-  const auto vehicle = vehicle::load_vehicle(c.vehicle_file, c.vehicle_set);
+  auto vehicle = vehicle::load_vehicle(c.vehicle_file, c.vehicle_set);
   if (!vehicle) return Failure(vehicle.error());
   if (vehicle->sha256 != c.vehicle_sha256)
     return reject("the vehicle '" + c.vehicle_file + "' has changed since the plan was made");
@@ -121,6 +121,7 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
   if (!mission) return Failure(mission.error());
   if (mission->sha256 != c.mission_sha256)
     return reject("the mission " + c.mission_file + " has changed since the plan was made");
+  if (mission->payload) *vehicle = carrying(*vehicle, *mission->payload);
   const auto& knots = plan->trajectory.knots();
   std::optional<FlatVehicle> flat;
   if (c.leans) {

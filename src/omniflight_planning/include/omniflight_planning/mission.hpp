@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "omniflight_planning/payload.hpp"
 #include "omniflight_planning/tether.hpp"
 #include "omniflight_planning/timing.hpp"
 
@@ -31,6 +32,7 @@ struct Mission {
   std::filesystem::path description;  ///< the test bed's YAML beside it, empty when there is none
   std::optional<double> alpha;        ///< rad, at the start; nothing = search
   std::optional<Tether> tether;
+  std::optional<Payload> payload;
   std::vector<Waypoint> waypoints;  ///< the first one is the start
   MotionLimits limits;
   std::optional<double>

@@ -45,6 +45,7 @@ struct Certificate {
   double clearance_horizon = 0.0;     ///< m
   std::size_t witnesses = 0;          ///< poses looked at along the curve
   std::optional<TetherUse> tether;
+  std::optional<Payload> payload;  ///< that the rotors carry beside the vehicle
   MotionLimits limits;
   MotionPeaks peak;  ///< on the knots
 };
