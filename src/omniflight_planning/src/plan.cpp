@@ -210,7 +210,9 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   Certificate& c = out.certificate;
   const bool fixed = vehicle.tilt.kind == vehicle::TiltKind::none;
   c.alpha_searched = !fixed && !mission.alpha.has_value();
-  Tilts tilts(mission, vehicle, map, deadline);
+  const auto tube = tube_for(mission, vehicle, options.tube_file);
+  if (!tube) return Failure(tube.error());
+  Tilts tilts(mission, *tube, vehicle, map, deadline);
   if (fixed) {
     c.alpha = 0.0;
     if (mission.alpha.value_or(0.0) != 0.0)
@@ -325,7 +327,8 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   c.map_sha256 = map.sha256();
   c.seed = path_options.seed;
   c.duration = trajectory->duration();
-  c.tube = tube_of(mission, vehicle);
+  c.tube = *tube;
+  c.tube_margin = margin_of(*tube, cover_with_spheres(vehicle, c.alpha), mission.tether);
   c.clearance_asked = mission.clearance;
   c.clearance_horizon = map.max_distance();
   c.limits = mission.limits;

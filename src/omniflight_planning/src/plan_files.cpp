@@ -68,7 +68,13 @@ Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
              {"min_at_s", c.min_clearance_at},
              {"horizon_m", c.clearance_horizon},
              {"witnesses", c.witnesses}}},
-           {"tube", {{"position_m", c.tube.position}, {"attitude_deg", to_degrees(c.tube.attitude)}}},
+           {"tube",
+            {{"position_m", c.tube.position},
+             {"attitude_deg", to_degrees(c.tube.attitude)},
+             {"in_margin", c.tube.in_margin},
+             {"margin_m", c.tube_margin},
+             {"file", c.tube.file},
+             {"sha256", c.tube.sha256}}},
            {"rotors",
             {{"headroom_asked", c.limits.rotor_headroom},
              {"min_headroom", 1.0 - c.peak.rotor_load},
@@ -259,8 +265,18 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
   o.peak.angular_acceleration = to_radians(c.number(max, "angular_acceleration_dps2", 0.0, 1e7));
   if (certificate->contains("tube")) {  // not in older plans
     const Json& tube = c.object(*certificate, "tube");
-    o.tube = {c.number(tube, "position_m", 0.0, 100.0),
-              to_radians(c.number(tube, "attitude_deg", 0.0, 180.0))};
+    o.tube.position = c.number(tube, "position_m", 0.0, 100.0);
+    o.tube.attitude = to_radians(c.number(tube, "attitude_deg", 0.0, 180.0));
+    if (tube.contains("in_margin")) {  // not in plans made before it could be
+      const auto& in_margin = tube["in_margin"];
+      if (in_margin.is_boolean())
+        o.tube.in_margin = in_margin.get<bool>();
+      else
+        c.refuse("tube.in_margin", "is neither true nor false");
+      o.tube_margin = c.number(tube, "margin_m", 0.0, 1e4);
+      o.tube.file = c.string(tube, "file");
+      o.tube.sha256 = c.string(tube, "sha256");
+    }
   }
   if (certificate->contains("attitude")) {  // not in plans made before vehicles could lean into their motion
     const Json& attitude = c.object(*certificate, "attitude");

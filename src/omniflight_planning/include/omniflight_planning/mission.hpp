@@ -10,6 +10,7 @@
 #include "omniflight_planning/payload.hpp"
 #include "omniflight_planning/tether.hpp"
 #include "omniflight_planning/timing.hpp"
+#include "omniflight_planning/tube.hpp"
 
 namespace omniflight::planning {
 
@@ -38,7 +39,9 @@ struct Mission {
   std::optional<double>
       tracking_position;  ///< m, position error that the flight may reach; nothing: see tube_of
   std::optional<double> tracking_attitude;  ///< rad, likewise
-  double clearance = 0.05;                  ///< m that every point of the vehicle keeps from the map's voxels
+  bool tracking_in_margin = false;          ///< clearance is kept beyond these errors
+  std::optional<Gust> gust;
+  double clearance = 0.05;  ///< m that every point of the vehicle keeps from the map's voxels
   std::uint64_t seed = 1;
   double budget_s = 10.0;  ///< s for the whole plan, see plan()
   std::string file;        ///< where it was read from
