@@ -40,6 +40,7 @@ Action add_compare(CLI::App& verb, Common& common) {
                            {"simulated", o->simulated},
                            {"real", o->real},
                            {"rows", to_json(rows)},
+                           {"tracking", {{"simulated", to_json(metrics[0])}, {"real", to_json(metrics[1])}}},
                            {"control", to_json(control)}};
     print_json(common, j);
     say(common, to_text(rows));

@@ -14,7 +14,7 @@ Action add_plan(CLI::App& verb, Common& common) {
     std::vector<std::string> words;
     std::optional<std::uint64_t> seed;
     std::optional<double> budget_ms;
-    std::string vehicle;
+    std::string vehicle, tube;
     bool force = false;
     std::vector<std::string> set;
   };
@@ -26,6 +26,8 @@ Action add_plan(CLI::App& verb, Common& common) {
   verb.add_option("--budget-ms", o->budget_ms, "Time for the whole plan [ms], instead of the mission's")
       ->check(not_negative(false));
   verb.add_flag("--force", o->force, "Overwrite a plan that is in --out");
+  verb.add_option("--tube", o->tube,
+                  "flight.json or compare.json: its largest tracking errors are kept beyond the clearance");
   verb.add_option("--vehicle", o->vehicle, "Instead of the mission's vehicle");
   verb.add_option("--set", o->set, "Override a vehicle field, for instance mass=1.4 (kg)");
   return [o, &common]() -> Result<int> {
@@ -59,6 +61,7 @@ Action add_plan(CLI::App& verb, Common& common) {
     planning::PlanOptions options;
     options.stop = interrupted;
     options.vehicle = o->vehicle;
+    options.tube_file = o->tube;
     options.set = o->set;
     options.seed = o->seed;
     if (o->budget_ms) options.budget_s = 1e-3 * *o->budget_ms;

@@ -27,6 +27,20 @@ class PlanAndVehicle(system.SystemTest):
         self.fly(mission, *heavy, "--in-process", out="planned_again")
         self.assertEqual(self.json("planned_again/plan/certificate.json")["vehicle"]["mass_kg"], 1.595)
 
+    def test_what_a_flight_measured_is_a_margin_of_the_next_plan(self):
+        mission = self.short_mission()
+        measured = self.fly(mission, "--in-process", "--sensors", "laboratory", out="first")["metrics"]
+        worst = max(measured[whose]["worst_position_m"] for whose in ("measured", "true"))
+        self.run_command("plan", mission, "--tube", "first/flight.json", "--out", "kept")
+        tube = self.json("kept/certificate.json")["tube"]
+        self.assertAlmostEqual(tube["position_m"], worst)
+        self.assertTrue(tube["in_margin"])
+        self.assertGreater(tube["margin_m"], worst)
+        self.run_command("plan", "verify", "kept")
+        again = self.fly(mission, "--plan", "kept", "--in-process", "--sensors", "laboratory", out="again")
+        self.assertEqual(again["judged"]["position_bound_m"], max(0.08, worst))
+        self.refused("plan", mission, "--tube", "kept/certificate.json", words=("certificate.json", "omniflight.flight/1"))
+
     def test_a_plan_is_not_flown_under_another_missions_name(self):
         self.run_command("plan", "trajectory_1", "--out", "one")
         self.refused("fly", self.short_mission(), "--plan", "one", words=("'trajectory_1'", "'short'", "--plan"))

@@ -87,6 +87,21 @@ void read_limits(files::YamlReader root, MotionLimits& limits) {
   limits.rotor_headroom = group->number("rotor_headroom", files::between(0.0, 0.95), limits.rotor_headroom);
 }
 
+void read_tracking(files::YamlReader& root, Mission& m) {
+  auto group = root.optional_child("tracking");
+  if (!group) return;
+  if (group->has("position_m"))
+    m.tracking_position = group->number("position_m", files::between(1e-3, 5, "m"));
+  if (group->has("attitude_deg"))
+    m.tracking_attitude = to_radians(group->number("attitude_deg", files::between(0.1, 180, "deg")));
+  m.tracking_in_margin = group->boolean("in_margin", false);
+  if (group->has("gust_N") != group->has("compliance_m_per_N"))
+    group->error("a gust needs both gust_N and compliance_m_per_N", "Write both, or none");
+  if (group->has("gust_N") && group->has("compliance_m_per_N"))
+    m.gust = Gust{.force = group->number("gust_N", files::between(0, 1e3, "N")),
+                  .compliance = group->number("compliance_m_per_N", files::between(0, 10, "m/N"))};
+}
+
 std::optional<Tether> read_tether(files::YamlReader& root) {
   auto group = root.optional_child("tether");
   if (!group) return {};
@@ -106,6 +121,13 @@ std::optional<Tether> read_tether(files::YamlReader& root) {
   if (group->has("twist_deg"))
     t.twist = to_radians(group->number("twist_deg", files::between(1, 1e5, "deg")));
   return t;
+}
+
+std::optional<Payload> read_payload(files::YamlReader& root) {
+  auto group = root.optional_child("payload");
+  if (!group) return {};
+  return Payload{.mass = group->number("mass_kg", files::between(1e-6, 1e3, "kg")),
+                 .p_B = group->vec3("position", files::between(-10, 10, "m"), Vec3::Zero())};
 }
 
 /// A path beside the mission, an absolute one, or a name under configs/test_beds.
@@ -158,13 +180,9 @@ Result<Mission> load_mission(const std::string& spec) {
   m.seed = static_cast<std::uint64_t>(root->integer("seed", 0, 1'000'000'000, 1));
   m.budget_s = 1e-3 * root->number("budget_ms", files::between(1.0, 600e3, "ms"), 1e3 * m.budget_s);
   read_limits(*root, m.limits);
-  if (auto tracking = root->optional_child("tracking")) {
-    if (tracking->has("position_m"))
-      m.tracking_position = tracking->number("position_m", files::between(1e-3, 5, "m"));
-    if (tracking->has("attitude_deg"))
-      m.tracking_attitude = to_radians(tracking->number("attitude_deg", files::between(0.1, 180, "deg")));
-  }
+  read_tracking(*root, m);
   m.tether = read_tether(*root);
+  m.payload = read_payload(*root);
   m.waypoints.push_back(read_waypoint(root->child("start"), nullptr, 0));
   for (auto& item : root->children("waypoints", 1, 1000)) {
     const Waypoint previous = m.waypoints.back();

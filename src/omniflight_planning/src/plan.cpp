@@ -196,10 +196,11 @@ Status certify(const Trajectory& trajectory, const vehicle::Vehicle& vehicle, Ti
   return {};
 }
 
-Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const vehicle::Vehicle& bare,
+Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const vehicle::Vehicle& empty,
                         const DistanceMap& map, const PlanOptions& options) {
   const Pace pace;
-  if (auto ok = vehicle::validate(bare); !ok) return Failure(ok.error());
+  if (auto ok = vehicle::validate(empty); !ok) return Failure(ok.error());
+  const vehicle::Vehicle bare = asked.payload ? carrying(empty, *asked.payload) : empty;
   const vehicle::Vehicle vehicle = asked.tether ? carrying(bare, *asked.tether) : bare;
   const auto resolved = with_headings(asked, vehicle);
   if (!resolved) return Failure(resolved.error());
@@ -209,7 +210,9 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   Certificate& c = out.certificate;
   const bool fixed = vehicle.tilt.kind == vehicle::TiltKind::none;
   c.alpha_searched = !fixed && !mission.alpha.has_value();
-  Tilts tilts(mission, vehicle, map, deadline);
+  const auto tube = tube_for(mission, vehicle, options.tube_file);
+  if (!tube) return Failure(tube.error());
+  Tilts tilts(mission, *tube, vehicle, map, deadline);
   if (fixed) {
     c.alpha = 0.0;
     if (mission.alpha.value_or(0.0) != 0.0)
@@ -318,12 +321,14 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   c.vehicle_file = options.vehicle.empty() ? mission.vehicle : options.vehicle;
   c.vehicle_set = options.set;
   c.vehicle_sha256 = vehicle.sha256;
-  c.vehicle_mass = bare.mass;
+  c.vehicle_mass = empty.mass;
+  c.payload = mission.payload;
   c.map_file = options.map_file;
   c.map_sha256 = map.sha256();
   c.seed = path_options.seed;
   c.duration = trajectory->duration();
-  c.tube = tube_of(mission, vehicle);
+  c.tube = *tube;
+  c.tube_margin = margin_of(*tube, cover_with_spheres(vehicle, c.alpha), mission.tether);
   c.clearance_asked = mission.clearance;
   c.clearance_horizon = map.max_distance();
   c.limits = mission.limits;

@@ -68,7 +68,13 @@ Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
              {"min_at_s", c.min_clearance_at},
              {"horizon_m", c.clearance_horizon},
              {"witnesses", c.witnesses}}},
-           {"tube", {{"position_m", c.tube.position}, {"attitude_deg", to_degrees(c.tube.attitude)}}},
+           {"tube",
+            {{"position_m", c.tube.position},
+             {"attitude_deg", to_degrees(c.tube.attitude)},
+             {"in_margin", c.tube.in_margin},
+             {"margin_m", c.tube_margin},
+             {"file", c.tube.file},
+             {"sha256", c.tube.sha256}}},
            {"rotors",
             {{"headroom_asked", c.limits.rotor_headroom},
              {"min_headroom", 1.0 - c.peak.rotor_load},
@@ -86,6 +92,7 @@ Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
              {"angular_acceleration_dps2", to_degrees(c.peak.angular_acceleration)},
              {"lean_deg", to_degrees(c.peak.lean)}}}};
   if (c.tether) out["tether"] = to_json(*c.tether);
+  if (c.payload) out["payload"] = {{"mass_kg", c.payload->mass}, {"position_m", array(c.payload->p_B)}};
   return out;
 }
 
@@ -258,8 +265,18 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
   o.peak.angular_acceleration = to_radians(c.number(max, "angular_acceleration_dps2", 0.0, 1e7));
   if (certificate->contains("tube")) {  // not in older plans
     const Json& tube = c.object(*certificate, "tube");
-    o.tube = {c.number(tube, "position_m", 0.0, 100.0),
-              to_radians(c.number(tube, "attitude_deg", 0.0, 180.0))};
+    o.tube.position = c.number(tube, "position_m", 0.0, 100.0);
+    o.tube.attitude = to_radians(c.number(tube, "attitude_deg", 0.0, 180.0));
+    if (tube.contains("in_margin")) {  // not in plans made before it could be
+      const auto& in_margin = tube["in_margin"];
+      if (in_margin.is_boolean())
+        o.tube.in_margin = in_margin.get<bool>();
+      else
+        c.refuse("tube.in_margin", "is neither true nor false");
+      o.tube_margin = c.number(tube, "margin_m", 0.0, 1e4);
+      o.tube.file = c.string(tube, "file");
+      o.tube.sha256 = c.string(tube, "sha256");
+    }
   }
   if (certificate->contains("attitude")) {  // not in plans made before vehicles could lean into their motion
     const Json& attitude = c.object(*certificate, "attitude");
@@ -280,6 +297,11 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
                 .longest = c.number(tether, "longest_m", 0.0, 1e4),
                 .twist = to_radians(c.number(tether, "twist_deg", 0.0, 1e9)),
                 .mass = c.number(tether, "mass_kg", 0.0, 1e5)};
+  }
+  if (certificate->contains("payload")) {
+    const Json& payload = c.object(*certificate, "payload");
+    o.payload = {.mass = c.number(payload, "mass_kg", 0.0, 1e3),
+                 .p_B = c.numbers<3>(payload, "position_m", 10.0)};
   }
   const std::string hash = c.string(c.object(*certificate, "trajectory"), "sha256");
   if (!c.ok()) return c.failure();

@@ -6,14 +6,6 @@
 
 namespace omniflight::planning {
 
-Tube tube_of(const Mission& mission, const vehicle::Vehicle& vehicle) {
-  constexpr double kLeast = 0.02;  // m, what laboratory motion capture and control leave of any reference
-  const double room = std::max(mission.clearance, kLeast);
-  return {
-      mission.tracking_position.value_or(room),
-      mission.tracking_attitude.value_or(std::min(kPi, room / std::max(kLeast, vehicle.bounding_radius())))};
-}
-
 Status check_match(const Certificate& c, const Mission& mission, const vehicle::Vehicle& vehicle) {
   std::string differs;
   const auto add = [&](const std::string& what) { differs += (differs.empty() ? "" : "; ") + what; };
@@ -50,6 +42,11 @@ std::string explain(const Result<Plan>& plan) {
                 to_degrees(c.alpha_highest));
   out += text("It keeps at least %.3f m from every occupied voxel (least on the knots %.3f m at %.2f s).\n",
               c.clearance_asked, c.min_clearance, c.min_clearance_at);
+  if (c.tube.in_margin)
+    out +=
+        text("It does so also when it is off its reference by %.3f m and %.1f deg: a margin of %.3f m%s.\n",
+             c.tube.position, to_degrees(c.tube.attitude), c.tube_margin,
+             c.tube.file.empty() ? "" : (", measured in " + c.tube.file).c_str());
   out += text("At most %.2f m/s, %.2f m/s2, %.1f deg/s; the rotors need %.0f %% of their range at %.2f s.\n",
               c.peak.speed, c.peak.acceleration, to_degrees(c.peak.rate), 100.0 * c.peak.rotor_load,
               c.peak.rotor_load_at);
@@ -58,6 +55,7 @@ std::string explain(const Result<Plan>& plan) {
         "The tether of %.2f m is used to %.2f m and twisted by %.1f deg at most; the rotors can carry "
         "all of its %.3f kg.\n",
         c.tether->length, c.tether->longest, to_degrees(c.tether->twist), c.tether->mass);
+  if (c.payload) out += text("The rotors carry a payload of %.3f kg beside the vehicle.\n", c.payload->mass);
   if (c.leans)
     out +=
         text("The attitude follows from the acceleration: it leans by at most %.1f deg, %.1f are allowed.\n",

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "solid.hpp"
+#include "text.hpp"
 
 namespace omniflight::planning {
 namespace {
@@ -53,7 +54,11 @@ StateCheck StateCheck::with_tether(std::optional<Tether> tether) const {
 
 std::string StateCheck::tether_conflict(const Pose& pose) const {
   if (!tether_) return {};
-  return planning::tether_conflict(*tether_, map_, margin_, pose.p_WB, pose.q_WB);
+  std::string found = planning::tether_conflict(*tether_, map_, margin_, pose.p_WB, pose.q_WB);
+  if (found.empty() && tether_slack(*tether_, spheres_.bounding_radius, pose.p_WB, pose.q_WB) <= 0.0)
+    found =
+        text("the tether may leave its cone when the vehicle is %.3f m off its reference", tether_->reserve);
+  return found;
 }
 
 double StateCheck::room(const Pose& pose) const {

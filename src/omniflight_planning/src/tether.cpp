@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "omniflight_planning/payload.hpp"
 #include "text.hpp"
 
 namespace omniflight::planning {
@@ -20,10 +21,6 @@ double least(const DistanceMap& map, const Vec3& a, const Vec3& b, double best) 
   return least(map, middle, b, least(map, a, middle, best));
 }
 
-Mat3 point_inertia(double mass, const Vec3& p) {
-  return mass * (p.squaredNorm() * Mat3::Identity() - p * p.transpose());
-}
-
 double angle_from_axis(const Tether& tether, const Vec3& direction_W, const Quat& q_WB) {
   return std::acos(std::clamp(tether.cone_axis_B.dot(q_WB.conjugate() * direction_W), -1.0, 1.0));
 }
@@ -33,12 +30,12 @@ double angle_from_axis(const Tether& tether, const Vec3& direction_W, const Quat
 double tether_slack(const Tether& tether, double reach, const Vec3& p_WB, const Quat& q_WB) {
   const Vec3 way = tether.anchor_W - tether.attachment_W(p_WB, q_WB);
   const double distance = way.norm(), slack = tether.length - distance;
-  if (tether.cone >= kPi) return slack;
-  if (distance < kShortest) return 0.0;
+  if (tether.cone >= kPi) return slack - tether.reserve;
+  if (distance < kShortest) return -tether.reserve;
   // a motion by d < distance turns the segment by asin(d / distance) <= pi/2 d / distance at most, and the
   // body by d / reach
   const double left = tether.cone - angle_from_axis(tether, way / distance, q_WB);
-  return std::min({slack, distance, left / (0.5 * kPi / distance + 1.0 / reach)});
+  return std::min({slack, distance, left / (0.5 * kPi / distance + 1.0 / reach)}) - tether.reserve;
 }
 
 double tether_distance(const Tether& tether, const DistanceMap& map, const Vec3& p_WB, const Quat& q_WB,
@@ -53,9 +50,10 @@ std::string tether_conflict(const Tether& tether, const DistanceMap& map, double
                             const Quat& q_WB) {
   const Vec3 way = tether.anchor_W - tether.attachment_W(p_WB, q_WB);
   const double distance = way.norm();
-  if (distance >= tether.length)
-    return text("the tether of %.3f m is shorter than the way from its anchor to the vehicle, %.3f m",
-                tether.length, distance);
+  if (distance + tether.reserve >= tether.length)
+    return text("the tether of %.3f m is shorter than the way from its anchor to the vehicle, %.3f m%s",
+                tether.length, distance,
+                tether.reserve > 0.0 ? text(" and %.3f m of tracking errors", tether.reserve).c_str() : "");
   if (tether.cone < kPi && distance >= kShortest)
     if (const double angle = angle_from_axis(tether, way / distance, q_WB); angle >= tether.cone)
       return text("the tether leaves the vehicle at %.1f deg from the axis of its cone of %.1f deg",
@@ -83,14 +81,7 @@ TetherUse tether_use(const Tether& tether, const std::vector<TrajectoryKnot>& kn
 }
 
 vehicle::Vehicle carrying(const vehicle::Vehicle& vehicle, const Tether& tether) {
-  vehicle::Vehicle out = vehicle;
-  const double mass = tether.mass();
-  if (mass <= 0.0) return out;
-  out.mass += mass;
-  out.center_of_mass = (vehicle.mass * vehicle.center_of_mass + mass * tether.attachment_B) / out.mass;
-  out.inertia += point_inertia(vehicle.mass, vehicle.center_of_mass - out.center_of_mass) +
-                 point_inertia(mass, tether.attachment_B - out.center_of_mass);
-  return out;
+  return carrying(vehicle, Payload{.mass = tether.mass(), .p_B = tether.attachment_B});
 }
 
 }  // namespace omniflight::planning

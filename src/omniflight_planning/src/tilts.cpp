@@ -1,18 +1,27 @@
 #include "tilts.hpp"
 
+#include <algorithm>
+
 #include "text.hpp"
 #include "tilt.hpp"
 
 namespace omniflight::planning {
+
+double margin_of(const Tube& tube, const VehicleSpheres& spheres, const std::optional<Tether>& tether) {
+  return tube.margin(std::max(spheres.bounding_radius, tether ? tether->attachment_B.norm() : 0.0));
+}
 
 Result<const AtTilt*> Tilts::at(double alpha) {
   if (const auto known = known_.find(alpha); known != known_.end()) return &known->second;
   auto load = allocation::RotorLoad::create(vehicle_, alpha);
   if (!load) return Failure(load.error());
   auto rotors = std::make_shared<const allocation::RotorLoad>(std::move(*load));
-  const StateCheck alone(map_, cover_with_spheres(vehicle_, alpha), rotors, mission_.limits.rotor_headroom,
-                         mission_.clearance);
-  StateCheck check = mission_.tether ? alone.with_tether(mission_.tether) : alone;
+  const VehicleSpheres spheres = cover_with_spheres(vehicle_, alpha);
+  const double margin = margin_of(tube_, spheres, mission_.tether);
+  const StateCheck alone(map_, spheres, rotors, mission_.limits.rotor_headroom, mission_.clearance + margin);
+  std::optional<Tether> tether = mission_.tether;
+  if (tether) tether->reserve = margin;
+  StateCheck check = tether ? alone.with_tether(tether) : alone;
   std::optional<FlatVehicle> flat;
   if (rotors->rank() < 6) {
     auto found = flat_vehicle(vehicle_, alpha);

@@ -16,11 +16,14 @@ struct AtTilt {
   std::optional<FlatVehicle> flat;  ///< set where the attitude follows from the acceleration
 };
 
+/// Way [m] that no point of the vehicle, its tether's attachment included, is off its reference.
+double margin_of(const Tube& tube, const VehicleSpheres& spheres, const std::optional<Tether>& tether);
+
 class Tilts {
  public:
-  Tilts(const Mission& mission, const vehicle::Vehicle& vehicle, const DistanceMap& map,
+  Tilts(const Mission& mission, const Tube& tube, const vehicle::Vehicle& vehicle, const DistanceMap& map,
         const Deadline& deadline)
-      : mission_(mission), vehicle_(vehicle), map_(map), deadline_(deadline) {}
+      : mission_(mission), tube_(tube), vehicle_(vehicle), map_(map), deadline_(deadline) {}
 
   /// Made when first asked for.
   Result<const AtTilt*> at(double alpha);
@@ -34,6 +37,7 @@ class Tilts {
 
  private:
   const Mission& mission_;
+  const Tube& tube_;
   const vehicle::Vehicle& vehicle_;
   const DistanceMap& map_;
   Deadline deadline_;

@@ -10,6 +10,7 @@
 #include "omniflight_planning/plan.hpp"
 #include "omniflight_planning/state_check.hpp"
 #include "tilt.hpp"
+#include "tilts.hpp"
 #include "upright.hpp"
 
 namespace omniflight::planning {
@@ -94,6 +95,19 @@ double room_of_tether(const Tether& tether, double clearance, const OctreeBoxes&
   return std::min(slack, boxes.segment_distance(tether.anchor_W + part * way, end, kBoxHorizon) - clearance);
 }
 
+/// The errors that the plan keeps in its margin, from the mission and the file where they were measured.
+Result<Tube> tube_again(const Certificate& c, const Mission& mission, const vehicle::Vehicle& vehicle) {
+  auto tube = tube_for(mission, vehicle, c.tube.file);
+  if (!tube) return tube;
+  if (tube->sha256 != c.tube.sha256)
+    return fail(ErrorCode::incomplete, "the measured errors in " + c.tube.file + " have changed");
+  if (c.tube.in_margin != tube->in_margin ||
+      (c.tube.in_margin && (std::abs(c.tube.position - tube->position) > kTolerance ||
+                            std::abs(c.tube.attitude - tube->attitude) > kTolerance)))
+    return fail(ErrorCode::incomplete, "the certificate's tube is not what mission and file tell");
+  return tube;
+}
+
 }  // namespace
 
 Result<VerifyReport> verify(const std::filesystem::path& dir) {
@@ -107,7 +121,7 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
   if (c.verdict != "certified")
     return reject("the certificate's own verdict is '" + c.verdict + "': " + c.reason);
 
-  const auto vehicle = vehicle::load_vehicle(c.vehicle_file, c.vehicle_set);
+  auto vehicle = vehicle::load_vehicle(c.vehicle_file, c.vehicle_set);
   if (!vehicle) return Failure(vehicle.error());
   if (vehicle->sha256 != c.vehicle_sha256)
     return reject("the vehicle '" + c.vehicle_file + "' has changed since the plan was made");
@@ -121,6 +135,10 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
   if (!mission) return Failure(mission.error());
   if (mission->sha256 != c.mission_sha256)
     return reject("the mission " + c.mission_file + " has changed since the plan was made");
+  if (mission->payload) *vehicle = carrying(*vehicle, *mission->payload);
+  const auto tube = tube_again(c, *mission, *vehicle);
+  if (!tube)
+    return tube.error().code == ErrorCode::incomplete ? reject(tube.error().message) : Failure(tube.error());
   const auto& knots = plan->trajectory.knots();
   std::optional<FlatVehicle> flat;
   if (c.leans) {
@@ -189,10 +207,13 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
     const Reference r = plan->trajectory.sample(t);
     const double clearance = boxes.clearance({r.p_WB, r.q_WB}, spheres);
     ++out.poses;
-    double room = clearance - mission->clearance;
+    const double margin = margin_of(*tube, spheres, mission->tether), asked = mission->clearance + margin;
+    double room = clearance - asked;
     if (mission->tether) {
-      room = std::min(room, room_of_tether(*mission->tether, mission->clearance, boxes, r, spheres));
-      if (room <= least && clearance - mission->clearance > least)
+      Tether tether = *mission->tether;
+      tether.reserve = margin;
+      room = std::min(room, room_of_tether(tether, asked, boxes, r, spheres));
+      if (room <= least && clearance - asked > least)
         return reject("the tether is too short, leaves its cone or does not keep its clearance at " +
                       std::to_string(t) + " s");
     }
@@ -201,7 +222,7 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
     char line[160];
     std::snprintf(line, sizeof line,
                   "the vehicle comes within %.4f m of the map's voxels at %.3f s, %.4f m are asked for",
-                  clearance, t, mission->clearance);
+                  clearance, t, asked);
     return reject(line);
   };
   for (const TiltPiece& piece : pieces) {

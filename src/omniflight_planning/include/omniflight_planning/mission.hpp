@@ -7,8 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "omniflight_planning/payload.hpp"
 #include "omniflight_planning/tether.hpp"
 #include "omniflight_planning/timing.hpp"
+#include "omniflight_planning/tube.hpp"
 
 namespace omniflight::planning {
 
@@ -31,12 +33,15 @@ struct Mission {
   std::filesystem::path description;  ///< the test bed's YAML beside it, empty when there is none
   std::optional<double> alpha;        ///< rad, at the start; nothing = search
   std::optional<Tether> tether;
+  std::optional<Payload> payload;
   std::vector<Waypoint> waypoints;  ///< the first one is the start
   MotionLimits limits;
   std::optional<double>
       tracking_position;  ///< m, position error that the flight may reach; nothing: see tube_of
   std::optional<double> tracking_attitude;  ///< rad, likewise
-  double clearance = 0.05;                  ///< m that every point of the vehicle keeps from the map's voxels
+  bool tracking_in_margin = false;          ///< clearance is kept beyond these errors
+  std::optional<Gust> gust;
+  double clearance = 0.05;  ///< m that every point of the vehicle keeps from the map's voxels
   std::uint64_t seed = 1;
   double budget_s = 10.0;  ///< s for the whole plan, see plan()
   std::string file;        ///< where it was read from

@@ -9,18 +9,9 @@
 #include "omniflight_planning/map.hpp"
 #include "omniflight_planning/mission.hpp"
 #include "omniflight_planning/test_bed.hpp"
+#include "omniflight_planning/tube.hpp"
 
 namespace omniflight::planning {
-
-/// How far a flight may be from its reference at any time: what the certificate leaves to the controller.
-struct Tube {
-  double position = 0.0;  ///< m, of the body origin
-  double attitude = 0.0;  ///< rad
-};
-
-/// The mission's tracking bounds. Where it gives none: the position error that uses up the clearance, and the
-/// turn that moves the vehicle's outermost point by as much; clearances below 2 cm count as 2 cm.
-Tube tube_of(const Mission& mission, const vehicle::Vehicle& vehicle);
 
 /// What was checked, with which inputs, and the worst values found. Stored as certificate.json.
 struct Certificate {
@@ -39,12 +30,14 @@ struct Certificate {
   Vec3 thrust_axis_B = Vec3::Zero();  ///< unit, where it leans
   double duration = 0.0;              ///< s
   Tube tube;                          ///< that the flight must keep within
+  double tube_margin = 0.0;           ///< m, kept beyond clearance_asked
   double clearance_asked = 0.0;       ///< m; no point of the curve is nearer to an occupied voxel
   double min_clearance = 0.0;         ///< m, least on the knots (lower bound; cut off at clearance_horizon)
   double min_clearance_at = 0.0;      ///< s
   double clearance_horizon = 0.0;     ///< m
   std::size_t witnesses = 0;          ///< poses looked at along the curve
   std::optional<TetherUse> tether;
+  std::optional<Payload> payload;  ///< that the rotors carry beside the vehicle
   MotionLimits limits;
   MotionPeaks peak;  ///< on the knots
 };
@@ -60,6 +53,7 @@ struct PlanOptions {
   bool (*stop)() = nullptr;           ///< ends planning once it is true; may be absent
   const TestBed* names = nullptr;     ///< to name what is hit in messages; may be absent
   std::string map_file;               ///< recorded in the certificate
+  std::filesystem::path tube_file;    ///< measured errors as margin, see tube_for(); may be empty
   std::string vehicle;                ///< instead of the mission's; as load_vehicle takes it
   std::vector<std::string> set;       ///< overrides of the vehicle's fields, as load_vehicle takes them
 };

@@ -19,6 +19,7 @@ struct Tether {
   double linear_mass = 0.0;           ///< kg/m
   Vec3 cone_axis_B = -Vec3::UnitZ();  ///< unit, axis of the cone in which the tether may leave the vehicle
   double cone = kPi;                  ///< rad, half angle of that cone
+  double reserve = 0.0;               ///< m, that every vehicle point may be off its reference
   double twist = HUGE_VAL;            ///< rad, that may accumulate about the tether from the start
 
   Vec3 attachment_W(const Vec3& p_WB, const Quat& q_WB) const { return p_WB + q_WB * attachment_B; }
@@ -28,8 +29,9 @@ struct Tether {
 /// Within this distance of the anchor the tether may touch what it is tied to.
 inline constexpr double kTiedWithin = 0.3;  // m
 
-/// Way [m] that every vehicle point may move before the length or the cone is violated, at least; not
-/// positive where one is. `reach` [m] is a radius about the body origin that holds the attachment.
+/// Way [m] that every vehicle point may move before the length or the cone is violated, at least, beyond the
+/// reserve; not positive where one is. `reach` [m] is a radius about the body origin that holds the
+/// attachment.
 double tether_slack(const Tether& tether, double reach, const Vec3& p_WB, const Quat& q_WB);
 
 /// Lower bound [m] of the distance of the segment, beyond kTiedWithin of the anchor, to the map's voxels, or
