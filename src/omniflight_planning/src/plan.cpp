@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "octree_boxes.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/planner.hpp"
 #include "pace.hpp"
@@ -212,6 +213,12 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   c.alpha_searched = !fixed && !mission.alpha.has_value();
   const auto tube = tube_for(mission, vehicle, options.tube_file);
   if (!tube) return Failure(tube.error());
+  if (const double margin = margin_of(*tube, cover_with_spheres(vehicle, vehicle.tilt.min), mission.tether);
+      tube->in_margin && mission.clearance + margin >= kBoxHorizon)
+    return bad_input(text("margin_too_large: clearance and tracking errors come to %.3f m together, and "
+                          "plans are verified to %.1f m",
+                          mission.clearance + margin, kBoxHorizon),
+                     mission.file, "Track better, or ask for less clearance_m");
   Tilts tilts(mission, *tube, vehicle, map, deadline);
   if (fixed) {
     c.alpha = 0.0;
