@@ -81,6 +81,14 @@ std::size_t expected_knots(const std::vector<Waypoint>& waypoints) {
   return std::min(sum, kMaxKnots + kMotion);
 }
 
+Status check_planner(const std::string& name) {
+  const auto known = planner_names();
+  if (name.empty() || std::find(known.begin(), known.end(), name) != known.end()) return {};
+  std::string all;
+  for (const std::string& one : known) all += (all.empty() ? "" : ", ") + one;
+  return bad_input("there is no planner " + files::shown(name), "--planner", "Choose one of " + all);
+}
+
 /// A path that keeps more clearance than asked for where there is room: a curve needs some to round its
 /// corners, and a vehicle that is blown aside likes it, too.
 PathResult<Path> find_roomy_path(const StateCheck& check, const Pose& start, const Pose& goal,
@@ -235,6 +243,8 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   PathOptions path_options;
   path_options.seed = options.seed.value_or(mission.seed);
   path_options.deadline = deadline;
+  if (auto ok = check_planner(options.planner); !ok) return Failure(ok.error());
+  path_options.planner = options.planner;
   if (options.names)
     path_options.name_of = [bed = options.names](const Vec3& p) { return bed->nearest(p).name; };
   double alpha = c.alpha;
@@ -333,6 +343,7 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   c.map_file = options.map_file;
   c.map_sha256 = map.sha256();
   c.seed = path_options.seed;
+  c.planner = options.planner;
   c.duration = trajectory->duration();
   c.tube = *tube;
   c.tube_margin = margin_of(*tube, cover_with_spheres(vehicle, c.alpha), mission.tether);
