@@ -5,6 +5,7 @@
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/plan.hpp"
+#include "omniflight_planning/planner.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
@@ -14,7 +15,7 @@ Action add_plan(CLI::App& verb, Common& common) {
     std::vector<std::string> words;
     std::optional<std::uint64_t> seed;
     std::optional<double> budget_ms;
-    std::string vehicle, tube;
+    std::string vehicle, tube, planner;
     bool force = false;
     std::vector<std::string> set;
   };
@@ -26,6 +27,8 @@ Action add_plan(CLI::App& verb, Common& common) {
   verb.add_option("--budget-ms", o->budget_ms, "Time for the whole plan [ms], instead of the mission's")
       ->check(not_negative(false));
   verb.add_flag("--force", o->force, "Overwrite a plan that is in --out");
+  verb.add_option("--planner", o->planner, "Look for paths with one of OMPL's planners alone")
+      ->check(CLI::IsMember(planning::planner_names()));
   verb.add_option("--tube", o->tube,
                   "flight.json or compare.json: its largest tracking errors are kept beyond the clearance");
   verb.add_option("--vehicle", o->vehicle, "Instead of the mission's vehicle");
@@ -62,6 +65,7 @@ Action add_plan(CLI::App& verb, Common& common) {
     options.stop = interrupted;
     options.vehicle = o->vehicle;
     options.tube_file = o->tube;
+    options.planner = o->planner;
     options.set = o->set;
     options.seed = o->seed;
     if (o->budget_ms) options.budget_s = 1e-3 * *o->budget_ms;

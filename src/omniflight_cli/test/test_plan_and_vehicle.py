@@ -41,6 +41,13 @@ class PlanAndVehicle(system.SystemTest):
         self.assertEqual(again["judged"]["position_bound_m"], max(0.08, worst))
         self.refused("plan", mission, "--tube", "kept/certificate.json", words=("certificate.json", "omniflight.flight/1"))
 
+    def test_a_planner_is_chosen_by_name(self):
+        mission = self.short_mission()
+        self.run_command("plan", mission, "--planner", "bitstar", "--out", "named")
+        self.assertEqual(self.json("named/certificate.json")["planner"], "bitstar")
+        self.run_command("plan", "verify", "named")
+        self.refused("plan", mission, "--planner", "dijkstra", words=("dijkstra", "rrtstar"))
+
     def test_a_plan_is_not_flown_under_another_missions_name(self):
         self.run_command("plan", "trajectory_1", "--out", "one")
         self.refused("fly", self.short_mission(), "--plan", "one", words=("'trajectory_1'", "'short'", "--plan"))

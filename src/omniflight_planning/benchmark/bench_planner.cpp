@@ -204,6 +204,25 @@ void around_frame() {
   line(what, median(times), "goal", 20, "ms", 1, 4);
 }
 
+/// Length of a path round the frame (30 seeds), beside RRT* with 2 s (5 seeds).
+void lengths() {
+  const Bed bed;
+  const auto check = make_check(bed.map, 48, 0.08);
+  const Quat rolled = from_roll_pitch_yaw(Vec3(to_radians(60), 0, 0));
+  const Pose start{Vec3(1.9, 1.9, 1.0), rolled}, goal{Vec3(-1.9, -1.9, 1.0), rolled};
+  std::vector<double> ours, theirs;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    if (const auto path = find_path(check, start, goal, {.seed = seed, .budget_s = 2.0, .name_of = {}}))
+      ours.push_back(path_length(*path));
+    if (seed > 5) continue;
+    if (const auto path = find_path(check, start, goal,
+                                    {.seed = seed, .budget_s = 2.0, .planner = "rrtstar", .name_of = {}}))
+      theirs.push_back(path_length(*path));
+  }
+  line("length of a path round the frame, first found and shortened", median(ours), "RRT* in 2 s, shortened",
+       median(theirs), "m", 0.95, 0.99);
+}
+
 }  // namespace
 }  // namespace omniflight::planning
 
@@ -220,5 +239,6 @@ int main(int argc, char** argv) {
   run("windows", windows);
   run("infeasible", infeasible);
   run("around", around_frame);
+  run("length", lengths);
   return 0;
 }

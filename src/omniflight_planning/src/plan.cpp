@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "octree_boxes.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/planner.hpp"
 #include "pace.hpp"
@@ -78,6 +79,14 @@ std::size_t expected_knots(const std::vector<Waypoint>& waypoints) {
   std::size_t sum = kMotion;
   for (const Waypoint& w : waypoints) sum += knots_of(w.hold_s);
   return std::min(sum, kMaxKnots + kMotion);
+}
+
+Status check_planner(const std::string& name) {
+  const auto known = planner_names();
+  if (name.empty() || std::find(known.begin(), known.end(), name) != known.end()) return {};
+  std::string all;
+  for (const std::string& one : known) all += (all.empty() ? "" : ", ") + one;
+  return bad_input("there is no planner " + files::shown(name), "--planner", "Choose one of " + all);
 }
 
 /// A path that keeps more clearance than asked for where there is room: a curve needs some to round its
@@ -212,6 +221,12 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   c.alpha_searched = !fixed && !mission.alpha.has_value();
   const auto tube = tube_for(mission, vehicle, options.tube_file);
   if (!tube) return Failure(tube.error());
+  if (const double margin = margin_of(*tube, cover_with_spheres(vehicle, vehicle.tilt.min), mission.tether);
+      tube->in_margin && mission.clearance + margin >= kBoxHorizon)
+    return bad_input(text("margin_too_large: clearance and tracking errors come to %.3f m together, and "
+                          "plans are verified to %.1f m",
+                          mission.clearance + margin, kBoxHorizon),
+                     mission.file, "Track better, or ask for less clearance_m");
   Tilts tilts(mission, *tube, vehicle, map, deadline);
   if (fixed) {
     c.alpha = 0.0;
@@ -228,6 +243,8 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   PathOptions path_options;
   path_options.seed = options.seed.value_or(mission.seed);
   path_options.deadline = deadline;
+  if (auto ok = check_planner(options.planner); !ok) return Failure(ok.error());
+  path_options.planner = options.planner;
   if (options.names)
     path_options.name_of = [bed = options.names](const Vec3& p) { return bed->nearest(p).name; };
   double alpha = c.alpha;
@@ -326,6 +343,7 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   c.map_file = options.map_file;
   c.map_sha256 = map.sha256();
   c.seed = path_options.seed;
+  c.planner = options.planner;
   c.duration = trajectory->duration();
   c.tube = *tube;
   c.tube_margin = margin_of(*tube, cover_with_spheres(vehicle, c.alpha), mission.tether);

@@ -4,7 +4,8 @@
 #include <cmath>
 
 #include "gap_path.hpp"
-#include "rrt.hpp"
+#include "omniflight_files/files.hpp"
+#include "ompl_search.hpp"
 #include "text.hpp"
 
 namespace omniflight::planning {
@@ -46,6 +47,8 @@ const char* to_string(PathFailure failure) {
       return "tether_blocks_way";
     case PathFailure::gap_too_narrow:
       return "gap_too_narrow";
+    case PathFailure::no_such_planner:
+      return "no_such_planner";
     case PathFailure::no_path_in_time:
       return "no_path_in_time";
     case PathFailure::proven_impossible:
@@ -171,6 +174,21 @@ PathResult<std::vector<Pose>> finished(const StateCheck& check, const Pose& star
   return shorter;
 }
 
+/// By one planner alone, to the end of its time where it improves its path.
+PathResult<std::vector<Pose>> find_path_by_name(const StateCheck& check, const Pose& start, const Pose& goal,
+                                                const PathOptions& options) {
+  auto search = OmplSearch::create(options.planner, check, start, goal, options.seed);
+  if (!search)
+    return problem(PathFailure::no_such_planner, "there is no planner " + files::shown(options.planner));
+  const Deadline end = options.deadline.within(options.budget_s);
+  if (auto path = search->solve(end)) return finished(check, start, goal, std::move(*path), options);
+  if (!options.brief && proven_disconnected(check, start.p_WB, goal.p_WB, options.deadline))
+    return disconnected(check, start, goal, "");
+  return problem(PathFailure::no_path_in_time, options.planner + " found no path from " + place(start.p_WB) +
+                                                   " to " + place(goal.p_WB) +
+                                                   text(" within %.0f ms", 1e3 * options.budget_s));
+}
+
 }  // namespace
 
 PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& start, const Pose& goal,
@@ -179,10 +197,11 @@ PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& sta
     if (auto ok = check_end(check, is_start ? start : goal, is_start, options); !ok)
       return tl::unexpected<PathProblem>(ok.error());
   if (check.motion_valid(start, goal)) return std::vector<Pose>{start, goal};
+  if (!options.planner.empty()) return find_path_by_name(check, start, goal, options);
 
   PathOptions part = options;
   part.deadline = options.deadline.within(options.budget_s);
-  Rrt rrt(check, start, goal, options.seed);
+  OmplSearch rrt = *OmplSearch::create(kRrtConnect, check, start, goal, options.seed);
   auto path = rrt.solve(part.deadline, kFirstSamples);
   GapPath gaps;
   if (!path) {

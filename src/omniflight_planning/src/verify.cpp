@@ -207,13 +207,13 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
     const Reference r = plan->trajectory.sample(t);
     const double clearance = boxes.clearance({r.p_WB, r.q_WB}, spheres);
     ++out.poses;
-    const double margin = margin_of(*tube, spheres, mission->tether), asked = mission->clearance + margin;
-    double room = clearance - asked;
+    const double margin = margin_of(*tube, spheres, mission->tether), needed = mission->clearance + margin;
+    double room = clearance - needed;
     if (mission->tether) {
       Tether tether = *mission->tether;
       tether.reserve = margin;
-      room = std::min(room, room_of_tether(tether, asked, boxes, r, spheres));
-      if (room <= least && clearance - asked > least)
+      room = std::min(room, room_of_tether(tether, needed, boxes, r, spheres));
+      if (room <= least && clearance - needed > least)
         return reject("the tether is too short, leaves its cone or does not keep its clearance at " +
                       std::to_string(t) + " s");
     }
@@ -222,7 +222,7 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
     char line[160];
     std::snprintf(line, sizeof line,
                   "the vehicle comes within %.4f m of the map's voxels at %.3f s, %.4f m are asked for",
-                  clearance, t, asked);
+                  clearance, t, needed);
     return reject(line);
   };
   for (const TiltPiece& piece : pieces) {

@@ -34,6 +34,37 @@ TEST(Planner, FindsAWayRoundTheFrameAndTheSameSeedGivesTheSameOne) {
   EXPECT_EQ(first->back().p_WB, goal.p_WB);
 }
 
+TEST(Planner, EveryPlannerByNameGoesRoundAPole) {
+  TestBed bed;
+  bed.name = "pole";
+  bed.resolution = 0.05;
+  bed.lower = Vec3(-2, -2, 0);
+  bed.upper = Vec3(2, 2, 2.4);
+  bed.primitives.push_back({Primitive::Kind::box, "pole", Vec3(0, 0, 1.2), Vec3(0.24, 0.24, 2.38), 0});
+  const DistanceMap map = DistanceMap::create(*make_octree(bed).value(), "").value();
+  const auto check = make_check(map, 30, 0.05);
+  const Pose start{Vec3(-1.2, 0, 1.2), Quat::Identity()}, goal{Vec3(1.2, 0, 1.2), Quat::Identity()};
+  ASSERT_FALSE(check.motion_valid(start, goal));
+  const auto names = planner_names();
+  ASSERT_GE(names.size(), 5u);
+  for (const std::string& name : names) {
+    PathOptions options = named(1, 1.0);
+    options.planner = name;
+    const auto path = find_path(check, start, goal, options);
+    ASSERT_TRUE(path) << name << ": " << path.error().message;
+    ASSERT_GE(path->size(), 3u) << name;
+    for (std::size_t i = 0; i + 1 < path->size(); ++i)
+      EXPECT_TRUE(check.motion_valid((*path)[i], (*path)[i + 1])) << name;
+    EXPECT_EQ(path->front().p_WB, start.p_WB) << name;
+    EXPECT_EQ(path->back().p_WB, goal.p_WB) << name;
+  }
+  PathOptions options = named();
+  options.planner = "dijkstra";
+  const auto none = find_path(check, start, goal, options);
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().failure, PathFailure::no_such_planner);
+}
+
 TEST(Planner, BadEndsAreNamedBeforeOmplSeesThem) {
   const auto check = make_check(pyramid(), 30, 0.05);
   const Pose good{Vec3(0, 0, 1.4), Quat::Identity()};

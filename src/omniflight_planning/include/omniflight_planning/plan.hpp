@@ -23,6 +23,7 @@ struct Certificate {
   std::vector<std::string> vehicle_set;  ///< overrides of its fields, "mass=1.4" (kg)
   double vehicle_mass = 0.0;             ///< kg
   std::uint64_t seed = 0;
+  std::string planner;                         ///< that alone looked for paths; empty: see find_path()
   double alpha = 0.0;                          ///< rad, at the start
   double alpha_lowest = 0, alpha_highest = 0;  ///< rad, on the way
   bool alpha_searched = false;
@@ -53,6 +54,7 @@ struct PlanOptions {
   bool (*stop)() = nullptr;           ///< ends planning once it is true; may be absent
   const TestBed* names = nullptr;     ///< to name what is hit in messages; may be absent
   std::string map_file;               ///< recorded in the certificate
+  std::string planner;                ///< one of planner_names(); empty: find_path() tries several
   std::filesystem::path tube_file;    ///< measured errors as margin, see tube_for(); may be empty
   std::string vehicle;                ///< instead of the mission's; as load_vehicle takes it
   std::vector<std::string> set;       ///< overrides of the vehicle's fields, as load_vehicle takes them

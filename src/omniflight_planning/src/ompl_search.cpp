@@ -1,4 +1,7 @@
-#include "rrt.hpp"
+#include "ompl_search.hpp"
+
+#include <algorithm>
+#include <iterator>
 
 #include <ompl/base/MotionValidator.h>
 #include <ompl/base/ProblemDefinition.h>
@@ -6,8 +9,19 @@
 #include <ompl/base/spaces/SE3StateSpace.h>
 #include <ompl/datastructures/NearestNeighborsLinear.h>
 #include <ompl/geometric/PathGeometric.h>
+#include <ompl/geometric/planners/est/EST.h>
+#include <ompl/geometric/planners/informedtrees/ABITstar.h>
+#include <ompl/geometric/planners/informedtrees/AITstar.h>
+#include <ompl/geometric/planners/informedtrees/BITstar.h>
+#include <ompl/geometric/planners/kpiece/BKPIECE1.h>
+#include <ompl/geometric/planners/kpiece/KPIECE1.h>
+#include <ompl/geometric/planners/rrt/InformedRRTstar.h>
+#include <ompl/geometric/planners/rrt/RRT.h>
 #include <ompl/geometric/planners/rrt/RRTConnect.h>
+#include <ompl/geometric/planners/rrt/RRTstar.h>
 #include <ompl/util/Console.h>
+
+#include "omniflight_core/random.hpp"
 
 namespace ob = ompl::base;
 namespace og = ompl::geometric;
@@ -98,18 +112,58 @@ class Sampler : public ob::StateSampler {
   Random& random_;
 };
 
+using Made = std::shared_ptr<ob::Planner>;
+
+template <class Planner>
+Made stock(const ob::SpaceInformationPtr& si) {
+  return std::make_shared<Planner>(si);
+}
+
+Made rrtconnect(const ob::SpaceInformationPtr& si) {
+  auto out = std::make_shared<og::RRTConnect>(si);
+  out->setNearestNeighbors<ompl::NearestNeighborsLinear>();  // exact, so that runs repeat
+  out->setRange(1.0);
+  return out;
+}
+
+/// A planner is added by a line here and its include.
+constexpr struct {
+  const char* name;
+  Made (*make)(const ob::SpaceInformationPtr& si);
+} kPlanners[] = {
+    {kRrtConnect, rrtconnect},        {"rrt", stock<og::RRT>},
+    {"rrtstar", stock<og::RRTstar>},  {"informedrrtstar", stock<og::InformedRRTstar>},
+    {"bitstar", stock<og::BITstar>},  {"abitstar", stock<og::ABITstar>},
+    {"aitstar", stock<og::AITstar>},  {"kpiece", stock<og::KPIECE1>},
+    {"bkpiece", stock<og::BKPIECE1>}, {"est", stock<og::EST>},
+};
+
 }  // namespace
 
-struct Rrt::Impl {
+std::vector<std::string> planner_names() {
+  std::vector<std::string> out;
+  for (const auto& planner : kPlanners) out.emplace_back(planner.name);
+  return out;
+}
+
+struct OmplSearch::Impl {
   Random random;
   ob::SpaceInformationPtr si;
   std::shared_ptr<ob::ProblemDefinition> problem;
-  std::shared_ptr<og::RRTConnect> planner;
+  Made planner;
   explicit Impl(std::uint64_t seed) : random(seed, "rrt") {}
 };
 
-Rrt::Rrt(const StateCheck& check, const Pose& start, const Pose& goal, std::uint64_t seed)
-    : impl_(std::make_unique<Impl>(seed)) {
+OmplSearch::OmplSearch(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+OmplSearch::OmplSearch(OmplSearch&&) noexcept = default;
+OmplSearch::~OmplSearch() = default;
+
+std::optional<OmplSearch> OmplSearch::create(const std::string& name, const StateCheck& check,
+                                             const Pose& start, const Pose& goal, std::uint64_t seed) {
+  const auto* kind =
+      std::find_if(std::begin(kPlanners), std::end(kPlanners), [&](const auto& k) { return name == k.name; });
+  if (kind == std::end(kPlanners)) return std::nullopt;
+  auto made = std::make_unique<Impl>(seed);
   ompl::msg::setLogLevel(ompl::msg::LOG_ERROR);
   auto space = std::make_shared<Space>();
   ob::RealVectorBounds bounds(3);
@@ -118,28 +172,25 @@ Rrt::Rrt(const StateCheck& check, const Pose& start, const Pose& goal, std::uint
     bounds.setHigh(k, check.map().upper()[k]);
   }
   space->setBounds(bounds);
-  space->setStateSamplerAllocator([&check, start, goal, random = &impl_->random](const ob::StateSpace* s) {
+  space->setStateSamplerAllocator([&check, start, goal, random = &made->random](const ob::StateSpace* s) {
     return std::make_shared<Sampler>(s, check, start, goal, random);
   });
-  impl_->si = std::make_shared<ob::SpaceInformation>(space);
-  impl_->si->setStateValidityChecker([&check](const ob::State* s) { return check.valid(read(s)); });
-  impl_->si->setMotionValidator(std::make_shared<Validator>(impl_->si, check));
-  impl_->si->setup();
-  impl_->problem = std::make_shared<ob::ProblemDefinition>(impl_->si);
+  made->si = std::make_shared<ob::SpaceInformation>(space);
+  made->si->setStateValidityChecker([&check](const ob::State* s) { return check.valid(read(s)); });
+  made->si->setMotionValidator(std::make_shared<Validator>(made->si, check));
+  made->si->setup();
+  made->problem = std::make_shared<ob::ProblemDefinition>(made->si);
   ob::ScopedState<Space> from(space), to(space);
   write(start, from.get());
   write(goal, to.get());
-  impl_->problem->setStartAndGoalStates(from, to, 1e-9);
-  impl_->planner = std::make_shared<og::RRTConnect>(impl_->si);
-  impl_->planner->setNearestNeighbors<ompl::NearestNeighborsLinear>();
-  impl_->planner->setRange(1.0);
-  impl_->planner->setProblemDefinition(impl_->problem);
-  impl_->planner->setup();
+  made->problem->setStartAndGoalStates(from, to, 1e-9);
+  made->planner = kind->make(made->si);
+  made->planner->setProblemDefinition(made->problem);
+  made->planner->setup();
+  return OmplSearch(std::move(made));
 }
 
-Rrt::~Rrt() = default;
-
-std::optional<std::vector<Pose>> Rrt::solve(const Deadline& end, std::size_t samples) {
+std::optional<std::vector<Pose>> OmplSearch::solve(const Deadline& end, std::size_t samples) {
   if (end.passed()) return std::nullopt;
   try {
     impl_->planner->solve(ob::PlannerTerminationCondition([&] { return samples-- == 0 || end.passed(); }));
