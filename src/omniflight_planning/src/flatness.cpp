@@ -43,8 +43,7 @@ Jet turn_about_z(double yaw, double dyaw, double ddyaw) {
 }  // namespace
 
 Quat FlatVehicle::upright(double heading) const {
-  return (Quat(Eigen::AngleAxisd(heading, Vec3::UnitZ())) *
-          Quat::FromTwoVectors(thrust_axis_B, Vec3::UnitZ()))
+  return (Quat(Eigen::AngleAxisd(heading, Vec3::UnitZ())) * shortest_rotation(thrust_axis_B, Vec3::UnitZ()))
       .normalized();
 }
 

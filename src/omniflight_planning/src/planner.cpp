@@ -66,10 +66,9 @@ tl::expected<void, PathProblem> check_end(const StateCheck& check, const Pose& p
     return problem(PathFailure::outside_map,
                    what + " " + place(pose.p_WB) + " lies outside the map, which reaches from " +
                        place(check.map().lower()) + " to " + place(check.map().upper()));
-  if (const std::string conflict = check.tether_conflict(pose); !conflict.empty())
-    return problem(conflict.find("shorter") != std::string::npos ? PathFailure::tether_too_short
-                                                                 : PathFailure::tether_blocked,
-                   what + " " + place(pose.p_WB) + ": " + conflict);
+  if (const auto conflict = check.tether_conflict(pose))
+    return problem(conflict->too_short ? PathFailure::tether_too_short : PathFailure::tether_blocked,
+                   what + " " + place(pose.p_WB) + ": " + conflict->words);
   const Clearance c = check.clearance(pose);
   if (!check.valid(pose) && check.hoverable(pose.q_WB)) {
     std::string solid = options.name_of ? options.name_of(c.p_W) : std::string();

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "solid.hpp"
-#include "text.hpp"
 
 namespace omniflight::planning {
 namespace {
@@ -47,18 +46,13 @@ StateCheck StateCheck::with_tether(std::optional<Tether> tether) const {
   StateCheck out = *this;
   out.tether_ = std::move(tether);
   // speeds of vehicle points are bounded by this radius, and the attachment is one of them
-  if (out.tether_)
-    out.spheres_.bounding_radius = std::max(spheres_.bounding_radius, out.tether_->attachment_B.norm());
+  if (out.tether_) out.spheres_.bounding_radius = out.tether_->reach(spheres_.bounding_radius);
   return out;
 }
 
-std::string StateCheck::tether_conflict(const Pose& pose) const {
+std::optional<TetherConflict> StateCheck::tether_conflict(const Pose& pose) const {
   if (!tether_) return {};
-  std::string found = planning::tether_conflict(*tether_, map_, margin_, pose.p_WB, pose.q_WB);
-  if (found.empty() && tether_slack(*tether_, spheres_.bounding_radius, pose.p_WB, pose.q_WB) <= 0.0)
-    found =
-        text("the tether may leave its cone when the vehicle is %.3f m off its reference", tether_->reserve);
-  return found;
+  return planning::tether_conflict(*tether_, map_, margin_, spheres_.bounding_radius, pose.p_WB, pose.q_WB);
 }
 
 double StateCheck::room(const Pose& pose) const {

@@ -1,6 +1,7 @@
 #include "omniflight_planning/tether.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "omniflight_planning/payload.hpp"
 #include "text.hpp"
@@ -27,6 +28,12 @@ double angle_from_axis(const Tether& tether, const Vec3& direction_W, const Quat
 
 }  // namespace
 
+Vec3 loose_from(const Tether& tether, const Vec3& end) {
+  const Vec3 way = end - tether.anchor_W;
+  const double distance = way.norm();
+  return distance <= kTiedWithin ? end : Vec3(tether.anchor_W + way * (kTiedWithin / distance));
+}
+
 double tether_slack(const Tether& tether, double reach, const Vec3& p_WB, const Quat& q_WB) {
   const Vec3 way = tether.anchor_W - tether.attachment_W(p_WB, q_WB);
   const double distance = way.norm(), slack = tether.length - distance;
@@ -40,28 +47,32 @@ double tether_slack(const Tether& tether, double reach, const Vec3& p_WB, const 
 
 double tether_distance(const Tether& tether, const DistanceMap& map, const Vec3& p_WB, const Quat& q_WB,
                        double enough) {
-  const Vec3 end = tether.attachment_W(p_WB, q_WB), way = end - tether.anchor_W;
-  const double distance = way.norm();
-  const Vec3 begin = distance <= kTiedWithin ? end : Vec3(tether.anchor_W + way * (kTiedWithin / distance));
-  return least(map, begin, end, enough);
+  const Vec3 end = tether.attachment_W(p_WB, q_WB);
+  return least(map, loose_from(tether, end), end, enough);
 }
 
-std::string tether_conflict(const Tether& tether, const DistanceMap& map, double margin, const Vec3& p_WB,
-                            const Quat& q_WB) {
+std::optional<TetherConflict> tether_conflict(const Tether& tether, const DistanceMap& map, double margin,
+                                              double reach, const Vec3& p_WB, const Quat& q_WB) {
   const Vec3 way = tether.anchor_W - tether.attachment_W(p_WB, q_WB);
   const double distance = way.norm();
+  const auto blocked = [](std::string words) { return TetherConflict{false, std::move(words)}; };
   if (distance + tether.reserve >= tether.length)
-    return text("the tether of %.3f m is shorter than the way from its anchor to the vehicle, %.3f m%s",
-                tether.length, distance,
-                tether.reserve > 0.0 ? text(" and %.3f m of tracking errors", tether.reserve).c_str() : "");
+    return TetherConflict{
+        true,
+        text("the tether of %.3f m is shorter than the way from its anchor to the vehicle, %.3f m%s",
+             tether.length, distance,
+             tether.reserve > 0.0 ? text(" and %.3f m of tracking errors", tether.reserve).c_str() : "")};
   if (tether.cone < kPi && distance >= kShortest)
     if (const double angle = angle_from_axis(tether, way / distance, q_WB); angle >= tether.cone)
-      return text("the tether leaves the vehicle at %.1f deg from the axis of its cone of %.1f deg",
-                  to_degrees(angle), to_degrees(tether.cone));
+      return blocked(text("the tether leaves the vehicle at %.1f deg from the axis of its cone of %.1f deg",
+                          to_degrees(angle), to_degrees(tether.cone)));
   if (const double near = tether_distance(tether, map, p_WB, q_WB, map.max_distance()); near <= margin)
-    return text("the tether comes within %.3f m of the voxels, and %.3f m of clearance are asked for",
-                std::max(0.0, near), margin);
-  return {};
+    return blocked(text("the tether comes within %.3f m of the voxels, and %.3f m of clearance are asked for",
+                        std::max(0.0, near), margin));
+  if (tether_slack(tether, reach, p_WB, q_WB) <= 0.0)
+    return blocked(
+        text("the tether may leave its cone when the vehicle is %.3f m off its reference", tether.reserve));
+  return std::nullopt;
 }
 
 TetherUse tether_use(const Tether& tether, const std::vector<TrajectoryKnot>& knots) {

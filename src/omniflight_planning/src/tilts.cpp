@@ -8,7 +8,7 @@
 namespace omniflight::planning {
 
 double margin_of(const Tube& tube, const VehicleSpheres& spheres, const std::optional<Tether>& tether) {
-  return tube.margin(std::max(spheres.bounding_radius, tether ? tether->attachment_B.norm() : 0.0));
+  return tube.margin(tether ? tether->reach(spheres.bounding_radius) : spheres.bounding_radius);
 }
 
 Result<const AtTilt*> Tilts::at(double alpha) {

@@ -9,7 +9,7 @@ namespace {
 using Kind = vehicle::CollisionShape::Kind;
 
 vehicle::CollisionShape cylinder(const Vec3& center, const Vec3& axis, double radius, double length) {
-  return {Kind::cylinder, center, Quat::FromTwoVectors(Vec3::UnitZ(), axis), Vec3(radius, length, 0.0)};
+  return {Kind::cylinder, center, shortest_rotation(Vec3::UnitZ(), axis), Vec3(radius, length, 0.0)};
 }
 
 /// 19 circles of 0.2845 R cover a circle of radius R: one in the middle, 6 at 0.49 R, 12 at 0.86 R.

@@ -23,7 +23,7 @@ constexpr double kTolerance = 1e-6;
 double turn_left(const Reference& r, const Waypoint& waypoint, const std::optional<FlatVehicle>& flat) {
   if (!flat) return r.q_WB.angularDistance(waypoint.pose.q_WB);
   const Quat swing =
-      Quat::FromTwoVectors(waypoint.pose.q_WB * flat->thrust_axis_B, r.q_WB * flat->thrust_axis_B);
+      shortest_rotation(waypoint.pose.q_WB * flat->thrust_axis_B, r.q_WB * flat->thrust_axis_B);
   return r.q_WB.angularDistance(swing * waypoint.pose.q_WB);
 }
 
@@ -88,11 +88,9 @@ Status check_move(const vehicle::Vehicle& vehicle, const std::vector<TrajectoryK
 /// Way [m] that every vehicle point may move before the tether violates a limit, by the octree's boxes.
 double room_of_tether(const Tether& tether, double clearance, const OctreeBoxes& boxes, const Reference& r,
                       const VehicleSpheres& spheres) {
-  const double reach = std::max(spheres.bounding_radius, tether.attachment_B.norm());
-  const double slack = tether_slack(tether, reach, r.p_WB, r.q_WB);
-  const Vec3 end = tether.attachment_W(r.p_WB, r.q_WB), way = end - tether.anchor_W;
-  const double part = std::min(1.0, kTiedWithin / std::max(1e-9, way.norm()));
-  return std::min(slack, boxes.segment_distance(tether.anchor_W + part * way, end, kBoxHorizon) - clearance);
+  const double slack = tether_slack(tether, tether.reach(spheres.bounding_radius), r.p_WB, r.q_WB);
+  const Vec3 end = tether.attachment_W(r.p_WB, r.q_WB);
+  return std::min(slack, boxes.segment_distance(loose_from(tether, end), end, kBoxHorizon) - clearance);
 }
 
 /// The errors that the plan keeps in its margin, from the mission and the file where they were measured.
@@ -237,8 +235,7 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
     }
     // Conservative advancement along the curve, with exact distances.
     VehicleSpheres spheres = cover_with_spheres(*vehicle, knots[piece.first].reference.alpha);
-    if (mission->tether)
-      spheres.bounding_radius = std::max(spheres.bounding_radius, mission->tether->attachment_B.norm());
+    if (mission->tether) spheres.bounding_radius = mission->tether->reach(spheres.bounding_radius);
     double room = 0.0;
     for (std::size_t k = piece.first; k < piece.last; ++k) {
       const double speed = speed_bound(knots[k], knots[k + 1], spheres.bounding_radius);

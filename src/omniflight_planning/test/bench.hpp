@@ -1,6 +1,8 @@
 // What several tests share: the committed test bed and the shipped vehicle.
 #pragma once
 
+#include <octomap/OcTree.h>
+
 #include <filesystem>
 
 #include "omniflight_planning/map.hpp"
@@ -40,6 +42,16 @@ inline TestBed window_bed(double width, double height, double resolution) {
     wall("lintel", -w, w, kWindow.z() + h, 2.4);
   }
   return bed;
+}
+/// A room of 4 x 4 x 2.4 m with a square pole of this width [m] from floor to ceiling at x = 0, y = 0.
+inline DistanceMap pole_room(double width) {
+  TestBed bed;
+  bed.name = "pole";
+  bed.resolution = 0.05;
+  bed.lower = Vec3(-2, -2, 0);
+  bed.upper = Vec3(2, 2, 2.4);
+  bed.primitives.push_back({Primitive::Kind::box, "pole", Vec3(0, 0, 1.2), Vec3(width, width, 2.38), 0});
+  return DistanceMap::create(*make_octree(bed).value(), "").value();
 }
 inline allocation::RotorLoad rotor_load(const vehicle::Vehicle& v, double alpha) {
   return allocation::RotorLoad::create(v, alpha).value();

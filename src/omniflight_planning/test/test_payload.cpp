@@ -3,10 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-
-#include "bench.hpp"
-#include "omniflight_files/files.hpp"
+#include "missions.hpp"
 #include "omniflight_planning/plan.hpp"
 
 namespace omniflight::planning {
@@ -19,11 +16,7 @@ struct Payloads : testing::Test {
 };
 
 Result<Mission> with_payload(const std::string& keys, const std::string& name) {
-  std::string bytes = files::read_file(kConfigs / "missions/trajectory_2.yaml", 1 << 20).value();
-  if (!keys.empty()) bytes.insert(bytes.find("start: {position"), "payload: {" + keys + "}\n");
-  const fs::path path = fs::path(testing::TempDir()) / (name + ".yaml");
-  std::ofstream(path) << bytes;
-  return load_mission(path.string());
+  return mission_of(trajectory_2_with("payload: {" + keys + "}"), name);
 }
 
 TEST_F(Payloads, WeightAndInertiaActAtItsPlace) {

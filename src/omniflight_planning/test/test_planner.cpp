@@ -35,13 +35,7 @@ TEST(Planner, FindsAWayRoundTheFrameAndTheSameSeedGivesTheSameOne) {
 }
 
 TEST(Planner, EveryPlannerByNameGoesRoundAPole) {
-  TestBed bed;
-  bed.name = "pole";
-  bed.resolution = 0.05;
-  bed.lower = Vec3(-2, -2, 0);
-  bed.upper = Vec3(2, 2, 2.4);
-  bed.primitives.push_back({Primitive::Kind::box, "pole", Vec3(0, 0, 1.2), Vec3(0.24, 0.24, 2.38), 0});
-  const DistanceMap map = DistanceMap::create(*make_octree(bed).value(), "").value();
+  const DistanceMap map = pole_room(0.24);
   const auto check = make_check(map, 30, 0.05);
   const Pose start{Vec3(-1.2, 0, 1.2), Quat::Identity()}, goal{Vec3(1.2, 0, 1.2), Quat::Identity()};
   ASSERT_FALSE(check.motion_valid(start, goal));

@@ -2,42 +2,21 @@
 #include "omniflight_planning/tether.hpp"
 
 #include <gtest/gtest.h>
-#include <octomap/OcTree.h>
 
-#include <fstream>
-
-#include "bench.hpp"
-#include "omniflight_files/files.hpp"
+#include "missions.hpp"
 #include "omniflight_planning/plan.hpp"
 
 namespace omniflight::planning {
 namespace {
 
 namespace fs = std::filesystem;
-const std::string kWithWaypoints = "start: {position";
 
 struct Tethers : testing::Test {
   static void SetUpTestSuite() { setenv("OMNIFLIGHT_CONFIGS", kConfigs.c_str(), 1); }
 };
 
-/// trajectory_2 with a tether; its heights are 0.9 to 2.0 m over a counter of 0.58 m.
 Result<Mission> with_tether(const std::string& keys, const std::string& name = "tethered") {
-  std::string bytes = files::read_file(kConfigs / "missions/trajectory_2.yaml", 1 << 20).value();
-  bytes.insert(bytes.find(kWithWaypoints), "tether: {" + keys + "}\n");
-  const fs::path path = fs::path(testing::TempDir()) / (name + ".yaml");
-  std::ofstream(path) << bytes;
-  return load_mission(path.string());
-}
-
-/// A room with a thin pole from floor to ceiling at x = 0, y = 0.
-DistanceMap pole_room() {
-  TestBed bed;
-  bed.name = "pole";
-  bed.resolution = 0.05;
-  bed.lower = Vec3(-2, -2, 0);
-  bed.upper = Vec3(2, 2, 2.4);
-  bed.primitives.push_back({Primitive::Kind::box, "pole", Vec3(0, 0, 1.2), Vec3(0.04, 0.04, 2.38), 0});
-  return DistanceMap::create(*make_octree(bed).value(), "").value();
+  return mission_of(trajectory_2_with("tether: {" + keys + "}"), name);
 }
 
 TEST_F(Tethers, ShorterThanTheWayIsRefusedWithMetres) {
@@ -92,7 +71,7 @@ TEST_F(Tethers, VerifyMeasuresTheTetherItself) {
 }
 
 TEST_F(Tethers, MotionsThatDrawTheTetherThroughAPoleAreInvalid) {
-  const DistanceMap map = pole_room();
+  const DistanceMap map = pole_room(0.04);
   const StateCheck alone = make_check(map, 30, 0.05);
   Tether tether;
   tether.anchor_W = Vec3(-1.5, 0, 0.2);
@@ -107,7 +86,7 @@ TEST_F(Tethers, MotionsThatDrawTheTetherThroughAPoleAreInvalid) {
 }
 
 TEST_F(Tethers, LengthAndConeHoldAlongWholeMotions) {
-  const DistanceMap map = pole_room();
+  const DistanceMap map = pole_room(0.04);
   Tether tether;
   tether.anchor_W = Vec3(1.2, 0, 0);
   tether.length = 1.5;
@@ -164,13 +143,10 @@ TEST_F(Tethers, TwistAccumulatesAboutTheSegmentAndIsLimited) {
   for (auto& knot : knots) knot.reference.p_WB = Vec3(2, 0, 0);
   EXPECT_NEAR(tether_use(tether, knots).twist, 0.0, 1e-9);  // across the axis
 
-  std::string bytes = files::read_file(kConfigs / "missions/trajectory_2.yaml", 1 << 20).value();
+  std::string yaml = trajectory_2_with("tether: {anchor: [0, 0, 0.58], length_m: 3, twist_deg: 60}");
   const std::string pitch = "rpy_deg: [0, 20, 0]";
-  bytes.replace(bytes.find(pitch), pitch.size(), "rpy_deg: [0, 0, 80]");
-  bytes.insert(bytes.find(kWithWaypoints), "tether: {anchor: [0, 0, 0.58], length_m: 3, twist_deg: 60}\n");
-  const fs::path path = fs::path(testing::TempDir()) / "twisted.yaml";
-  std::ofstream(path) << bytes;
-  const auto mission = load_mission(path.string());
+  yaml.replace(yaml.find(pitch), pitch.size(), "rpy_deg: [0, 0, 80]");
+  const auto mission = mission_of(yaml, "twisted");
   ASSERT_TRUE(mission) << mission.error().text();
   const auto plan = plan_mission(*mission);
   ASSERT_FALSE(plan);

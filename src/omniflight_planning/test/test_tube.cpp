@@ -3,10 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-
-#include "bench.hpp"
-#include "omniflight_files/files.hpp"
+#include "missions.hpp"
 #include "omniflight_planning/plan.hpp"
 
 namespace omniflight::planning {
@@ -18,12 +15,6 @@ struct Tubes : testing::Test {
   static void SetUpTestSuite() { setenv("OMNIFLIGHT_CONFIGS", kConfigs.c_str(), 1); }
 };
 
-fs::path written(const std::string& name, const std::string& bytes) {
-  const fs::path path = fs::path(testing::TempDir()) / name;
-  std::ofstream(path) << bytes;
-  return path;
-}
-
 std::string flight_json(const std::string& position, const std::string& degrees,
                         const std::string& complete = "true") {
   return R"({"schema": "omniflight.flight/1", "complete": )" + complete +
@@ -33,9 +24,7 @@ std::string flight_json(const std::string& position, const std::string& degrees,
 }
 
 Result<Mission> with_keys(const std::string& keys, const std::string& name) {
-  std::string bytes = files::read_file(kConfigs / "missions/trajectory_2.yaml", 1 << 20).value();
-  bytes.insert(bytes.find("start: {position"), keys);
-  return load_mission(written(name + ".yaml", bytes).string());
+  return mission_of(trajectory_2_with(keys), name);
 }
 
 /// From one side of a slot of `width` to the other.
@@ -153,29 +142,28 @@ TEST_F(Tubes, VerifyKeepsTheMarginAndTheFileItCameFrom) {
 }
 
 TEST_F(Tubes, AGustAddsItsWayAndNeedsTrackingErrors) {
-  const auto alone = with_keys("tracking: {gust_N: 2, compliance_m_per_N: 0.01}\n", "gust_alone");
+  const auto alone = with_keys("tracking: {gust_N: 2, compliance_m_per_N: 0.01}", "gust_alone");
   ASSERT_TRUE(alone) << alone.error().text();
   const auto refused = plan_mission(*alone);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::bad_input);
   EXPECT_NE(refused.error().text().find("tracking.position_m"), std::string::npos);
   const auto gusty = with_keys(
-      "tracking: {position_m: 0.01, attitude_deg: 1, gust_N: 2, compliance_m_per_N: 0.004}\n", "gust_told");
+      "tracking: {position_m: 0.01, attitude_deg: 1, gust_N: 2, compliance_m_per_N: 0.004}", "gust_told");
   ASSERT_TRUE(gusty) << gusty.error().text();
   const auto plan = plan_mission(*gusty);
   ASSERT_TRUE(plan) << plan.error().text();
   EXPECT_NEAR(plan->certificate.tube.position, 0.018, 1e-12);
   EXPECT_TRUE(plan->certificate.tube.in_margin);
-  const auto without = with_keys("tracking: {position_m: 0.03, attitude_deg: 3}\n", "no_gust");
+  const auto without = with_keys("tracking: {position_m: 0.03, attitude_deg: 3}", "no_gust");
   EXPECT_FALSE(tube_of(*without, omnimorph()).in_margin);  // as before: a bound for the flight alone
-  const auto asked =
-      with_keys("tracking: {position_m: 0.03, attitude_deg: 3, in_margin: true}\n", "in_margin");
+  const auto asked = with_keys("tracking: {position_m: 0.03, attitude_deg: 3, in_margin: true}", "in_margin");
   ASSERT_TRUE(asked) << asked.error().text();
   EXPECT_TRUE(tube_of(*asked, omnimorph()).in_margin);
 }
 
 TEST_F(Tubes, ATetherIsLongEnoughOffTheReferenceToo) {
-  const auto mission = with_keys("tether: {anchor: [0, 0, 0.58], length_m: 1.6}\n", "tube_tether");
+  const auto mission = with_keys("tether: {anchor: [0, 0, 0.58], length_m: 1.6}", "tube_tether");
   ASSERT_TRUE(mission);
   ASSERT_TRUE(plan_mission(*mission));  // 1.45 m are used
   PlanOptions options;

@@ -71,8 +71,8 @@ class StateCheck {
   /// The same without looking for the least clearance of a free curve, for half of the time.
   CurveCheck advance_along(const Trajectory& trajectory, const Deadline& deadline = {}) const;
 
-  /// Which limit of the tether a pose violates; empty where none.
-  std::string tether_conflict(const Pose& pose) const;
+  /// Which limit of the tether a pose violates; nothing where none.
+  std::optional<TetherConflict> tether_conflict(const Pose& pose) const;
 
   const DistanceMap& map() const { return map_; }
   const VehicleSpheres& spheres() const { return spheres_; }

@@ -1,7 +1,9 @@
 // A tether from a fixed anchor (the floor, or an apex above) to the vehicle: limits and weight.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,10 +26,15 @@ struct Tether {
 
   Vec3 attachment_W(const Vec3& p_WB, const Quat& q_WB) const { return p_WB + q_WB * attachment_B; }
   double mass() const { return length * linear_mass; }  ///< kg
+  /// Radius [m] about the body origin that holds what is within `radius` of it and the attachment.
+  double reach(double radius) const { return std::max(radius, attachment_B.norm()); }
 };
 
 /// Within this distance of the anchor the tether may touch what it is tied to.
 inline constexpr double kTiedWithin = 0.3;  // m
+
+/// Where the segment begins to keep its clearance, towards the attachment at `end` [m].
+Vec3 loose_from(const Tether& tether, const Vec3& end);
 
 /// Way [m] that every vehicle point may move before the length or the cone is violated, at least, beyond the
 /// reserve; not positive where one is. `reach` [m] is a radius about the body origin that holds the
@@ -39,9 +46,14 @@ double tether_slack(const Tether& tether, double reach, const Vec3& p_WB, const 
 double tether_distance(const Tether& tether, const DistanceMap& map, const Vec3& p_WB, const Quat& q_WB,
                        double enough);
 
-/// Which limit a pose violates, with values and units; empty where none.
-std::string tether_conflict(const Tether& tether, const DistanceMap& map, double margin, const Vec3& p_WB,
-                            const Quat& q_WB);
+/// A limit that a pose violates.
+struct TetherConflict {
+  bool too_short = false;
+  std::string words;  ///< with values and units
+};
+/// `reach` [m] as of tether_slack. Nothing where no limit is violated.
+std::optional<TetherConflict> tether_conflict(const Tether& tether, const DistanceMap& map, double margin,
+                                              double reach, const Vec3& p_WB, const Quat& q_WB);
 
 /// What a flight asks of the tether.
 struct TetherUse {
