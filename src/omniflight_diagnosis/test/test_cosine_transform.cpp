@@ -40,5 +40,22 @@ TEST(CosineTransform, IsTheDefinitionAndKeepsLengths) {
   }
 }
 
+TEST(CosineTransform, TwoAtOnceAreAsEachAlone) {
+  for (const int n : {1, 2, 5, 8, 15, 30}) {
+    CosineTransform transform(n);
+    Eigen::VectorXd x(n), y(n);
+    for (int i = 0; i < n; ++i) {
+      x[i] = std::sin(1.7 * i) + 0.3 * i;
+      y[i] = 100 * std::cos(0.9 * i);
+    }
+    Eigen::VectorXd together_x = x, together_y = y;
+    transform.apply(together_x, together_y);
+    transform.apply(x);
+    transform.apply(y);
+    EXPECT_LT((together_x - x).norm(), 1e-13 * (x.norm() + y.norm())) << n;
+    EXPECT_LT((together_y - y).norm(), 1e-13 * (x.norm() + y.norm())) << n;
+  }
+}
+
 }  // namespace
 }  // namespace omniflight::diagnosis

@@ -50,7 +50,8 @@ std::vector<Pulsation> make_pulsations(const RegressionProblem& problem, const N
   const double highest = std::min(kHighest, 0.25 / problem.period()),
                lowest = kPeriods / std::max(1e-9, longest);
   if (!(lowest < highest)) return out;
-  const int length = kFiner * static_cast<int>(std::ceil(longest / problem.period()) + 1);
+  int length = kFiner * static_cast<int>(std::ceil(longest / problem.period()) + 1);
+  while (transform_length(length) != length) ++length;  // other lengths have slow transforms
   const double step = 1 / (length * problem.period());  // Hz
   const Eigen::VectorXd weighted = noise.weigh(problem.residual());
   Eigen::FFT<double> fft;
@@ -73,14 +74,19 @@ std::vector<Pulsation> make_pulsations(const RegressionProblem& problem, const N
         }
       }
       fft.fwd(spectrum, in);
-      for (std::size_t b = static_cast<std::size_t>(std::ceil(lowest / step)); b < bins; ++b) {
-        double information = 0;
-        for (int c = 0; c < 6; ++c)
-          if (square[static_cast<std::size_t>(c)] > 0 && !noise.spectrum(f.flight, c).silent())
-            information += 0.5 * square[static_cast<std::size_t>(c)] /
-                           noise.spectrum(f.flight, c).density(static_cast<double>(b) * step);
-        if (information > 0) gain[b] += 0.5 * std::norm(spectrum[b]) / information;
-      }
+      const auto first = static_cast<std::size_t>(std::ceil(lowest / step));
+      if (first >= bins) continue;
+      const auto count = static_cast<Eigen::Index>(bins - first);
+      const Eigen::ArrayXd frequencies =
+          step * (static_cast<double>(first) + Eigen::ArrayXd::LinSpaced(count, 0, count - 1));
+      Eigen::ArrayXd information = Eigen::ArrayXd::Zero(count);
+      for (int c = 0; c < 6; ++c)
+        if (square[static_cast<std::size_t>(c)] > 0 && !noise.spectrum(f.flight, c).silent())
+          information +=
+              0.5 * square[static_cast<std::size_t>(c)] / noise.spectrum(f.flight, c).densities(frequencies);
+      for (std::size_t b = first; b < bins; ++b)
+        if (const double known = information[static_cast<Eigen::Index>(b - first)]; known > 0)
+          gain[b] += 0.5 * std::norm(spectrum[b]) / known;
     }
     const auto best = std::max_element(gain.begin(), gain.end());
     if (!(*best > 0)) continue;

@@ -38,6 +38,22 @@ void CosineTransform::apply(Eigen::Ref<Eigen::VectorXd> x) {
   }
 }
 
+void CosineTransform::apply(Eigen::Ref<Eigen::VectorXd> x, Eigen::Ref<Eigen::VectorXd> y) {
+  if (n_ == 1) return;
+  for (int i = 0; i < n_; ++i) {
+    const int from = 2 * i < n_ ? 2 * i : 2 * (n_ - i) - 1;
+    in_[static_cast<std::size_t>(i)] = {x[from], y[from]};
+  }
+  fft_.fwd(out_, in_);
+  for (int k = 0; k < n_;
+       ++k) {  // spectra of real vectors are conjugate symmetric, those of imaginary ones not
+    const auto at = static_cast<std::size_t>(k), mirrored = static_cast<std::size_t>(k == 0 ? 0 : n_ - k);
+    const std::complex<double> here = out_[at], there = std::conj(out_[mirrored]);
+    x[k] = 0.5 * ((here + there) * turn_[at]).real();
+    y[k] = 0.5 * ((here - there) * turn_[at]).imag();
+  }
+}
+
 // exp(-i pi k / 2n) times the spectrum of the reordered samples is C[k] - i C[n - k], with C the amplitudes
 // before they are normalised
 void CosineTransform::invert(Eigen::Ref<Eigen::VectorXd> x) {

@@ -16,6 +16,8 @@ class CosineTransform {
   explicit CosineTransform(int n);
   /// Amplitudes of n samples; the first n numbers of x, in place (Makhoul 1980: one complex transform).
   void apply(Eigen::Ref<Eigen::VectorXd> x);
+  /// The same of two vectors, by one complex transform as well.
+  void apply(Eigen::Ref<Eigen::VectorXd> x, Eigen::Ref<Eigen::VectorXd> y);
   /// Samples of n amplitudes, in place.
   void invert(Eigen::Ref<Eigen::VectorXd> x);
 

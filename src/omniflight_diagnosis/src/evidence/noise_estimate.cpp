@@ -1,5 +1,7 @@
 #include "noise_estimate.hpp"
 
+#include <cmath>
+
 #include "../discrepancy/patterns.hpp"
 #include "inner_products.hpp"
 
@@ -32,44 +34,96 @@ SlowColumns slow_columns(const RegressionProblem& problem) {
     total += p.raw.cols();
     parts.push_back(kGenerous * p.raw);
   }
-  SlowColumns out;
-  out.raw.resize(problem.rows(), total);
+  Eigen::MatrixXd all(problem.rows(), total);
   Eigen::Index at = 0;
   for (const Eigen::MatrixXd& part : parts) {
-    out.raw.middleCols(at, part.cols()) = part;
+    all.middleCols(at, part.cols()) = part;
     at += part.cols();
   }
-  out.amplitudes = cosine_amplitudes(problem, out.raw);
-  out.power = out.amplitudes.rowwise().squaredNorm();
+  const Eigen::MatrixXd amplitudes = cosine_amplitudes(problem, all);
+  SlowColumns out;
+  out.count = total;
+  Eigen::Index row = 0;
+  for (const Stretch& s : problem.stretches()) {
+    const int size = transform_length(s.size());
+    for (auto& channel : out.channels)
+      for (int k = 0; k < size; ++k) channel.rows.push_back(row++);
+  }
+  for (auto& channel : out.channels) {
+    const Eigen::MatrixXd own = amplitudes(channel.rows, Eigen::all);
+    for (Eigen::Index k = 0; k < total; ++k)
+      if (!own.col(k).isZero(0)) channel.columns.push_back(k);
+    channel.amplitudes = own(Eigen::all, channel.columns);
+    channel.power = channel.amplitudes.rowwise().squaredNorm();
+  }
   return out;
 }
+
+namespace {
+
+/// Amplitudes of one channel that slow columns may explain, and these columns there, whitened.
+struct Explained {
+  std::vector<Eigen::Index> rows;  ///< of the channel
+  Eigen::MatrixXd whitened;        ///< rows x columns of the channel
+};
+
+Explained explained(const SlowColumns::Channel& channel, const Eigen::VectorXd& inverse) {
+  Explained out;
+  for (std::size_t i = 0; i < channel.rows.size(); ++i) {
+    const double deviation = inverse[channel.rows[i]];
+    const auto row = static_cast<Eigen::Index>(i);
+    if (deviation * deviation * channel.power[row] > kLeastShare) out.rows.push_back(row);
+  }
+  out.whitened = channel.amplitudes(out.rows, Eigen::all);
+  for (std::size_t i = 0; i < out.rows.size(); ++i)
+    out.whitened.row(static_cast<Eigen::Index>(i)) *=
+        inverse[channel.rows[static_cast<std::size_t>(out.rows[i])]];
+  return out;
+}
+
+/// Numbers of all amplitudes, of the rows that are explained.
+std::vector<Eigen::Index> rows_of(const Explained& part, const SlowColumns::Channel& channel) {
+  std::vector<Eigen::Index> out;
+  for (const Eigen::Index i : part.rows) out.push_back(channel.rows[static_cast<std::size_t>(i)]);
+  return out;
+}
+
+}  // namespace
 
 std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, const SlowColumns& slow,
                                            const Eigen::VectorXd& known, double temperature) {
   const Eigen::VectorXd y = problem.residual() - known;
-  Eigen::VectorXd rest = y;
-  const int n = problem.samples();
-  for (int c = 0; c < 6; ++c) rest.segment(c * n, n).array() -= rest.segment(c * n, n).mean();
   const Eigen::VectorXd z = cosine_amplitudes(problem, y);
-  Eigen::VectorXd freedom = Eigen::VectorXd::Ones(z.size());
+  Eigen::VectorXd rest = z, freedom = Eigen::VectorXd::Ones(z.size());
+  Eigen::Index first = 0;  // the mean of each channel is no noise
+  for (const Stretch& s : problem.stretches()) {
+    const int size = transform_length(s.size());
+    for (int c = 0; c < 6; ++c, first += size)
+      rest[first] -= std::sqrt(size) * y.segment(c * problem.samples(), problem.samples()).mean();
+  }
   for (int pass = 0; pass < 2; ++pass) {
     const Eigen::VectorXd inverse = NoiseModel(problem, rest, freedom, 1).inverse_deviations();
-    std::vector<Eigen::Index> rows;
-    for (Eigen::Index i = 0; i < z.size(); ++i)
-      if (inverse[i] * inverse[i] * slow.power[i] > kLeastShare) rows.push_back(i);
-    const Eigen::MatrixXd X = inverse(rows).asDiagonal() * slow.amplitudes(rows, Eigen::all);
-    Eigen::MatrixXd H = inner_products(X);
-    H.diagonal().array() += 1;
+    Eigen::MatrixXd H = Eigen::MatrixXd::Identity(slow.count, slow.count);
+    Eigen::VectorXd g = Eigen::VectorXd::Zero(slow.count);
+    std::array<Explained, 6> parts;
+    for (std::size_t c = 0; c < parts.size(); ++c) {
+      const SlowColumns::Channel& channel = slow.channels[c];
+      parts[c] = explained(channel, inverse);
+      const std::vector<Eigen::Index> rows = rows_of(parts[c], channel);
+      H(channel.columns, channel.columns) += inner_products(parts[c].whitened);
+      g(channel.columns) += parts[c].whitened.transpose() * inverse(rows).cwiseProduct(z(rows));
+    }
     const Eigen::LLT<Eigen::MatrixXd> factor(H);
-    rest = y - slow.raw * factor.solve(X.transpose() * inverse(rows).cwiseProduct(z(rows)));
-    // diagonal of X H^-1 X^T; by the inverse of a small triangle, since products are quicker than long
-    // solutions
-    const Eigen::MatrixXd inverse_root =
-        factor.matrixL().solve(Eigen::MatrixXd::Identity(H.rows(), H.cols()));
-    const Eigen::MatrixXd rooted =
-        inner_products(Eigen::MatrixXd(X.transpose()), Eigen::MatrixXd(inverse_root.transpose()));
+    const Eigen::VectorXd coefficients = factor.solve(g);
+    const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(H.rows(), H.cols()));
     freedom.setOnes();
-    freedom(rows) = 1 - rooted.rowwise().squaredNorm().array();
+    for (std::size_t c = 0; c < parts.size(); ++c) {
+      const SlowColumns::Channel& channel = slow.channels[c];
+      rest(channel.rows) = z(channel.rows) - channel.amplitudes * coefficients(channel.columns);
+      const Eigen::MatrixXd own = covariance(channel.columns, channel.columns);
+      freedom(rows_of(parts[c], channel)) =
+          1 - (parts[c].whitened * own).cwiseProduct(parts[c].whitened).rowwise().sum().array();
+    }
   }
   return std::make_unique<NoiseModel>(problem, rest, freedom, temperature);
 }

@@ -2,16 +2,25 @@
 // noise, in which they are then no longer found.
 #pragma once
 
+#include <array>
 #include <memory>
+#include <vector>
 
 #include "../search/hypothesis.hpp"
 
 namespace omniflight::diagnosis {
 
-/// Columns, rows x any number, their cosine amplitudes, and the sum of squares of each row of these.
+/// Columns that are mostly functions of one channel alone: cosine amplitudes of each channel, of those that
+/// are not zero in it.
 struct SlowColumns {
-  Eigen::MatrixXd raw, amplitudes;
-  Eigen::VectorXd power;
+  struct Channel {
+    std::vector<Eigen::Index> rows;     ///< of these amplitudes among those of all channels
+    std::vector<Eigen::Index> columns;  ///< among all
+    Eigen::MatrixXd amplitudes;         ///< rows x columns
+    Eigen::ArrayXd power;               ///< sum of squares of each row
+  };
+  std::array<Channel, 6> channels;
+  Eigen::Index count = 0;  ///< of columns
 };
 
 /// Constant forces and torques, and smooth functions of place and rotor tilt.

@@ -31,14 +31,15 @@ struct Band {
 
 }  // namespace
 
-std::array<double, NoiseSpectrum::kParts> NoiseSpectrum::parts(double f) {
-  std::array<double, kParts> out{};
-  for (std::size_t k = 0; k < kCorners.size(); ++k) out[k] = 1 / (1 + f * f / (kCorners[k] * kCorners[k]));
-  const double r = f * f / (kReference * kReference);
-  out[8] = 1;
-  out[9] = r;
-  out[10] = r * r;
-  out[11] = r * r * r;  // what block means leave of a pose that is differentiated twice
+Eigen::MatrixXd NoiseSpectrum::parts(const Eigen::ArrayXd& f) {
+  const Eigen::ArrayXd square = f.square(), r = square / (kReference * kReference);
+  Eigen::MatrixXd out(f.size(), kParts);
+  for (std::size_t k = 0; k < kCorners.size(); ++k)
+    out.col(static_cast<Eigen::Index>(k)) = 1 / (1 + square / (kCorners[k] * kCorners[k]));
+  out.col(8).setOnes();
+  out.col(9) = r;
+  out.col(10) = r.square();
+  out.col(11) = r.cube();  // what block means leave of a pose that is differentiated twice
   return out;
 }
 
@@ -47,26 +48,25 @@ void NoiseSpectrum::fit(const Eigen::VectorXd& f, const Eigen::VectorXd& power,
   const double mean = freedom.sum() > 0 ? power.sum() / freedom.sum() : 0.0;
   silent_ = !(mean > 0) || !std::isfinite(mean);
   if (silent_) return;
-  Eigen::MatrixXd B(f.size(), static_cast<Eigen::Index>(kParts));
-  for (Eigen::Index i = 0; i < f.size(); ++i) {
-    const auto p = parts(f[i]);
-    for (std::size_t k = 0; k < kParts; ++k) B(i, static_cast<Eigen::Index>(k)) = p[k];
-  }
-  Eigen::VectorXd w = Eigen::VectorXd::Constant(B.cols(), mean / static_cast<double>(kParts));
+  const Eigen::MatrixXd B = parts(f);
+  weight_.setConstant(mean / kParts);
   for (int pass = 0; pass < kUpdates; ++pass) {
-    const Eigen::ArrayXd S = (B * w).array().max(1e-9 * mean);
+    const Eigen::ArrayXd S = (B * weight_).array().max(1e-9 * mean);
     const Eigen::VectorXd up = B.transpose() * (power.array() / S.square()).matrix();
     const Eigen::VectorXd down = B.transpose() * (freedom.array() / S).matrix();
-    w.array() *= (up.array() / down.array().max(1e-300)).sqrt();
+    weight_.array() *= (up.array() / down.array().max(1e-300)).sqrt();
   }
-  for (std::size_t k = 0; k < kParts; ++k) weight_[k] = w[static_cast<Eigen::Index>(k)];
   correct(f, power, freedom);
 }
 
-std::array<double, NoiseSpectrum::kTerms> NoiseSpectrum::terms(double f) const {
-  const double place = std::log1p(std::min(f, highest_) / kKnee) / std::log1p(highest_ / kKnee);
-  std::array<double, kTerms> out{};
-  for (std::size_t k = 0; k < kTerms; ++k) out[k] = std::cos(static_cast<double>(k) * kPi * place);
+Eigen::MatrixXd NoiseSpectrum::terms(const Eigen::ArrayXd& f) const {
+  const Eigen::ArrayXd place = (f.min(highest_) / kKnee).log1p() / std::log1p(highest_ / kKnee);
+  const Eigen::ArrayXd first = (kPi * place).cos();
+  Eigen::MatrixXd out(f.size(), kTerms);
+  out.col(0).setOnes();
+  out.col(1) = first;
+  for (int k = 2; k < kTerms; ++k)  // cosines of multiples (Chebyshev)
+    out.col(k) = (2 * first * out.col(k - 1).array() - out.col(k - 2).array()).matrix();
   return out;
 }
 
@@ -75,19 +75,13 @@ void NoiseSpectrum::correct(const Eigen::VectorXd& f, const Eigen::VectorXd& pow
                             const Eigen::VectorXd& freedom) {
   highest_ = f.maxCoeff();
   if (!(highest_ > 0)) return;
-  const auto terms_count = static_cast<Eigen::Index>(kTerms);
-  Eigen::MatrixXd B(f.size(), terms_count);
-  Eigen::ArrayXd ratio(f.size());
-  for (Eigen::Index i = 0; i < f.size(); ++i) {
-    const auto t = terms(f[i]);
-    for (std::size_t k = 0; k < kTerms; ++k) B(i, static_cast<Eigen::Index>(k)) = t[k];
-    ratio[i] = power[i] / std::max(1e-300, sum_of_parts(f[i]));
-  }
+  const Eigen::MatrixXd B = terms(f);
+  const Eigen::ArrayXd ratio = power.array() / (parts(f) * weight_).array().max(1e-300);
   Eigen::MatrixXd information =
       0.5 * B.transpose() * freedom.asDiagonal() * B;  // of amplitudes, which have one degree of freedom
   information.diagonal().array() += 1 / (kCorrection * kCorrection);
   const Eigen::LLT<Eigen::MatrixXd> factor(information);
-  Eigen::VectorXd c = Eigen::VectorXd::Zero(terms_count);
+  Eigen::VectorXd c = Eigen::VectorXd::Zero(kTerms);
   for (int pass = 0; pass < kScoring; ++pass) {
     const Eigen::VectorXd surplus = (ratio * (-(B * c).array()).exp() - freedom.array()).matrix();
     const Eigen::VectorXd gradient = 0.5 * B.transpose() * surplus - c / (kCorrection * kCorrection);
@@ -95,22 +89,15 @@ void NoiseSpectrum::correct(const Eigen::VectorXd& f, const Eigen::VectorXd& pow
     step *= std::min(1.0, 1.0 / std::max(1e-12, step.cwiseAbs().maxCoeff()));
     c += step;
   }
-  if (!c.allFinite()) return;
-  for (std::size_t k = 0; k < kTerms; ++k) correction_[k] = c[static_cast<Eigen::Index>(k)];
+  if (c.allFinite()) correction_ = c;
 }
 
-double NoiseSpectrum::sum_of_parts(double f) const {
-  const auto p = parts(f);
-  double sum = 0;
-  for (std::size_t k = 0; k < kParts; ++k) sum += weight_[k] * p[k];
-  return sum;
+Eigen::ArrayXd NoiseSpectrum::densities(const Eigen::ArrayXd& f) const {
+  return (parts(f) * weight_).array() * (terms(f) * correction_).array().exp();
 }
 
-double NoiseSpectrum::density(double f) const {
-  const auto t = terms(f);
-  double correction = 0;
-  for (std::size_t k = 0; k < kTerms; ++k) correction += correction_[k] * t[k];
-  return sum_of_parts(f) * std::exp(correction);
+Eigen::VectorXd NoiseSpectrum::inverse_deviations(int size, double period_s) const {
+  return densities(Eigen::ArrayXd::LinSpaced(size, 0, size - 1) * (0.5 / (size * period_s))).rsqrt();
 }
 
 NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& rest,
@@ -118,7 +105,6 @@ NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& 
     : problem_(problem),
       spectra_(static_cast<std::size_t>(problem.flights())),
       temperature_(std::max(1e-3, temperature)) {
-  const int n = problem.samples();
   const double rate = 1 / problem.period();
   for (int flight = 0; flight < problem.flights(); ++flight)
     for (int c = 0; c < 6; ++c) {
@@ -129,16 +115,18 @@ NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& 
         const Eigen::Index first = amplitude + c * size;
         amplitude += 6 * size;
         if (s.flight != flight) continue;
-        Eigen::VectorXd x = rest.segment(c * n + s.begin, size);
+        const auto x = rest.segment(first, size);
         if (x.norm() < 1e-9 * problem.scale(c)) continue;
-        CosineTransform(size).apply(x);
+        int number = -1;
+        Band* band = nullptr;
         for (int k = 0; k < size; ++k) {
           const double frequency = 0.5 * rate * k / size;
-          Band& band = bands[static_cast<int>(std::log1p(frequency / kBandFloor) / kBandWidth)];
-          band.count += 1;
-          band.frequency += frequency;
-          band.power += x[k] * x[k];
-          band.freedom += std::max(kLeastFreedom, freedom[first + k]);
+          const int here = static_cast<int>(std::log1p(frequency / kBandFloor) / kBandWidth);
+          if (here != number) band = &bands[number = here];
+          band->count += 1;
+          band->frequency += frequency;
+          band->power += x[k] * x[k];
+          band->freedom += std::max(kLeastFreedom, freedom[first + k]);
         }
       }
       NoiseSpectrum& spectrum = spectra_[static_cast<std::size_t>(flight)][static_cast<std::size_t>(c)];
@@ -153,25 +141,25 @@ NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& 
       spectrum.fit(frequency, power, free);
       spectrum.scale(temperature_);
     }
-  for (const Stretch& s : problem.stretches())
+  for (const Stretch& s : problem.stretches()) {
+    const int size = transform_length(s.size());
     for (int c = 0; c < 6; ++c) {
       const NoiseSpectrum& spectrum =
           spectra_[static_cast<std::size_t>(s.flight)][static_cast<std::size_t>(c)];
       Block b;
-      b.size = transform_length(s.size());
+      b.size = size;
       b.row = rows_;
       b.amplitude = amplitudes_;
       b.spectrum = 6 * s.flight + c;
-      b.frequency_step = 0.5 * rate / b.size;
-      amplitudes_ += b.size;
+      b.frequency_step = 0.5 * rate / size;
+      amplitudes_ += size;
       if (spectrum.silent()) continue;
-      b.inverse.resize(b.size);
-      for (int k = 0; k < b.size; ++k)
-        b.inverse[k] = 1 / std::sqrt(spectrum.density(0.5 * rate * k / b.size));
+      b.inverse = spectrum.inverse_deviations(size, problem.period());
       log_scale_ -= b.inverse.array().log().sum();
-      rows_ += b.size;
+      rows_ += size;
       blocks_.push_back(std::move(b));
     }
+  }
 }
 
 double NoiseModel::gain_of_own_noise(const Eigen::VectorXd& before, const Eigen::VectorXd& after) const {
@@ -214,12 +202,21 @@ Eigen::MatrixXd cosine_amplitudes(const RegressionProblem& problem,
   for (const Stretch& s : problem.stretches()) {
     const int size = transform_length(s.size());
     if (!transform || length != size) transform.emplace(length = size);
-    for (int c = 0; c < 6; ++c, row += size)
+    for (int c = 0; c < 6; ++c, row += size) {
+      Eigen::Index waiting = -1;  // a column that shares its transform with the next
       for (Eigen::Index col = 0; col < columns.cols(); ++col) {
         auto part = out.col(col).segment(row, size);
         part = columns.col(col).segment(c * n + s.begin, size);
-        if (!part.isZero(0)) transform->apply(part);
+        if (part.isZero(0)) continue;
+        if (waiting < 0) {
+          waiting = col;
+          continue;
+        }
+        transform->apply(out.col(waiting).segment(row, size), part);
+        waiting = -1;
       }
+      if (waiting >= 0) transform->apply(out.col(waiting).segment(row, size));
+    }
   }
   return out;
 }
@@ -250,7 +247,8 @@ double NoiseModel::fast_part(int channel) const {
   const double highest = 0.5 / problem_.period();
   double sum = 0;
   for (const auto& flight : spectra_)
-    sum += std::sqrt(flight[static_cast<std::size_t>(channel)].density(0.75 * highest));
+    sum += std::sqrt(
+        flight[static_cast<std::size_t>(channel)].densities(Eigen::ArrayXd::Constant(1, 0.75 * highest))[0]);
   return spectra_.empty() ? 0.0 : sum / static_cast<double>(spectra_.size());
 }
 

@@ -17,28 +17,28 @@ namespace omniflight::diagnosis {
 /// describe a load that swings, and take it for noise; the smooth function is wider than that.
 class NoiseSpectrum {
  public:
-  static constexpr std::size_t kParts = 12;
-  static constexpr std::size_t kTerms = 5;
+  static constexpr int kParts = 12;
+  static constexpr int kTerms = 5;
 
   /// Maximises Whittle's likelihood of amplitudes by sums of their squares at these frequencies [Hz]:
   /// multiplicative updates, which keep the parts non-negative. `freedom`: degrees of freedom that a
   /// regression left to the amplitudes of each sum (restricted likelihood, Patterson and Thompson 1971).
   void fit(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& power, const Eigen::VectorXd& freedom);
-  double density(double frequency_hz) const;
+  Eigen::ArrayXd densities(const Eigen::ArrayXd& frequency_hz) const;
+  /// One over the standard deviations of the cosine amplitudes of `size` samples that are period_s apart.
+  Eigen::VectorXd inverse_deviations(int size, double period_s) const;
   bool silent() const { return silent_; }
-  void scale(double factor) {
-    for (double& w : weight_) w *= factor;
-  }
+  void scale(double factor) { weight_ *= factor; }
 
  private:
-  static std::array<double, kParts> parts(double frequency_hz);
-  std::array<double, kTerms> terms(double frequency_hz) const;
-  double sum_of_parts(double frequency_hz) const;
+  static Eigen::MatrixXd parts(const Eigen::ArrayXd& frequency_hz);  ///< frequencies x kParts
+  Eigen::MatrixXd terms(const Eigen::ArrayXd& frequency_hz) const;   ///< frequencies x kTerms
   void correct(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& power,
                const Eigen::VectorXd& freedom);
-  std::array<double, kParts> weight_{};
-  std::array<double, kTerms> correction_{};  ///< of ln density, cosines of log frequency
-  double highest_ = 1;                       ///< Hz, where the last half wave ends
+  Eigen::Vector<double, kParts> weight_ = Eigen::Vector<double, kParts>::Zero();
+  /// Of ln density, cosines of log frequency.
+  Eigen::Vector<double, kTerms> correction_ = Eigen::Vector<double, kTerms>::Zero();
+  double highest_ = 1;  ///< Hz, where the last half wave ends
   bool silent_ = true;
 };
 
@@ -49,9 +49,8 @@ Eigen::MatrixXd cosine_amplitudes(const RegressionProblem& problem,
 
 class NoiseModel {
  public:
-  /// Fitted to `rest`, what a regression left of the residual, with `freedom` of each of its cosine
-  /// amplitudes (1: nothing was fitted, 0: all of it). `temperature` divides all log-likelihoods (1: as they
-  /// are).
+  /// Fitted to the cosine amplitudes `rest` of what a regression left of the residual, with `freedom` of each
+  /// (1: nothing was fitted, 0: all of it). `temperature` divides all log-likelihoods (1: as they are).
   NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& rest, const Eigen::VectorXd& freedom,
              double temperature);
   NoiseModel(const NoiseModel&) = delete;

@@ -134,24 +134,24 @@ bool contains_law(const physics::Effect& rich, const physics::Effect& named, con
 class Whitener {
  public:
   Whitener(const RegressionProblem& problem, const NoiseModel& noise) : problem_(problem) {
-    for (const Stretch& s : problem.stretches())
-      for (int c = 0; c < 6; ++c) {
-        const NoiseSpectrum& spectrum = noise.spectrum(0, c);
-        const int size = transform_length(s.size());
-        for (int k = 0; k < size; ++k)
-          inverse_.push_back(
-              spectrum.silent() ? 0.0 : 1 / std::sqrt(spectrum.density(0.5 * k / (size * problem.period()))));
-      }
+    Eigen::Index rows = 0;
+    for (const Stretch& s : problem.stretches()) rows += 6 * transform_length(s.size());
+    inverse_ = Eigen::VectorXd::Zero(rows);
+    Eigen::Index first = 0;
+    for (const Stretch& s : problem.stretches()) {
+      const int size = transform_length(s.size());
+      for (int c = 0; c < 6; ++c, first += size)
+        if (const NoiseSpectrum& spectrum = noise.spectrum(0, c); !spectrum.silent())
+          inverse_.segment(first, size) = spectrum.inverse_deviations(size, problem.period());
+    }
   }
   Eigen::MatrixXd operator()(const Eigen::Ref<const Eigen::MatrixXd>& columns) const {
-    const Eigen::Map<const Eigen::VectorXd> inverse(inverse_.data(),
-                                                    static_cast<Eigen::Index>(inverse_.size()));
-    return inverse.asDiagonal() * cosine_amplitudes(problem_, columns);
+    return inverse_.asDiagonal() * cosine_amplitudes(problem_, columns);
   }
 
  private:
   const RegressionProblem& problem_;
-  std::vector<double> inverse_;
+  Eigen::VectorXd inverse_;
 };
 
 /// A pair on one flight, whitened.
