@@ -45,8 +45,8 @@ void CosineTransform::apply(Eigen::Ref<Eigen::VectorXd> x, Eigen::Ref<Eigen::Vec
     in_[static_cast<std::size_t>(i)] = {x[from], y[from]};
   }
   fft_.fwd(out_, in_);
-  for (int k = 0; k < n_;
-       ++k) {  // spectra of real vectors are conjugate symmetric, those of imaginary ones not
+  // the spectrum of the real part is conjugate symmetric, that of the imaginary part antisymmetric
+  for (int k = 0; k < n_; ++k) {
     const auto at = static_cast<std::size_t>(k), mirrored = static_cast<std::size_t>(k == 0 ? 0 : n_ - k);
     const std::complex<double> here = out_[at], there = std::conj(out_[mirrored]);
     x[k] = 0.5 * ((here + there) * turn_[at]).real();
