@@ -374,7 +374,7 @@ Result<Plan> plan_mission(const Mission& mission, const PlanOptions& options) {
   const auto vehicle =
       vehicle::load_vehicle(options.vehicle.empty() ? mission.vehicle : options.vehicle, options.set);
   if (!vehicle) return Failure(vehicle.error());
-  const auto map = DistanceMap::load(mission.test_bed, {.deadline = deadline});
+  const auto map = DistanceMap::load(mission.test_bed, {.deadline = deadline, .cache = field_cache_folder()});
   if (!map) return Failure(map.error());
   PlanOptions with_names = options;
   with_names.map_file = mission.test_bed.string();
@@ -384,7 +384,9 @@ Result<Plan> plan_mission(const Mission& mission, const PlanOptions& options) {
     if (!bed) return Failure(bed.error());
     with_names.names = &*bed;
   }
-  return plan_until(deadline, mission, *vehicle, *map, with_names);
+  auto made = plan_until(deadline, mission, *vehicle, *map, with_names);
+  if (made && !map->cache_remark().empty()) made->certificate.reason += map->cache_remark() + "; ";
+  return made;
 }
 
 }  // namespace omniflight::planning
