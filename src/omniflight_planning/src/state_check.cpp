@@ -52,7 +52,8 @@ StateCheck StateCheck::with_tether(std::optional<Tether> tether) const {
 
 std::optional<TetherConflict> StateCheck::tether_conflict(const Pose& pose) const {
   if (!tether_) return {};
-  return planning::tether_conflict(*tether_, map_, margin_, spheres_.bounding_radius, pose.p_WB, pose.q_WB);
+  const double near = tether_distance(*tether_, map_, pose.p_WB, pose.q_WB, map_.max_distance());
+  return planning::tether_conflict(*tether_, near, margin_, spheres_.bounding_radius, pose.p_WB, pose.q_WB);
 }
 
 double StateCheck::room(const Pose& pose, double enough) const {
