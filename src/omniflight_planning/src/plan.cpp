@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "knot_figures.hpp"
 #include "octree_boxes.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/planner.hpp"
@@ -345,6 +346,11 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   if (mission.tether)
     if (auto ok = certify_tether(mission, loaded.without_tether, trajectory->knots(), c); !ok)
       return Failure(ok.error());
+  if (options.figures) {
+    auto figures = figures_of(trajectory->knots(), vehicle, tilts, deadline);
+    if (!figures) return Failure(figures.error());
+    out.figures = std::move(*figures);
+  }
   out.trajectory = std::move(*trajectory);
   return out;
 }
