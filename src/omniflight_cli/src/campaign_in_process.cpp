@@ -58,15 +58,11 @@ Result<std::string> share_plan(const Campaign& c, const Case& group, const std::
   }
   const auto s = plan_flight(o);
   if (!s) return Failure(s.error());
-  if (auto ok = check_effects(*s); !ok) return Failure(ok.error());
   fs::remove(key_file, ec);
   if (auto ok = make_folder(o.out); !ok) return Failure(ok.error());
+  if (auto ok = write_inputs(*s); !ok) return Failure(ok.error());
+  if (auto ok = check_effects(*s); !ok) return Failure(ok.error());
   if (auto ok = planning::write_plan(s->plan, o.out); !ok) return Failure(ok.error());
-  if (s->schedule)
-    if (auto ok = files::write_file_atomic(o.out + "/" + kTiltSchedule,
-                                           components::tilt_schedule_text(*s->schedule));
-        !ok)
-      return Failure(ok.error());
   if (auto ok = files::write_file_atomic(o.out + "/params.yaml", parameters(o, *s)); !ok)
     return Failure(ok.error());
   const std::string key = inputs_of(c, *s);

@@ -116,6 +116,17 @@ bool lost_to_the_failsafe(const FlightOptions& o, const FlightResult& result) {
          result.reason.find("the failsafe ended the flight") != std::string::npos;
 }
 
+/// Whether the plant carried what the mission says that the vehicle carries.
+void tell_loads(const FlightOptions& o, const Setup& s, FlightResult& result) {
+  if (!s.loaded_model.empty())
+    result.remarks.push_back(std::string("the plant carries the mission's payload and tether, as in ") +
+                             kLoadedModel);
+  else if (o.plant == "mujoco" && (s.mission.payload || s.mission.tether))
+    result.remarks.push_back(
+        "the mujoco plant carries neither the mission's payload nor its tether: its "
+        "world says what it flies with");
+}
+
 /// Measures the recording and judges it, unless something had ended the flight before.
 void judge(const FlightOptions& o, const Setup& s, const recording::Recording& recording,
            FlightResult& result) {
@@ -220,6 +231,7 @@ Result<FlightResult> fly(const FlightOptions& o) {
   for (const auto& note : recording->notes) j["recording_notes"].push_back(note.text);
   if (!o.lockstep()) read_periods(s.out / kPeriods, result);
   if (o.monitor) read_monitor(s.out / "monitor.json", result);
+  tell_loads(o, s, result);
   judge(o, s, *recording, result);
   if (auto ok = files::write_file_atomic(s.out / "flight.json", j.dump(2) + "\n"); !ok)
     return result.flown ? Result<FlightResult>(Failure(ok.error()))

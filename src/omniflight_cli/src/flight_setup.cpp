@@ -6,6 +6,7 @@
 
 #include "bus_access.hpp"
 #include "control_choice.hpp"
+#include "mission_loads.hpp"
 #include "omniflight_allocation/rotor_load.hpp"
 #include "omniflight_bus/security.hpp"
 #include "omniflight_components/natnet_config.hpp"
@@ -166,6 +167,25 @@ Status check_hover(const FlightOptions& o, const Reference& start, const vehicle
   return {};
 }
 
+/// Puts the mission's payload and tether into the model that the plant flies, beside the effects of its file.
+Status add_loads(const FlightOptions& o, Setup& s) {
+  if (o.plant != "simulator" && o.plant != "emulator") return {};
+  auto loads = effects_of_loads(s.mission, s.vehicle, s.plan.trajectory.knots());
+  if (!loads) return Failure(loads.error());
+  if (loads->empty()) return {};
+  physics::Model model;
+  if (!s.effects.empty()) {
+    auto given = physics::load_model(s.effects);
+    if (!given) return Failure(given.error());
+    model = std::move(*given);
+  }
+  model.effects.insert(model.effects.end(), loads->begin(), loads->end());
+  s.loaded_model = physics::model_yaml(
+      model.effects, "What this flight's plant has: given effects, and the mission's loads.");
+  s.effects = (s.out / kLoadedModel).string();
+  return {};
+}
+
 /// That every program of the flight, and the operator, has keys that can be used.
 Status check_keys(const FlightOptions& o) {
   if (o.keys.empty()) return {};
@@ -266,6 +286,7 @@ Result<Setup> plan_flight(const FlightOptions& o) {
   if (auto ok = check_law(o, s); !ok) return Failure(ok.error());
   if (auto ok = check_weights(o, s); !ok) return Failure(ok.error());
   if (auto ok = find_schedule(o, s); !ok) return Failure(ok.error());
+  if (auto ok = add_loads(o, s); !ok) return Failure(ok.error());
   if (!o.lockstep() && s.plan.certificate.alpha_highest > s.plan.certificate.alpha_lowest)
     return bad_input("moves the tilt of the rotors, which the boards of the " + o.plant + " plant cannot",
                      s.mission.file + ": alpha_deg", "Give --plant simulator or mujoco, or one tilt");
@@ -275,6 +296,16 @@ Result<Setup> plan_flight(const FlightOptions& o) {
                    std::chrono::steady_clock::now().time_since_epoch())
                    .count();
   return s;
+}
+
+Status write_inputs(const Setup& s) {
+  if (s.schedule)
+    if (auto ok =
+            files::write_file_atomic(s.out / kTiltSchedule, components::tilt_schedule_text(*s.schedule));
+        !ok)
+      return ok;
+  if (!s.loaded_model.empty()) return files::write_file_atomic(s.effects, s.loaded_model);
+  return {};
 }
 
 Result<Setup> prepare(const FlightOptions& o) {
@@ -289,13 +320,10 @@ Result<Setup> prepare(const FlightOptions& o) {
   if (auto ok = make_folder((s.out / "plan").string()); !ok) return Failure(ok.error());
   if (auto ok = planning::write_plan(s.plan, s.out / "plan"); !ok) return Failure(ok.error());
   std::error_code ec;
-  for (const char* of_an_earlier_flight : {"flight.json", "monitor.json", kPeriods, kTiltSchedule})
+  for (const char* of_an_earlier_flight :
+       {"flight.json", "monitor.json", kPeriods, kTiltSchedule, kLoadedModel})
     fs::remove(s.out / of_an_earlier_flight, ec);
-  if (s.schedule)
-    if (auto ok =
-            files::write_file_atomic(s.out / kTiltSchedule, components::tilt_schedule_text(*s.schedule));
-        !ok)
-      return Failure(ok.error());
+  if (auto ok = write_inputs(s); !ok) return Failure(ok.error());
   return s;
 }
 

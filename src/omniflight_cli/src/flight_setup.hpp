@@ -18,6 +18,8 @@ inline constexpr double kHold = 1.0, kSettle = 3.0, kAfter = 1.0;  ///< s around
 inline constexpr const char* kPeriods = "periods.json";
 /// The tilt that `--tilt lookahead` has found.
 inline constexpr const char* kTiltSchedule = "tilt.yaml";
+/// The model file of a flight whose mission has a payload or a tether.
+inline constexpr const char* kLoadedModel = "effects.yaml";
 
 struct Setup {
   planning::Plan plan;
@@ -27,9 +29,10 @@ struct Setup {
   std::filesystem::path out;
   FolderLock lock;  ///< of `out`
   std::string sensors, effects, faults, world, natnet, defaults,
-      loopback;                                ///< files; without effects, ...: empty
-  std::vector<std::string> neighbours;         ///< files
-  simulation::SensorConfig sensing;            ///< of the plant's sensors, where it is ours
+      loopback;                         ///< files; without effects, ...: empty
+  std::string loaded_model;             ///< text of the file `effects` with the mission's loads; may be empty
+  std::vector<std::string> neighbours;  ///< files
+  simulation::SensorConfig sensing;     ///< of the plant's sensors, where it is ours
   std::map<std::string, std::string> weights;  ///< parameters of the allocator
   std::string fingerprint;                     ///< see fingerprint()
   std::optional<std::pair<Vec3, Vec3>> fence;  ///< m, corners of the test bed's known box; empty: none known
@@ -45,6 +48,9 @@ std::string plant_component(const FlightOptions& options);
 std::vector<std::string> components_of(const FlightOptions& options);
 /// Checks everything and plans where there is no plan. Writes nothing, locks nothing.
 Result<Setup> plan_flight(const FlightOptions& options);
+/// Writes what the folder of the flight holds beside its plan: tilt schedule and loaded model, where it has
+/// them.
+Status write_inputs(const Setup& setup);
 /// plan_flight(), then makes the folders and writes the plan.
 Result<Setup> prepare(const FlightOptions& options);
 /// The parameters of this flight, on top of configs/components/default.yaml.

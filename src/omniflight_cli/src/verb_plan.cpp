@@ -67,6 +67,7 @@ Action add_plan(CLI::App& verb, Common& common) {
     options.tube_file = o->tube;
     options.planner = o->planner;
     options.set = o->set;
+    options.figures = !explain;
     options.seed = o->seed;
     if (o->budget_ms) options.budget_s = 1e-3 * *o->budget_ms;
     auto plan = planning::plan_mission(*mission, options);

@@ -77,6 +77,41 @@ class MovingTilt(system.SystemTest):
         self.assertIn("--plant simulator", done.stderr)
 
 
+class LoadsOfTheMission(system.SystemTest):
+    def loaded(self, keys):
+        return self.write("loaded.yaml", system.SHORT.replace("start: {", keys + "start: {"))
+
+    def test_a_flight_carries_the_payload_and_the_tether_of_its_mission(self):
+        keys = ("payload: {mass_kg: 0.2, position: [0, 0, -0.05]}\n"
+                "tether: {anchor: [0, 0, 0.6], length_m: 3, mass_kg_per_m: 0.1}\n")
+        bare = self.fly(self.short_mission(), "--in-process", out="bare")
+        loaded = self.fly(self.loaded(keys), "--in-process", out="loaded")
+        model = (self.dir / "loaded/effects.yaml").read_text()
+        self.assertIn("id: payload_mass", model)
+        self.assertIn("id: hung_cable", model)
+        self.assertFalse((self.dir / "bare/effects.yaml").exists())
+        # hovering power goes with the carried mass to 3/2: 1.3 m high, 0.7 m of the tether hang
+        mass = self.json("loaded/plan/certificate.json")["vehicle"]["mass_kg"]
+        expected = ((mass + 0.2 + 0.1 * 0.75) / mass) ** 1.5
+        power = [flight["metrics"]["power_W"] for flight in (bare, loaded)]
+        print(f"\nmean power {power[0]:.1f} W bare, {power[1]:.1f} W loaded, {expected:.3f} times as much expected")
+        self.assertAlmostEqual(power[1] / power[0], expected, delta=0.05)
+        self.assertEqual(loaded["verdict"], "flown")
+
+    def test_effects_of_a_file_are_flown_beside_the_loads(self):
+        self.write("wind.yaml", "schema: omniflight.model/1\neffects:\n  - id: wind\n")
+        self.fly(self.loaded("payload: {mass_kg: 0.1}\n"), "--in-process", "--effects", "wind.yaml", out="both")
+        model = (self.dir / "both/effects.yaml").read_text()
+        self.assertIn("id: wind", model)
+        self.assertIn("id: payload_mass", model)
+
+    def test_a_load_that_cannot_be_simulated_is_refused_before_anything_is_written(self):
+        mission = self.loaded("payload: {mass_kg: 0.3, position: [0.4, 0, 0]}\n")
+        done = self.run_command("fly", mission, "--out", "never", expect=4)
+        self.assertIn("payload", done.stderr)
+        self.assertFalse((self.dir / "never").exists())
+
+
 class Lockstep(system.SystemTest):
     def digest(self, recording):
         text = subprocess.run([os.environ["OMNIFLIGHT_MCAP_DIGEST"], str(self.dir / recording)], check=True, text=True,

@@ -42,6 +42,19 @@ TEST(Frames, JacobianRateIsTheRestOfTheAngularAcceleration) {
   }
 }
 
+TEST(Frames, JacobianRateIsTheDerivativeOfTheJacobianNearZeroAndFarFromIt) {
+  Random rng(6);
+  for (const double size : {1e-9, 1e-3, 0.0999, 0.1001, 1.0, 3.0})
+    for (int i = 0; i < 20; ++i) {
+      const Vec3 phi = size * random_vector(rng, 1.0).normalized(), d = random_vector(rng, 1.0);
+      const double e = 1e-4;
+      const Vec3 numeric = (right_jacobian(phi + e * d) * d - right_jacobian(phi - e * d) * d) / (2 * e);
+      EXPECT_LT((jacobian_rate_times(phi, d) - numeric).norm(),
+                1e-7 * (1 + d.squaredNorm() * d.squaredNorm()))
+          << size;
+    }
+}
+
 TEST(Frames, RightJacobianIsTheDerivativeOfExp) {
   Random rng(3);
   for (int i = 0; i < 50; ++i) {

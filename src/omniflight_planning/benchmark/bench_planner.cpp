@@ -204,6 +204,23 @@ void around_frame() {
   line(what, median(times), "goal", 20, "ms", 1, 4);
 }
 
+/// Loading the test bed's map: its field computed, and read where an earlier run has kept it.
+void map_loading() {
+  const auto folder = std::filesystem::temp_directory_path() / "omniflight_bench_fields";
+  std::vector<double> cold, kept;
+  for (int round = 0; round < 9; ++round) {
+    std::filesystem::remove_all(folder);
+    for (std::vector<double>* times : {&cold, &kept}) {
+      const double begin = cpu_seconds();
+      DistanceMap::load("configs/test_beds/pyramid.bt", {.cache = folder}).value();
+      times->push_back(1e3 * (cpu_seconds() - begin));
+    }
+  }
+  std::filesystem::remove_all(folder);
+  line("loading the map with its field kept by an earlier run", median(kept), "computing and writing it",
+       median(cold), "ms", 1, 4);
+}
+
 /// Length of a path round the frame (30 seeds), beside RRT* with 2 s (5 seeds).
 void lengths() {
   const Bed bed;
@@ -221,6 +238,16 @@ void lengths() {
   }
   line("length of a path round the frame, first found and shortened", median(ours), "RRT* in 2 s, shortened",
        median(theirs), "m", 0.95, 0.99);
+  std::vector<double> in_time;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    const double begin = cpu_seconds();
+    const auto path = find_path(check, start, goal, {.seed = seed, .budget_s = 2.0, .name_of = {}});
+    if (path && cpu_seconds() - begin <= 0.01) in_time.push_back(path_length(*path));
+  }
+  char what[120];
+  std::snprintf(what, sizeof what, "length of a path round the frame: %zu of 30 within 10 ms, median",
+                in_time.size());
+  line(what, median(in_time), "goal", 6.5, "m", 1, 1.04);
 }
 
 }  // namespace
@@ -239,6 +266,7 @@ int main(int argc, char** argv) {
   run("windows", windows);
   run("infeasible", infeasible);
   run("around", around_frame);
+  run("map", map_loading);
   run("length", lengths);
   return 0;
 }

@@ -18,7 +18,7 @@ bool connect(const StateCheck& check, std::vector<Pose>& path, const Pose& to, c
     path.push_back(to);
     return true;
   }
-  OmplSearch rrt = *OmplSearch::create(kRrtConnect, check, path.back(), to, options.seed);
+  OmplSearch rrt(kRrtConnect, check, path.back(), to, options.seed);
   const auto part = rrt.solve(options.deadline, kIterations);
   if (!part) return false;
   path.insert(path.end(), part->begin() + 1, part->end());

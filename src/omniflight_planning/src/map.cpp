@@ -4,10 +4,17 @@
 #include <cmath>
 #include <limits>
 
+#include "field_cache.hpp"
+#include "omniflight_files/files.hpp"
 #include "omniflight_planning/octree_file.hpp"
 #include "voxel_grid.hpp"
 
 namespace omniflight::planning {
+namespace {
+
+constexpr double kTimeToWrite = 0.1;  // s, for a field of 10 million voxels
+
+}  // namespace
 
 Result<DistanceMap> DistanceMap::create(const octomap::OcTree& tree, std::string sha256,
                                         const MapOptions& options) {
@@ -17,27 +24,50 @@ Result<DistanceMap> DistanceMap::create(const octomap::OcTree& tree, std::string
   if (options.deadline.passed()) return late();
   auto grid = voxel_grid(tree, options.unknown);
   if (!grid) return Failure(grid.error());
-  DistanceMap map;
-  map.sha256_ = std::move(sha256);
-  map.unknown_ = options.unknown;
-  map.size_ = grid->size;
-  map.lower_ = grid->lower;
-  const double res = map.resolution_ = grid->resolution;
-  map.upper_ = map.lower_ + res * Vec3(map.size_[0], map.size_[1], map.size_[2]);
-
-  const double half_voxels = 2.0 * options.max_distance / res;
-  map.field_ = squared_distances_to_boxes(grid->occupied, map.size_,
-                                          static_cast<float>(half_voxels * half_voxels), options.deadline);
-  if (map.field_.empty()) return late();
-  map.max_distance_ = options.max_distance;
+  const double res = grid->resolution, half_voxels = 2.0 * options.max_distance / res;
+  StoredField stored{
+      grid->size, grid->lower, res,
+      squared_distances_to_boxes(grid->occupied, grid->size, static_cast<float>(half_voxels * half_voxels),
+                                 options.deadline)};
+  if (stored.field.empty()) return late();
   // Rounded down by a few float steps, so that it stays a lower bound.
-  for (float& value : map.field_) value = std::sqrt(value) * static_cast<float>(0.5 * res) * (1.0f - 4e-7f);
-  map.find_surface();
+  for (float& value : stored.field) value = std::sqrt(value) * static_cast<float>(0.5 * res) * (1.0f - 4e-7f);
+  DistanceMap map;
+  map.set_field(std::move(stored), std::move(sha256), options);
   return map;
+}
+
+void DistanceMap::set_field(StoredField stored, std::string sha256, const MapOptions& options) {
+  sha256_ = std::move(sha256);
+  unknown_ = options.unknown;
+  max_distance_ = options.max_distance;
+  size_ = stored.size;
+  lower_ = stored.lower;
+  resolution_ = stored.resolution;
+  voxels_per_metre_ = 1.0 / resolution_;
+  upper_ = lower_ + resolution_ * Vec3(size_[0], size_[1], size_[2]);
+  field_ = std::move(stored.field);
+  find_surface();
 }
 
 Result<DistanceMap> DistanceMap::load(const std::filesystem::path& path, const MapOptions& options) {
   if (options.deadline.passed()) return out_of_time(options.deadline, "about to read the map");
+  std::string remark;
+  if (!options.cache.empty()) {
+    // what cannot be read is refused by read_octree(), in its words
+    if (const auto bytes = files::read_file(path, kMaxOctreeBytes)) {
+      const std::string sha256 = files::sha256_hex(*bytes);
+      if (options.deadline.passed()) return out_of_time(options.deadline, "reading the map");
+      auto stored = read_field(field_file(options.cache, sha256, options), options);
+      if (options.deadline.passed()) return out_of_time(options.deadline, "reading the map's kept field");
+      if (!stored) remark = stored.error().text();
+      if (stored && *stored) {
+        DistanceMap map;
+        map.set_field(std::move(**stored), sha256, options);
+        return map;
+      }
+    }
+  }
   auto file = read_octree(path);
   if (!file) return Failure(file.error());
   if (options.deadline.passed()) return out_of_time(options.deadline, "reading the map");
@@ -47,6 +77,10 @@ Result<DistanceMap> DistanceMap::load(const std::filesystem::path& path, const M
     if (error.code == ErrorCode::bad_input) error.where = path.string();
     return Failure(error);
   }
+  if (!options.cache.empty() && options.deadline.left() > kTimeToWrite)
+    write_field(field_file(options.cache, file->sha256, options),
+                {map->size_, map->lower_, map->resolution_, map->field_});
+  map->cache_remark_ = std::move(remark);
   return map;
 }
 
@@ -64,34 +98,41 @@ std::array<int, 3> DistanceMap::voxel_of(const Vec3& p) const {
 
 double DistanceMap::coarse_distance(const Vec3& p) const {
   if (!contains(p)) return 0.0;
-  const std::array<int, 3> at = voxel_of(p);
-  const double from_center = (p - voxel_center(at[0], at[1], at[2])).norm();
+  double squared = 0.0;  // from the voxel's centre, in voxels
+  std::size_t at[3];
+  for (int k = 0; k < 3; ++k) {
+    const double cell = (p[k] - lower_[k]) * voxels_per_metre_;
+    const int i = std::min(static_cast<int>(cell), size_[static_cast<std::size_t>(k)] - 1);
+    squared += (cell - i - 0.5) * (cell - i - 0.5);
+    at[k] = static_cast<std::size_t>(i);
+  }
   const double edge = std::min((p - lower_).minCoeff(), (upper_ - p).minCoeff());
-  return std::max(0.0, std::min(edge, field_[index(at[0], at[1], at[2])] - from_center));
+  const float value =
+      field_[(at[2] * static_cast<std::size_t>(size_[1]) + at[1]) * static_cast<std::size_t>(size_[0]) +
+             at[0]];
+  return std::max(0.0, std::min(edge, value - resolution_ * std::sqrt(squared)));
 }
 
 DistanceMap::Bounds DistanceMap::distance_bounds(const Vec3& p) const {
   if (!contains(p)) return {};
   const double edge = std::min((p - lower_).minCoeff(), (upper_ - p).minCoeff());
   // The distance to a set is 1-Lipschitz, so each of the eight voxel centres around p bounds it.
-  const Vec3 cell = (p - lower_) / resolution_ - Vec3::Constant(0.5);
   std::size_t offset[3][2];
   float squared[3][2];
+  const std::size_t strides[3] = {1, static_cast<std::size_t>(size_[0]),
+                                  static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1])};
   for (int k = 0; k < 3; ++k) {
     const int n = size_[static_cast<std::size_t>(k)];
-    const int low = std::clamp(static_cast<int>(std::floor(cell[k])), 0, std::max(0, n - 2));
-    const std::size_t stride = k == 0 ? 1
-                               : k == 1
-                                   ? static_cast<std::size_t>(size_[0])
-                                   : static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]);
+    const double cell = (p[k] - lower_[k]) * voxels_per_metre_ - 0.5;  // at least -0.5
+    const int low = std::min(static_cast<int>(std::max(cell, 0.0)), std::max(0, n - 2));
     for (int bit = 0; bit < 2; ++bit) {
       const int at = std::min(low + bit, n - 1);
-      const double d = cell[k] - at;
-      offset[k][bit] = stride * static_cast<std::size_t>(at);
+      const double d = cell - at;
+      offset[k][bit] = strides[k] * static_cast<std::size_t>(at);
       squared[k][bit] = static_cast<float>(d * d);
     }
   }
-  float value[8], away[8];
+  Eigen::Array<float, 8, 1> value, away;
   for (int corner = 0; corner < 8; ++corner) {
     const int x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
     value[corner] = field_[offset[0][x] + offset[1][y] + offset[2][z]];
@@ -100,13 +141,8 @@ DistanceMap::Bounds DistanceMap::distance_bounds(const Vec3& p) const {
   int holder = 0;  // the voxel that holds p
   for (int k = 0; k < 3; ++k) holder |= (squared[k][1] < squared[k][0]) << k;
   if (value[holder] == 0.0f) return {};
-  const auto res = static_cast<float>(resolution_);
-  float lower = 0.0f, upper = std::numeric_limits<float>::infinity();
-  for (int corner = 0; corner < 8; ++corner) {
-    const float d = res * std::sqrt(away[corner]);
-    lower = std::max(lower, value[corner] - d);
-    upper = std::min(upper, value[corner] + d);
-  }
+  away = away.sqrt() * static_cast<float>(resolution_);
+  const float lower = (value - away).maxCoeff(), upper = (value + away).minCoeff();
   // single precision: a few units in the last place of the largest value
   const double rounding = 5e-7 * (max_distance_ + resolution_);
   return {std::max(0.0, std::min(static_cast<double>(lower) - rounding, edge)),

@@ -15,7 +15,6 @@ namespace omniflight::planning {
 namespace {
 
 constexpr std::size_t kMaxHeader = 64 * 1024;
-constexpr std::size_t kMaxMapFile = 16 * files::kMegabyte;
 constexpr int kMaxDepth = 16;
 const char* const kRemake = "Make the map again with omniflight_make_test_bed or OctoMap";
 
@@ -181,7 +180,7 @@ Result<OctreeHeader> scan_octree(std::string_view bytes, const std::string& name
 }
 
 Result<OctreeFile> read_octree(const std::filesystem::path& path) {
-  auto bytes = files::read_file(path, kMaxMapFile);
+  auto bytes = files::read_file(path, kMaxOctreeBytes);
   if (!bytes) return Failure(bytes.error());
   const auto header = scan_octree(*bytes, path.string());
   if (!header) return Failure(header.error());

@@ -1,6 +1,7 @@
 #include "ompl_search.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <iterator>
 
 #include <ompl/base/MotionValidator.h>
@@ -22,6 +23,8 @@
 #include <ompl/util/Console.h>
 
 #include "omniflight_core/random.hpp"
+#include "omniflight_files/files.hpp"
+#include "omniflight_planning/planner.hpp"
 
 namespace ob = ompl::base;
 namespace og = ompl::geometric;
@@ -146,6 +149,14 @@ std::vector<std::string> planner_names() {
   return out;
 }
 
+Status check_planner(const std::string& name) {
+  const std::vector<std::string> known = planner_names();
+  if (name.empty() || std::find(known.begin(), known.end(), name) != known.end()) return {};
+  std::string all;
+  for (const std::string& one : known) all += (all.empty() ? "" : ", ") + one;
+  return bad_input("there is no planner " + files::shown(name), "--planner", "Choose one of " + all);
+}
+
 struct OmplSearch::Impl {
   Random random;
   ob::SpaceInformationPtr si;
@@ -154,16 +165,14 @@ struct OmplSearch::Impl {
   explicit Impl(std::uint64_t seed) : random(seed, "rrt") {}
 };
 
-OmplSearch::OmplSearch(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-OmplSearch::OmplSearch(OmplSearch&&) noexcept = default;
 OmplSearch::~OmplSearch() = default;
 
-std::optional<OmplSearch> OmplSearch::create(const std::string& name, const StateCheck& check,
-                                             const Pose& start, const Pose& goal, std::uint64_t seed) {
+OmplSearch::OmplSearch(const std::string& name, const StateCheck& check, const Pose& start, const Pose& goal,
+                       std::uint64_t seed)
+    : impl_(std::make_unique<Impl>(seed)) {
   const auto* kind =
       std::find_if(std::begin(kPlanners), std::end(kPlanners), [&](const auto& k) { return name == k.name; });
-  if (kind == std::end(kPlanners)) return std::nullopt;
-  auto made = std::make_unique<Impl>(seed);
+  if (kind == std::end(kPlanners)) std::abort();  // a caller without check_planner()
   ompl::msg::setLogLevel(ompl::msg::LOG_ERROR);
   auto space = std::make_shared<Space>();
   ob::RealVectorBounds bounds(3);
@@ -172,22 +181,21 @@ std::optional<OmplSearch> OmplSearch::create(const std::string& name, const Stat
     bounds.setHigh(k, check.map().upper()[k]);
   }
   space->setBounds(bounds);
-  space->setStateSamplerAllocator([&check, start, goal, random = &made->random](const ob::StateSpace* s) {
+  space->setStateSamplerAllocator([&check, start, goal, random = &impl_->random](const ob::StateSpace* s) {
     return std::make_shared<Sampler>(s, check, start, goal, random);
   });
-  made->si = std::make_shared<ob::SpaceInformation>(space);
-  made->si->setStateValidityChecker([&check](const ob::State* s) { return check.valid(read(s)); });
-  made->si->setMotionValidator(std::make_shared<Validator>(made->si, check));
-  made->si->setup();
-  made->problem = std::make_shared<ob::ProblemDefinition>(made->si);
+  impl_->si = std::make_shared<ob::SpaceInformation>(space);
+  impl_->si->setStateValidityChecker([&check](const ob::State* s) { return check.valid(read(s)); });
+  impl_->si->setMotionValidator(std::make_shared<Validator>(impl_->si, check));
+  impl_->si->setup();
+  impl_->problem = std::make_shared<ob::ProblemDefinition>(impl_->si);
   ob::ScopedState<Space> from(space), to(space);
   write(start, from.get());
   write(goal, to.get());
-  made->problem->setStartAndGoalStates(from, to, 1e-9);
-  made->planner = kind->make(made->si);
-  made->planner->setProblemDefinition(made->problem);
-  made->planner->setup();
-  return OmplSearch(std::move(made));
+  impl_->problem->setStartAndGoalStates(from, to, 1e-9);
+  impl_->planner = kind->make(impl_->si);
+  impl_->planner->setProblemDefinition(impl_->problem);
+  impl_->planner->setup();
 }
 
 std::optional<std::vector<Pose>> OmplSearch::solve(const Deadline& end, std::size_t samples) {

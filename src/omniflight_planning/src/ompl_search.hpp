@@ -18,10 +18,10 @@ inline constexpr const char* kRrtConnect = "rrtconnect";
 /// process, so that a second run would differ from the first, as runs of the others do.
 class OmplSearch {
  public:
-  /// Start and goal must be valid: OMPL aborts the process on a NaN. Nothing where no planner has the name.
-  static std::optional<OmplSearch> create(const std::string& name, const StateCheck& check, const Pose& start,
-                                          const Pose& goal, std::uint64_t seed);
-  OmplSearch(OmplSearch&&) noexcept;
+  /// Start and goal must be valid, because OMPL aborts the process on a NaN, and the name one of
+  /// planner_names().
+  OmplSearch(const std::string& name, const StateCheck& check, const Pose& start, const Pose& goal,
+             std::uint64_t seed);
   ~OmplSearch();
 
   /// Continues to the deadline and for so many samples at most; an exact solution or nothing. Planners that
@@ -31,7 +31,6 @@ class OmplSearch {
 
  private:
   struct Impl;
-  explicit OmplSearch(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

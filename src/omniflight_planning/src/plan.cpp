@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "knot_figures.hpp"
 #include "octree_boxes.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/planner.hpp"
@@ -81,14 +82,6 @@ std::size_t expected_knots(const std::vector<Waypoint>& waypoints) {
   return std::min(sum, kMaxKnots + kMotion);
 }
 
-Status check_planner(const std::string& name) {
-  const auto known = planner_names();
-  if (name.empty() || std::find(known.begin(), known.end(), name) != known.end()) return {};
-  std::string all;
-  for (const std::string& one : known) all += (all.empty() ? "" : ", ") + one;
-  return bad_input("there is no planner " + files::shown(name), "--planner", "Choose one of " + all);
-}
-
 /// A path that keeps more clearance than asked for where there is room: a curve needs some to round its
 /// corners, and a vehicle that is blown aside likes it, too.
 PathResult<Path> find_roomy_path(const StateCheck& check, const Pose& start, const Pose& goal,
@@ -119,15 +112,13 @@ PathProblem blame_tether(PathProblem problem, const StateCheck& check, const Pos
 }
 
 /// Limits of the tether that poses do not show, and the rotors when it carries itself.
-Status certify_tether(const Mission& mission, const vehicle::Vehicle& bare, const Knots& all,
+Status certify_tether(const Mission& mission, const vehicle::Vehicle& without_tether, const Knots& all,
                       Certificate& c) {
   c.tether = tether_use(*mission.tether, all);
-  if (c.tether->twist > mission.tether->twist)
-    return fail(ErrorCode::incomplete,
-                text("tether_twisted: the way twists the tether by %.1f deg, %.1f are allowed",
-                     to_degrees(c.tether->twist), to_degrees(mission.tether->twist)),
-                mission.file, "Turn back on the way, or allow more twist_deg");
-  const auto load = load_alone(bare, all);
+  if (const auto twisted = twist_conflict(*mission.tether, *c.tether))
+    return fail(ErrorCode::incomplete, "tether_twisted: " + *twisted, mission.file,
+                "Turn back on the way, or allow more twist_deg");
+  const auto load = load_alone(without_tether, all);
   if (!load) return Failure(load.error());
   if (*load > 1.0 - mission.limits.rotor_headroom)
     return fail(ErrorCode::incomplete,
@@ -208,9 +199,10 @@ Status certify(const Trajectory& trajectory, const vehicle::Vehicle& vehicle, Ti
 Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const vehicle::Vehicle& empty,
                         const DistanceMap& map, const PlanOptions& options) {
   const Pace pace;
+  if (auto ok = check_planner(options.planner); !ok) return Failure(ok.error());
   if (auto ok = vehicle::validate(empty); !ok) return Failure(ok.error());
-  const vehicle::Vehicle bare = asked.payload ? carrying(empty, *asked.payload) : empty;
-  const vehicle::Vehicle vehicle = asked.tether ? carrying(bare, *asked.tether) : bare;
+  const LoadedVehicle loaded = with_loads(asked, empty);
+  const vehicle::Vehicle& vehicle = loaded.with_tether;
   const auto resolved = with_headings(asked, vehicle);
   if (!resolved) return Failure(resolved.error());
   const Mission& mission = *resolved;
@@ -243,7 +235,6 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   PathOptions path_options;
   path_options.seed = options.seed.value_or(mission.seed);
   path_options.deadline = deadline;
-  if (auto ok = check_planner(options.planner); !ok) return Failure(ok.error());
   path_options.planner = options.planner;
   if (options.names)
     path_options.name_of = [bed = options.names](const Vec3& p) { return bed->nearest(p).name; };
@@ -353,7 +344,13 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   if (auto ok = certify(*trajectory, vehicle, tilts, mission.limits.rotor_headroom, deadline, c); !ok)
     return Failure(ok.error());
   if (mission.tether)
-    if (auto ok = certify_tether(mission, bare, trajectory->knots(), c); !ok) return Failure(ok.error());
+    if (auto ok = certify_tether(mission, loaded.without_tether, trajectory->knots(), c); !ok)
+      return Failure(ok.error());
+  if (options.figures) {
+    auto figures = figures_of(trajectory->knots(), vehicle, tilts, deadline);
+    if (!figures) return Failure(figures.error());
+    out.figures = std::move(*figures);
+  }
   out.trajectory = std::move(*trajectory);
   return out;
 }
@@ -374,7 +371,7 @@ Result<Plan> plan_mission(const Mission& mission, const PlanOptions& options) {
   const auto vehicle =
       vehicle::load_vehicle(options.vehicle.empty() ? mission.vehicle : options.vehicle, options.set);
   if (!vehicle) return Failure(vehicle.error());
-  const auto map = DistanceMap::load(mission.test_bed, {.deadline = deadline});
+  const auto map = DistanceMap::load(mission.test_bed, {.deadline = deadline, .cache = field_cache_folder()});
   if (!map) return Failure(map.error());
   PlanOptions with_names = options;
   with_names.map_file = mission.test_bed.string();
@@ -384,7 +381,9 @@ Result<Plan> plan_mission(const Mission& mission, const PlanOptions& options) {
     if (!bed) return Failure(bed.error());
     with_names.names = &*bed;
   }
-  return plan_until(deadline, mission, *vehicle, *map, with_names);
+  auto made = plan_until(deadline, mission, *vehicle, *map, with_names);
+  if (made && !map->cache_remark().empty()) made->certificate.reason += map->cache_remark() + "; ";
+  return made;
 }
 
 }  // namespace omniflight::planning

@@ -97,21 +97,45 @@ Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
   return out;
 }
 
-std::string to_csv(const Trajectory& trajectory) {
+/// Jerk of the position [m/s^3] just after a knot: third derivative of the quintic to the next.
+Vec3 jerk_after(const TrajectoryKnot& k0, const TrajectoryKnot& k1) {
+  const Reference &a = k0.reference, &b = k1.reference;
+  const double h = k1.t - k0.t;
+  return (60.0 * (b.p_WB - a.p_WB) - h * (36.0 * a.v_WB_W + 24.0 * b.v_WB_W) -
+          h * h * (9.0 * a.a_WB_W - 3.0 * b.a_WB_W)) /
+         (h * h * h);
+}
+
+void append_number(std::string& out, const char* format, double value) {
+  char number[40];
+  std::snprintf(number, sizeof number, format, value);
+  out += number;
+}
+
+std::string to_csv(const Plan& plan) {
   std::string out =
       "t_s,ref_px_m,ref_py_m,ref_pz_m,ref_qw,ref_qx,ref_qy,ref_qz,ref_vx_mps,ref_vy_mps,ref_vz_mps,"
       "ref_wx_radps,ref_wy_radps,ref_wz_radps,ref_ax_mps2,ref_ay_mps2,ref_az_mps2,"
-      "ref_dwx_radps2,ref_dwy_radps2,ref_dwz_radps2,alpha_cmd_rad\n";
-  char number[40];
-  for (const auto& knot : trajectory.knots()) {
-    const Reference& r = knot.reference;
+      "ref_dwx_radps2,ref_dwy_radps2,ref_dwz_radps2,alpha_cmd_rad,ref_jx_mps3,ref_jy_mps3,ref_jz_mps3";
+  const Eigen::Index rotors = plan.figures.empty() ? 0 : plan.figures.front().thrusts.size();
+  for (Eigen::Index i = 1; i <= rotors; ++i) out += ",u" + std::to_string(i) + "_N";
+  if (!plan.figures.empty()) out += ",clearance_m,headroom";
+  out += '\n';
+  const auto& knots = plan.trajectory.knots();
+  for (std::size_t k = 0; k < knots.size(); ++k) {
+    const Reference& r = knots[k].reference;
     const Vec3 q_xyz = r.q_WB.vec();
-    Eigen::Matrix<double, 21, 1> row;
-    row << knot.t, r.p_WB, r.q_WB.w(), q_xyz, r.v_WB_W, r.w_WB_B, r.a_WB_W, r.dw_WB_B, r.alpha;
-    for (int i = 0; i < row.size(); ++i) {
-      std::snprintf(number, sizeof number, i == 0 ? "%.6f" : "%.9g", row[i]);
-      if (i > 0) out += ',';
-      out += number;
+    const Vec3 jerk = k + 1 < knots.size() ? jerk_after(knots[k], knots[k + 1]) : Vec3(Vec3::Zero());
+    Eigen::Matrix<double, 24, 1> row;
+    row << knots[k].t, r.p_WB, r.q_WB.w(), q_xyz, r.v_WB_W, r.w_WB_B, r.a_WB_W, r.dw_WB_B, r.alpha, jerk;
+    for (int i = 0; i < row.size(); ++i) append_number(out, i == 0 ? "%.6f" : ",%.9g", row[i]);
+    if (k < plan.figures.size()) {
+      const KnotFigures& f = plan.figures[k];
+      for (const double thrust : f.thrusts) append_number(out, ",%.6g", thrust);
+      append_number(out, ",%.6g", f.clearance);
+      append_number(out, ",%.6g", f.headroom);
+    } else if (!plan.figures.empty()) {  // the budget ended before: no sample
+      out.append(static_cast<std::size_t>(rotors) + 2, ',');
     }
     out += '\n';
   }
@@ -201,7 +225,7 @@ Status write_plan(const Plan& plan, const std::filesystem::path& dir) {
     return bad_input("the folder cannot be made: " + error.message(), dir.string(), "Choose another --out");
   const std::string trajectory = to_json(plan.trajectory).dump() + "\n";
   if (auto ok = files::write_file_atomic(dir / "trajectory.json", trajectory); !ok) return ok;
-  if (auto ok = files::write_file_atomic(dir / "trajectory.csv", to_csv(plan.trajectory)); !ok) return ok;
+  if (auto ok = files::write_file_atomic(dir / "trajectory.csv", to_csv(plan)); !ok) return ok;
   return files::write_file_atomic(dir / "certificate.json",
                                   to_json(plan.certificate, files::sha256_hex(trajectory)).dump(2) + "\n");
 }

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "gap_path.hpp"
-#include "omniflight_files/files.hpp"
 #include "ompl_search.hpp"
 #include "text.hpp"
 
@@ -47,8 +46,6 @@ const char* to_string(PathFailure failure) {
       return "tether_blocks_way";
     case PathFailure::gap_too_narrow:
       return "gap_too_narrow";
-    case PathFailure::no_such_planner:
-      return "no_such_planner";
     case PathFailure::no_path_in_time:
       return "no_path_in_time";
     case PathFailure::proven_impossible:
@@ -176,11 +173,9 @@ PathResult<std::vector<Pose>> finished(const StateCheck& check, const Pose& star
 /// By one planner alone, to the end of its time where it improves its path.
 PathResult<std::vector<Pose>> find_path_by_name(const StateCheck& check, const Pose& start, const Pose& goal,
                                                 const PathOptions& options) {
-  auto search = OmplSearch::create(options.planner, check, start, goal, options.seed);
-  if (!search)
-    return problem(PathFailure::no_such_planner, "there is no planner " + files::shown(options.planner));
+  OmplSearch search(options.planner, check, start, goal, options.seed);
   const Deadline end = options.deadline.within(options.budget_s);
-  if (auto path = search->solve(end)) return finished(check, start, goal, std::move(*path), options);
+  if (auto path = search.solve(end)) return finished(check, start, goal, std::move(*path), options);
   if (!options.brief && proven_disconnected(check, start.p_WB, goal.p_WB, options.deadline))
     return disconnected(check, start, goal, "");
   return problem(PathFailure::no_path_in_time, options.planner + " found no path from " + place(start.p_WB) +
@@ -200,7 +195,7 @@ PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& sta
 
   PathOptions part = options;
   part.deadline = options.deadline.within(options.budget_s);
-  OmplSearch rrt = *OmplSearch::create(kRrtConnect, check, start, goal, options.seed);
+  OmplSearch rrt(kRrtConnect, check, start, goal, options.seed);
   auto path = rrt.solve(part.deadline, kFirstSamples);
   GapPath gaps;
   if (!path) {

@@ -10,16 +10,18 @@ namespace {
 
 /// Largest share of the rotors' range that the mission's attitudes and an acceleration in any direction of
 /// the world take at one tilt; infinite where the vehicle leans into its motion and a waypoint asks for
-/// another attitude.
+/// another attitude. No more is looked at once it reaches `enough`.
 double worst_load(const Mission& mission, const allocation::RotorLoad& rotors,
-                  const std::optional<FlatVehicle>& flat) {
+                  const std::optional<FlatVehicle>& flat, double enough) {
   double worst = 0.0;
-  for (std::size_t k = 0; k < mission.waypoints.size(); ++k) {
+  for (std::size_t k = 0; k < mission.waypoints.size() && worst < enough; ++k) {
     const Quat& q0 = mission.waypoints[k == 0 ? 0 : k - 1].pose.q_WB;
     if (flat && !flat->heading(mission.waypoints[k].pose.q_WB)) return HUGE_VAL;
-    for (int part = 0; part <= 4; ++part) {
+    const Quat& q1 = mission.waypoints[k].pose.q_WB;
+    const int parts = q0.coeffs() == q1.coeffs() ? 0 : 4;
+    for (int part = 0; part <= parts; ++part) {
       Reference r;
-      r.q_WB = q0.slerp(0.25 * part, mission.waypoints[k].pose.q_WB);
+      r.q_WB = q0.slerp(0.25 * part, q1);
       for (int axis = 0; axis < 6; ++axis) {
         r.a_WB_W.setZero();
         r.a_WB_W[axis % 3] = (axis < 3 ? 1.0 : -1.0) * mission.limits.acceleration;
@@ -61,7 +63,8 @@ Result<double> search_alpha(const Mission& mission, const vehicle::Vehicle& vehi
       flat = *found;
     }
     Best& best = flat ? leaning : free;
-    if (const double load = worst_load(mission, *rotors, flat); load < best.load - 1e-9) best = {alpha, load};
+    if (const double load = worst_load(mission, *rotors, flat, best.load); load < best.load - 1e-9)
+      best = {alpha, load};
   }
   // a vehicle that can command its attitude does so
   if (free.load <= allowed) return free.alpha;

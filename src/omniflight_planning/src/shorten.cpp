@@ -7,7 +7,11 @@ namespace omniflight::planning {
 namespace {
 
 constexpr double kRotationLength = 0.3;  // m a radian
-constexpr int kInVain = 50;              // attempts in a row after which a path counts as short
+constexpr int kInVain = 30;              // attempts in a row after which a path counts as short
+/// Share of the length that an attempt must gain not to count as one in vain. Paths round the frame get 4 %
+/// longer than where any gain counts, in a third of the time, and have fewer corners to slow down at: the
+/// flight is 3 % shorter (46.3 s for 47.7 s, medians of 30 seeds).
+constexpr double kWorthwhile = 0.01;
 
 double motion_length(const Pose& a, const Pose& b) {
   return (b.p_WB - a.p_WB).norm() + kRotationLength * a.q_WB.angularDistance(b.q_WB);
@@ -53,7 +57,8 @@ std::vector<Pose> straightened(const std::vector<Pose>& path, double s0, double 
   return clean;
 }
 
-/// Whether the motions of `path` that `before`, which is valid, does not have are valid.
+/// Whether the motions of `path` that `before`, which is valid, does not have are valid. Those at both ends
+/// are parts of valid motions and hardly ever fail, so they are asked last.
 bool changes_valid(const StateCheck& check, const std::vector<Pose>& path, const std::vector<Pose>& before) {
   const auto same = [](const Pose& a, const Pose& b) {
     return a.p_WB == b.p_WB && a.q_WB.coeffs() == b.q_WB.coeffs();
@@ -62,9 +67,10 @@ bool changes_valid(const StateCheck& check, const std::vector<Pose>& path, const
   while (first + 1 < path.size() && first + 1 < before.size() && same(path[first + 1], before[first + 1]))
     ++first;
   while (last > first && old > 0 && same(path[last - 1], before[old - 1])) --last, --old;
-  for (std::size_t i = first; i < last; ++i)
+  for (std::size_t i = first + 1; i + 1 < last; ++i)
     if (!check.motion_valid(path[i], path[i + 1])) return false;
-  return true;
+  return first == last ||
+         (check.motion_valid(path[first], path[first + 1]) && check.motion_valid(path[last - 1], path[last]));
 }
 
 void remove_needless_vertices(const StateCheck& check, std::vector<Pose>& path, const Deadline& deadline) {
@@ -100,9 +106,10 @@ std::vector<Pose> shorten(const StateCheck& check, std::vector<Pose> path, std::
     const double which = random.uniform();
     const Part part = which < 0.6 ? Part::both : which < 0.8 ? Part::position : Part::attitude;
     auto candidate = straightened(path, s0, s1, part);
-    if (path_length(candidate) < path_length(path) - 1e-6 && changes_valid(check, candidate, path)) {
+    const double before = path_length(path), gain = before - path_length(candidate);
+    if (gain > 1e-6 && changes_valid(check, candidate, path)) {
       path = std::move(candidate);
-      in_vain = 0;
+      if (gain > kWorthwhile * before) in_vain = 0;
     }
   }
   remove_needless_vertices(check, path, deadline);

@@ -52,11 +52,12 @@ StateCheck StateCheck::with_tether(std::optional<Tether> tether) const {
 
 std::optional<TetherConflict> StateCheck::tether_conflict(const Pose& pose) const {
   if (!tether_) return {};
-  return planning::tether_conflict(*tether_, map_, margin_, spheres_.bounding_radius, pose.p_WB, pose.q_WB);
+  const double near = tether_distance(*tether_, map_, pose.p_WB, pose.q_WB, map_.max_distance());
+  return planning::tether_conflict(*tether_, near, margin_, spheres_.bounding_radius, pose.p_WB, pose.q_WB);
 }
 
-double StateCheck::room(const Pose& pose) const {
-  const double vehicle = room_of_vehicle(pose);
+double StateCheck::room(const Pose& pose, double enough) const {
+  const double vehicle = room_of_vehicle(pose, enough);
   if (!tether_ || vehicle <= 0.0) return vehicle;
   const double slack =
       std::min(vehicle, tether_slack(*tether_, spheres_.bounding_radius, pose.p_WB, pose.q_WB));
@@ -91,6 +92,7 @@ Clearance StateCheck::clearance(const Pose& pose) const {
     double reached = map_.max_distance();  // some point of the part is no farther away
     for (const BodySphere& s : group.spheres) {
       const Vec3 p = pose.p_WB + R * s.p_BS;
+      if (map_.coarse_distance(p) - s.radius >= near.distance) continue;
       const DistanceMap::Bounds d = map_.distance_bounds(p);
       reached = std::min(reached, d.upper);
       if (d.lower - s.radius < near.distance) near = {d.lower - s.radius, p};
@@ -104,11 +106,12 @@ Clearance StateCheck::clearance(const Pose& pose) const {
   return best;
 }
 
-double StateCheck::room_of_vehicle(const Pose& pose) const {
-  const double enough = margin_ + kCoarse;
-  if (const double d = map_.coarse_distance(pose.p_WB) - spheres_.bounding_radius; d >= enough)
+double StateCheck::room_of_vehicle(const Pose& pose, double enough) const {
+  const double accurate = margin_ + kCoarse;
+  double best = std::min(map_.max_distance(), margin_ + enough);
+  if (const double d = map_.coarse_distance(pose.p_WB) - spheres_.bounding_radius;
+      d >= std::min(best, accurate))
     return d - margin_;
-  double best = map_.max_distance();
   const Mat3 R = pose.q_WB.toRotationMatrix();
   struct Ambiguous {
     const SphereGroup* group;
@@ -119,15 +122,16 @@ double StateCheck::room_of_vehicle(const Pose& pose) const {
   for (const SphereGroup& group : spheres_.groups) {
     const Vec3 center = pose.p_WB + R * group.bound.p_BS;
     double coarse = map_.coarse_distance(center) - group.bound.radius;
-    if (coarse < std::min(best, enough)) coarse = map_.distance(center) - group.bound.radius;
-    if (coarse >= std::min(best, enough)) {
+    if (coarse < std::min(best, accurate)) coarse = map_.distance(center) - group.bound.radius;
+    if (coarse >= std::min(best, accurate)) {
       best = std::min(best, coarse);
       continue;
     }
     double fine = map_.max_distance();
     for (const BodySphere& s : group.spheres) {
       const Vec3 p = pose.p_WB + R * s.p_BS;
-      if (const double quick = map_.coarse_distance(p) - s.radius; quick >= margin_ + kExactReach) {
+      if (const double quick = map_.coarse_distance(p) - s.radius;
+          quick >= std::min(best, margin_ + kExactReach)) {
         fine = std::min(fine, quick);
         continue;
       }
@@ -136,7 +140,7 @@ double StateCheck::room_of_vehicle(const Pose& pose) const {
         return d.upper - margin_;  // a point of the part: certainly hit
       fine = std::min(fine, d.lower - s.radius);
     }
-    if (fine < margin_ + kAmbiguous && count < ambiguous.size())
+    if (fine < std::min(best, margin_ + kAmbiguous) && count < ambiguous.size())
       ambiguous[count++] = {&group, fine};
     else
       best = std::min(best, fine);
@@ -155,19 +159,21 @@ bool StateCheck::valid(const Pose& pose) const {
 }
 
 bool StateCheck::motion_valid(const Pose& a, const Pose& b) const {
-  if (!valid(a) || !valid(b)) return false;
+  if (!is_finite(a) || !is_finite(b) || !hoverable(a.q_WB) || !hoverable(b.q_WB)) return false;
+  // most motions that are not free are told by a few poses
+  const auto hit = [&](const Pose& pose) { return room(pose, 2.0 * kLeastRoom) <= kLeastRoom; };
+  if (hit(b)) return false;
   const double angle = a.q_WB.angularDistance(b.q_WB);
   const double length = (b.p_WB - a.p_WB).norm() + angle * spheres_.bounding_radius;
+  if (length > kCoarse)
+    for (const double at : {0.5, 0.25, 0.75})
+      if (hit(interpolate(a, b, at))) return false;
   const int attitudes = static_cast<int>(std::ceil(angle / to_radians(2.0)));
   for (int k = 1; k < attitudes; ++k)
     if (!hoverable(interpolate(a, b, static_cast<double>(k) / attitudes).q_WB)) return false;
-  // most motions that are not free are told by a few poses
-  if (length > kCoarse)
-    for (const double at : {0.5, 0.25, 0.75})
-      if (room(interpolate(a, b, at)) <= kLeastRoom) return false;
   double s = 0.0;
   while (s < 1.0) {
-    const double free = room(interpolate(a, b, s));
+    const double free = room(interpolate(a, b, s), (1.0 - s) * length + 2.0 * kLeastRoom);
     if (free <= kLeastRoom) return false;
     if (length <= 0.0) return true;
     s += free / length;

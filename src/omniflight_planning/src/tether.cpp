@@ -9,8 +9,9 @@
 namespace omniflight::planning {
 namespace {
 
-constexpr double kHalfPiece = 0.005;  // m, pieces of the segment that are not divided further
-constexpr double kShortest = 1e-6;    // m, below which a segment has no direction
+constexpr double kHalfPiece = 0.005;    // m, pieces of the segment that are not divided further
+constexpr double kShortest = 1e-6;      // m, below which a segment has no direction
+constexpr double kShownReserve = 5e-4;  // m, below which messages do not speak of tracking errors
 
 /// Least distance of a piece of the segment: its centre's, less half of its length.
 double least(const DistanceMap& map, const Vec3& a, const Vec3& b, double best) {
@@ -51,8 +52,8 @@ double tether_distance(const Tether& tether, const DistanceMap& map, const Vec3&
   return least(map, loose_from(tether, end), end, enough);
 }
 
-std::optional<TetherConflict> tether_conflict(const Tether& tether, const DistanceMap& map, double margin,
-                                              double reach, const Vec3& p_WB, const Quat& q_WB) {
+std::optional<TetherConflict> tether_conflict(const Tether& tether, double near, double margin, double reach,
+                                              const Vec3& p_WB, const Quat& q_WB) {
   const Vec3 way = tether.anchor_W - tether.attachment_W(p_WB, q_WB);
   const double distance = way.norm();
   const auto blocked = [](std::string words) { return TetherConflict{false, std::move(words)}; };
@@ -61,17 +62,21 @@ std::optional<TetherConflict> tether_conflict(const Tether& tether, const Distan
         true,
         text("the tether of %.3f m is shorter than the way from its anchor to the vehicle, %.3f m%s",
              tether.length, distance,
-             tether.reserve > 0.0 ? text(" and %.3f m of tracking errors", tether.reserve).c_str() : "")};
+             tether.reserve >= kShownReserve ? text(" and %.3f m of tracking errors", tether.reserve).c_str()
+                                             : "")};
   if (tether.cone < kPi && distance >= kShortest)
     if (const double angle = angle_from_axis(tether, way / distance, q_WB); angle >= tether.cone)
       return blocked(text("the tether leaves the vehicle at %.1f deg from the axis of its cone of %.1f deg",
                           to_degrees(angle), to_degrees(tether.cone)));
-  if (const double near = tether_distance(tether, map, p_WB, q_WB, map.max_distance()); near <= margin)
+  if (near <= margin)
     return blocked(text("the tether comes within %.3f m of the voxels, and %.3f m of clearance are asked for",
                         std::max(0.0, near), margin));
   if (tether_slack(tether, reach, p_WB, q_WB) <= 0.0)
-    return blocked(
-        text("the tether may leave its cone when the vehicle is %.3f m off its reference", tether.reserve));
+    return blocked(tether.reserve >= kShownReserve
+                       ? text("the tether may leave its cone when the vehicle is %.3f m off its reference",
+                              tether.reserve)
+                       : text("the tether leaves the vehicle at the edge of its cone of %.1f deg",
+                              to_degrees(tether.cone)));
   return std::nullopt;
 }
 
@@ -86,9 +91,15 @@ TetherUse tether_use(const Tether& tether, const std::vector<TrajectoryKnot>& kn
     const double rate = distance < kShortest ? 0.0 : (r.q_WB * r.w_WB_B).dot(way / distance);
     if (k > 0) twist += 0.5 * (rate + before) * (knots[k].t - knots[k - 1].t);
     before = rate;
-    use.twist = std::max(use.twist, std::abs(twist));
+    if (std::abs(twist) > use.twist) use.twist = std::abs(twist), use.twist_at = knots[k].t;
   }
   return use;
+}
+
+std::optional<std::string> twist_conflict(const Tether& tether, const TetherUse& use) {
+  if (!(use.twist > tether.twist * (1.0 + 1e-6))) return std::nullopt;
+  return text("the way twists the tether by %.1f deg at %.2f s, %.1f are allowed", to_degrees(use.twist),
+              use.twist_at, to_degrees(tether.twist));
 }
 
 vehicle::Vehicle carrying(const vehicle::Vehicle& vehicle, const Tether& tether) {

@@ -7,6 +7,13 @@
 
 namespace omniflight::planning {
 
+LoadedVehicle with_loads(const Mission& mission, const vehicle::Vehicle& vehicle) {
+  LoadedVehicle out;
+  out.without_tether = mission.payload ? carrying(vehicle, *mission.payload) : vehicle;
+  out.with_tether = mission.tether ? carrying(out.without_tether, *mission.tether) : out.without_tether;
+  return out;
+}
+
 double margin_of(const Tube& tube, const VehicleSpheres& spheres, const std::optional<Tether>& tether) {
   return tube.margin(tether ? tether->reach(spheres.bounding_radius) : spheres.bounding_radius);
 }

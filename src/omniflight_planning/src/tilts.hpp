@@ -16,6 +16,12 @@ struct AtTilt {
   std::optional<FlatVehicle> flat;  ///< set where the attitude follows from the acceleration
 };
 
+/// A vehicle with what a mission puts on it: its payload, and the whole mass of its tether or none of it.
+struct LoadedVehicle {
+  vehicle::Vehicle without_tether, with_tether;
+};
+LoadedVehicle with_loads(const Mission& mission, const vehicle::Vehicle& vehicle);
+
 /// Way [m] that no point of the vehicle, its tether's attachment included, is off its reference.
 double margin_of(const Tube& tube, const VehicleSpheres& spheres, const std::optional<Tether>& tether);
 

@@ -9,6 +9,7 @@
 #include "omniflight_planning/octree_file.hpp"
 #include "omniflight_planning/plan.hpp"
 #include "omniflight_planning/state_check.hpp"
+#include "text.hpp"
 #include "tilt.hpp"
 #include "tilts.hpp"
 #include "upright.hpp"
@@ -85,12 +86,23 @@ Status check_move(const vehicle::Vehicle& vehicle, const std::vector<TrajectoryK
   return {};
 }
 
-/// Way [m] that every vehicle point may move before the tether violates a limit, by the octree's boxes.
-double room_of_tether(const Tether& tether, double clearance, const OctreeBoxes& boxes, const Reference& r,
-                      const VehicleSpheres& spheres) {
-  const double slack = tether_slack(tether, tether.reach(spheres.bounding_radius), r.p_WB, r.q_WB);
+/// Way [m] that every vehicle point may move before the tether violates a limit, and which limit it is where
+/// that is no more than `least` [m].
+struct TetherRoom {
+  double room = 0.0;
+  std::optional<TetherConflict> conflict;
+};
+TetherRoom room_of_tether(Tether tether, double clearance, double least, const OctreeBoxes& boxes,
+                          const Reference& r, const VehicleSpheres& spheres) {
+  const double reach = tether.reach(spheres.bounding_radius);
   const Vec3 end = tether.attachment_W(r.p_WB, r.q_WB);
-  return std::min(slack, boxes.segment_distance(loose_from(tether, end), end, kBoxHorizon) - clearance);
+  const double near = boxes.segment_distance(loose_from(tether, end), end, kBoxHorizon);
+  TetherRoom out;
+  out.room = std::min(tether_slack(tether, reach, r.p_WB, r.q_WB), near - clearance);
+  if (out.room > least) return out;
+  tether.reserve += least;
+  out.conflict = tether_conflict(tether, near, clearance + least, reach, r.p_WB, r.q_WB);
+  return out;
 }
 
 /// The errors that the plan keeps in its margin, from the mission and the file where they were measured.
@@ -133,20 +145,21 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
   if (!mission) return Failure(mission.error());
   if (mission->sha256 != c.mission_sha256)
     return reject("the mission " + c.mission_file + " has changed since the plan was made");
-  if (mission->payload) *vehicle = carrying(*vehicle, *mission->payload);
-  const auto tube = tube_again(c, *mission, *vehicle);
+  const LoadedVehicle loads = with_loads(*mission, *vehicle);
+  const vehicle::Vehicle &loaded = loads.with_tether, &bare = loads.without_tether;
+  const auto tube = tube_again(c, *mission, bare);
   if (!tube)
     return tube.error().code == ErrorCode::incomplete ? reject(tube.error().message) : Failure(tube.error());
   const auto& knots = plan->trajectory.knots();
   std::optional<FlatVehicle> flat;
   if (c.leans) {
-    const auto found = flat_vehicle(*vehicle, knots.front().reference.alpha);
+    const auto found = flat_vehicle(bare, knots.front().reference.alpha);
     if (!found) return Failure(found.error());
     if (!*found || ((*found)->thrust_axis_B - c.thrust_axis_B).norm() > kTolerance)
       return reject("the plan leans into its motion, which is not how this vehicle moves");
     flat = *found;
   }
-  const auto asked = with_headings(*mission, *vehicle);
+  const auto asked = with_headings(*mission, bare);
   if (!asked) return Failure(asked.error());
   if (auto ok = check_waypoints(*asked, plan->trajectory, flat, where); !ok) return Failure(ok.error());
 
@@ -154,11 +167,10 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
   out.duration = plan->trajectory.duration();
   if (std::abs(knots.front().reference.alpha - c.alpha) > 1e-9)
     return reject("the trajectory does not begin at the certificate's alpha");
-  const vehicle::Vehicle loaded = mission->tether ? carrying(*vehicle, *mission->tether) : *vehicle;
   const std::vector<TiltPiece> pieces = tilt_pieces(knots);
   for (const TiltPiece& piece : pieces) {
     if (piece.moves) {
-      if (auto ok = check_move(*vehicle, knots, piece); !ok) return reject(ok.error().message);
+      if (auto ok = check_move(bare, knots, piece); !ok) return reject(ok.error().message);
       const auto most = peaks_while_tilting(loaded, knots, piece);
       if (!most) return Failure(most.error());
       out.peak = larger(out.peak, *most, 0.0);
@@ -175,12 +187,11 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
     }
   }
   if (mission->tether) {
-    const auto load = load_alone(*vehicle, knots);
+    const auto load = load_alone(bare, knots);
     if (!load) return Failure(load.error());
     out.peak.rotor_load = std::max(out.peak.rotor_load, *load);
-    if (const double twist = tether_use(*mission->tether, knots).twist;
-        twist > mission->tether->twist * (1.0 + kTolerance))
-      return reject("the tether is twisted by " + std::to_string(to_degrees(twist)) + " deg");
+    if (const auto twisted = twist_conflict(*mission->tether, tether_use(*mission->tether, knots)))
+      return reject(*twisted);
   }
   const MotionLimits& limits = mission->limits;
   const struct {
@@ -210,10 +221,11 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
     if (mission->tether) {
       Tether tether = *mission->tether;
       tether.reserve = margin;
-      room = std::min(room, room_of_tether(tether, needed, boxes, r, spheres));
-      if (room <= least && clearance - needed > least)
-        return reject("the tether is too short, leaves its cone or does not keep its clearance at " +
-                      std::to_string(t) + " s");
+      const TetherRoom left = room_of_tether(tether, needed, least, boxes, r, spheres);
+      room = std::min(room, left.room);
+      if (left.conflict)
+        return reject(text("%s, at %.3f s with the vehicle at (%.3f, %.3f, %.3f) m",
+                           left.conflict->words.c_str(), t, r.p_WB.x(), r.p_WB.y(), r.p_WB.z()));
     }
     if (clearance < out.min_clearance) out.min_clearance = clearance, out.min_clearance_at = t;
     if (room > least) return room;
@@ -227,14 +239,13 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
     if (piece.moves) {  // at rest: every knot, with room for what the rims travel to the next
       for (std::size_t k = piece.first; k < piece.last; ++k) {
         const double change = knots[k + 1].reference.alpha - knots[k].reference.alpha;
-        const auto spheres = cover_with_spheres(*vehicle, knots[k].reference.alpha);
-        if (auto ok = look(knots[k].t, spheres, rim_travel(*vehicle, change)); !ok)
-          return Failure(ok.error());
+        const auto spheres = cover_with_spheres(bare, knots[k].reference.alpha);
+        if (auto ok = look(knots[k].t, spheres, rim_travel(bare, change)); !ok) return Failure(ok.error());
       }
       continue;
     }
     // Conservative advancement along the curve, with exact distances.
-    VehicleSpheres spheres = cover_with_spheres(*vehicle, knots[piece.first].reference.alpha);
+    VehicleSpheres spheres = cover_with_spheres(bare, knots[piece.first].reference.alpha);
     if (mission->tether) spheres.bounding_radius = mission->tether->reach(spheres.bounding_radius);
     double room = 0.0;
     for (std::size_t k = piece.first; k < piece.last; ++k) {

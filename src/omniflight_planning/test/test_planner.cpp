@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "bench.hpp"
+#include "omniflight_planning/plan.hpp"
 #include "omniflight_planning/planner.hpp"
 
 namespace omniflight::planning {
@@ -52,11 +53,13 @@ TEST(Planner, EveryPlannerByNameGoesRoundAPole) {
     EXPECT_EQ(path->front().p_WB, start.p_WB) << name;
     EXPECT_EQ(path->back().p_WB, goal.p_WB) << name;
   }
-  PathOptions options = named();
-  options.planner = "dijkstra";
-  const auto none = find_path(check, start, goal, options);
+  PlanOptions unknown;
+  unknown.planner = "dijkstra";
+  const auto none = plan({}, omnimorph(), map, unknown);
   ASSERT_FALSE(none);
-  EXPECT_EQ(none.error().failure, PathFailure::no_such_planner);
+  EXPECT_EQ(none.error().code, ErrorCode::bad_input);
+  EXPECT_EQ(none.error().message, "there is no planner 'dijkstra'");
+  EXPECT_NE(none.error().next_step.find("rrtconnect, rrt,"), std::string::npos) << none.error().next_step;
 }
 
 TEST(Planner, BadEndsAreNamedBeforeOmplSeesThem) {

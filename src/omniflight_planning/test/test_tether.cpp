@@ -53,21 +53,29 @@ TEST_F(Tethers, PlanVerifiesAndItsCertificateTellsTheUse) {
   EXPECT_GT(plan->certificate.peak.rotor_load, plan_mission(bare)->certificate.peak.rotor_load + 0.005);
 }
 
-TEST_F(Tethers, VerifyMeasuresTheTetherItself) {
-  const auto mission = with_tether("anchor: [0, 0, 0.58], length_m: 1.6", "measured");
-  ASSERT_TRUE(mission);
-  auto shorter = *mission;
-  shorter.tether.reset();  // a planner that forgot it
-  const auto tight = with_tether("anchor: [0, 0, 0.58], length_m: 1.3", "measured");
-  ASSERT_TRUE(tight);
-  shorter.sha256 = tight->sha256;
-  const auto plan = plan_mission(shorter);
-  ASSERT_TRUE(plan) << plan.error().text();
-  const fs::path dir = fs::path(testing::TempDir()) / "tether_measured";
-  ASSERT_TRUE(write_plan(*plan, dir));
-  const auto report = verify(dir);
-  ASSERT_FALSE(report);
-  EXPECT_NE(report.error().text().find("the tether"), std::string::npos) << report.error().text();
+TEST_F(Tethers, VerifyMeasuresTheTetherItselfAndSaysWhichPartFails) {
+  const struct {
+    const char *name, *keys, *words;
+  } cases[] = {
+      {"length", "anchor: [0, 0, 0.58], length_m: 1.3", "the tether of 1.300 m is shorter than the way"},
+      {"cone", "anchor: [0, 0, 0.58], length_m: 1.6, cone_axis: [0, 0, -1], cone_deg: 6",
+       "its cone of 6.0 deg"},
+      {"segment", "anchor: [0, 0, 0.1], length_m: 2.5", "the tether comes within 0.000 m of the voxels"}};
+  for (const auto& c : cases) {
+    const auto tight = with_tether(c.keys, std::string("measured_") + c.name);
+    ASSERT_TRUE(tight) << tight.error().text();
+    auto forgotten = *tight;  // by a planner
+    forgotten.tether.reset();
+    const auto plan = plan_mission(forgotten);
+    ASSERT_TRUE(plan) << plan.error().text();
+    const fs::path dir = fs::path(testing::TempDir()) / (std::string("tether_") + c.name);
+    ASSERT_TRUE(write_plan(*plan, dir));
+    const auto report = verify(dir);
+    ASSERT_FALSE(report) << c.name;
+    EXPECT_NE(report.error().message.find(c.words), std::string::npos) << report.error().message;
+    EXPECT_NE(report.error().message.find(" s with the vehicle at ("), std::string::npos)
+        << report.error().message;
+  }
 }
 
 TEST_F(Tethers, MotionsThatDrawTheTetherThroughAPoleAreInvalid) {
@@ -140,6 +148,12 @@ TEST_F(Tethers, TwistAccumulatesAboutTheSegmentAndIsLimited) {
     knots[k].reference.w_WB_B = Vec3(0, 0, 4.0);
   }
   EXPECT_NEAR(tether_use(tether, knots).twist, 8.0, 1e-9);  // more than a turn
+  tether.twist = 7.0;
+  const auto words = twist_conflict(tether, tether_use(tether, knots));
+  ASSERT_TRUE(words);
+  EXPECT_EQ(*words, "the way twists the tether by 458.4 deg at 2.00 s, 401.1 are allowed");
+  tether.twist = 8.1;
+  EXPECT_FALSE(twist_conflict(tether, tether_use(tether, knots)));
   for (auto& knot : knots) knot.reference.p_WB = Vec3(2, 0, 0);
   EXPECT_NEAR(tether_use(tether, knots).twist, 0.0, 1e-9);  // across the axis
 

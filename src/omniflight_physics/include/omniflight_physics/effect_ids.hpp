@@ -23,6 +23,7 @@ inline constexpr const char* ground_effect = "ground_effect";
 inline constexpr const char* neighbour_downwash = "neighbour_downwash";
 inline constexpr const char* hung_cable = "hung_cable";
 inline constexpr const char* constant_pull = "constant_pull";
+inline constexpr const char* overhead_rope = "overhead_rope";
 inline constexpr const char* lateral_stiffness = "lateral_stiffness";
 inline constexpr const char* attachment_torque = "attachment_torque";
 

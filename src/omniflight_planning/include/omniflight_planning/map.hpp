@@ -18,6 +18,8 @@ class OcTree;
 
 namespace omniflight::planning {
 
+struct StoredField;
+
 /// What a voxel counts as that the map says nothing about.
 enum class UnknownSpace { occupied, free };
 
@@ -25,7 +27,12 @@ struct MapOptions {
   UnknownSpace unknown = UnknownSpace::occupied;  ///< inside the box that the known voxels span
   double max_distance = 1.0;                      ///< m, distances are cut off here
   Deadline deadline = {};                         ///< loading gives up once it has passed
+  /// Where load() keeps fields between runs; empty: nowhere. At most 256 MB, the newest.
+  std::filesystem::path cache = {};
 };
+
+/// $XDG_CACHE_HOME/omniflight or ~/.cache/omniflight; empty where the environment names neither.
+std::filesystem::path field_cache_folder();
 
 /// Immutable after construction and safe from several threads. World frame, metres. Everything outside the
 /// box of known voxels counts as an obstacle.
@@ -33,7 +40,8 @@ class DistanceMap {
  public:
   static Result<DistanceMap> create(const octomap::OcTree& tree, std::string sha256,
                                     const MapOptions& options = {});
-  /// Reads a .bt file with the checks of octree_file.hpp.
+  /// Reads a .bt file with the checks of octree_file.hpp, or its field where options.cache holds it under the
+  /// file's hash. A field there that is damaged is computed and written again, and cache_remark() says so.
   static Result<DistanceMap> load(const std::filesystem::path& path, const MapOptions& options = {});
 
   /// Lower bound [m] of the distance from p to the nearest occupied voxel (its box, not its centre) and to
@@ -80,7 +88,8 @@ class DistanceMap {
   double resolution() const { return resolution_; }      ///< m
   double max_distance() const { return max_distance_; }  ///< m
   UnknownSpace unknown() const { return unknown_; }
-  const std::string& sha256() const { return sha256_; }  ///< of the file the map came from
+  const std::string& sha256() const { return sha256_; }              ///< of the file the map came from
+  const std::string& cache_remark() const { return cache_remark_; }  ///< empty where there is nothing to say
 
  private:
   std::size_t index(int x, int y, int z) const {
@@ -92,15 +101,16 @@ class DistanceMap {
     return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size_[1]) + static_cast<std::size_t>(y)) *
            static_cast<std::size_t>((size_[0] + 63) / 64);
   }
+  void set_field(StoredField field, std::string sha256, const MapOptions& options);
   void find_surface();
 
   std::vector<float> field_;            ///< m, x fastest
   std::vector<std::uint64_t> surface_;  ///< a bit a voxel, rows of whole words
   std::array<int, 3> size_{};
   Vec3 lower_ = Vec3::Zero(), upper_ = Vec3::Zero();
-  double resolution_ = 0.0, max_distance_ = 0.0;
+  double resolution_ = 0.0, voxels_per_metre_ = 0.0, max_distance_ = 0.0;
   UnknownSpace unknown_ = UnknownSpace::occupied;
-  std::string sha256_;
+  std::string sha256_, cache_remark_;
 };
 
 /// Exact squared distances, in (half voxel)^2, from voxel centres to the boxes of the occupied voxels of a

@@ -28,6 +28,7 @@ struct OctreeHeader {
 // A map within these limits takes less than 100 MB and is known to be within them before anything is
 // allocated.
 inline constexpr std::uint64_t kMaxOctreeNodes = 1'000'000;  ///< 41 bytes each (OctoMap 1.9)
+inline constexpr std::size_t kMaxOctreeBytes = 16u << 20;    ///< of a .bt file
 inline constexpr std::uint64_t kMaxMapVoxels = 10'000'000;   ///< 5 bytes each: a distance and a flag
 
 /// Checks a whole .bt file held in memory: header of at most 64 kB, id OcTree, resolution in [1e-3, 10] m, at

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "omniflight_core/trajectory.hpp"
 #include "omniflight_planning/map.hpp"
@@ -43,9 +44,18 @@ struct Certificate {
   MotionPeaks peak;  ///< on the knots
 };
 
+/// What a knot asks of the rotors, and how near it is to the map.
+struct KnotFigures {
+  double clearance = 0.0;   ///< m, lower bound, cut off at the certificate's clearance_horizon
+  double headroom = 0.0;    ///< share of the rotors' range that is left
+  Eigen::VectorXd thrusts;  ///< N, of the rotors
+};
+
 struct Plan {
   Trajectory trajectory;  ///< knots every 10 ms; alpha moves only at rest
   Certificate certificate;
+  std::vector<KnotFigures>
+      figures;  ///< of the first knots or of all, where PlanOptions::figures asked for them
 };
 
 struct PlanOptions {
@@ -58,6 +68,7 @@ struct PlanOptions {
   std::filesystem::path tube_file;    ///< measured errors as margin, see tube_for(); may be empty
   std::string vehicle;                ///< instead of the mission's; as load_vehicle takes it
   std::vector<std::string> set;       ///< overrides of the vehicle's fields, as load_vehicle takes them
+  bool figures = false;               ///< fills Plan::figures, in what is left of the budget
 };
 
 /// Plans every leg, rounds it, times it and checks the curve itself. All of that ends within the budget and
@@ -78,8 +89,8 @@ Result<double> search_alpha(const Mission& mission, const vehicle::Vehicle& vehi
 /// A few sentences for people: what was planned and how near the limits it comes, or why there is no plan.
 std::string explain(const Result<Plan>& plan);
 
-/// trajectory.json (schema omniflight.trajectory/1), trajectory.csv (canonical ref_* columns),
-/// certificate.json.
+/// trajectory.json (schema omniflight.trajectory/1), trajectory.csv (canonical ref_* columns, jerk, and where
+/// the plan has figures u1_N ..., clearance_m and headroom), certificate.json.
 Status write_plan(const Plan& plan, const std::filesystem::path& dir);
 
 /// Reads trajectory.json and certificate.json; every number is checked to be finite and within wide bounds,

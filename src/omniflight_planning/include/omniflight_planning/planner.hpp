@@ -24,7 +24,6 @@ enum class PathFailure {
   tether_blocks_way,  ///< the vehicle alone has a path
   gap_too_narrow,
   no_path_in_time,
-  no_such_planner,
   proven_impossible,
 };
 const char* to_string(PathFailure failure);
@@ -40,8 +39,8 @@ struct PathOptions {
   Deadline deadline = {};  ///< of the whole plan: nothing is shortened nor proven after it
   int shortcuts = 300;     ///< attempts; a number and not a time, so that results repeat
   bool brief = false;      ///< gives up early, where another search with less margin will follow
-  /// One of planner_names() alone instead of what find_path() tries one after the other; its result is
-  /// checked and shortened likewise. Only rrtconnect repeats for a seed.
+  /// One of planner_names(), see check_planner(), alone instead of what find_path() tries one after the
+  /// other; its result is checked and shortened likewise. Only rrtconnect repeats for a seed.
   std::string planner = {};
   /// Name of the solid nearest to a point, for messages; may be empty.
   std::function<std::string(const Vec3& p_W)> name_of = {};
@@ -52,6 +51,8 @@ using PathResult = tl::expected<T, PathProblem>;
 
 /// OMPL's planners that PathOptions::planner may name.
 std::vector<std::string> planner_names();
+/// Refuses a name that none of them has; an empty one is none.
+Status check_planner(const std::string& name);
 
 /// Checks one pose before any planner sees it; `what` is "start" or "goal".
 tl::expected<void, PathProblem> check_end(const StateCheck& check, const Pose& pose, bool is_start,

@@ -1,6 +1,7 @@
 // Is a pose free, can it be hovered, and is a whole motion free? Motions are certified, not sampled.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -57,8 +58,9 @@ class StateCheck {
   /// Distance [m] beyond the margin that is certainly free around every vehicle point; coarser than
   /// clearance() where there is plenty, so many times cheaper. Not positive when the margin is not kept.
   /// Spheres in the distance field tell most poses: certainly free, or certainly hit. What lies between is
-  /// measured: the convex parts themselves against the cubes of the voxels.
-  double room(const Pose& pose) const;
+  /// measured: the convex parts themselves against the cubes of the voxels. Where there is `enough` [m], that
+  /// much may be told, for less time.
+  double room(const Pose& pose, double enough = HUGE_VAL) const;
   bool hoverable(const Quat& q_WB) const { return rotors_->hover_load(q_WB) <= 1.0 - headroom_; }
   /// Finite, at least `margin` away from everything and hoverable.
   bool valid(const Pose& pose) const;
@@ -80,7 +82,7 @@ class StateCheck {
   double margin() const { return margin_; }          ///< m
 
  private:
-  double room_of_vehicle(const Pose& pose) const;
+  double room_of_vehicle(const Pose& pose, double enough) const;
   /// Distance [m] of a part to the voxels, or `enough` where it is at least that; no more than `low` is told
   /// as any number up to there.
   double exact(const SphereGroup& group, const Vec3& p_WB, const Mat3& R_WB, double low, double enough) const;

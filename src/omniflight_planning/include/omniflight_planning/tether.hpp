@@ -51,19 +51,24 @@ struct TetherConflict {
   bool too_short = false;
   std::string words;  ///< with values and units
 };
-/// `reach` [m] as of tether_slack. Nothing where no limit is violated.
-std::optional<TetherConflict> tether_conflict(const Tether& tether, const DistanceMap& map, double margin,
-                                              double reach, const Vec3& p_WB, const Quat& q_WB);
+/// `near` [m] is the distance of the segment, from loose_from() on, to the voxels, of which `margin` [m] must
+/// be left; `reach` [m] as of tether_slack. Nothing where no limit is violated.
+std::optional<TetherConflict> tether_conflict(const Tether& tether, double near, double margin, double reach,
+                                              const Vec3& p_WB, const Quat& q_WB);
 
 /// What a flight asks of the tether.
 struct TetherUse {
-  double length = 0.0;   ///< m, that there is
-  double longest = 0.0;  ///< m from anchor to attachment, on the knots
-  double twist = 0.0;    ///< rad, largest amount accumulated about the tether since the start
-  double mass = 0.0;     ///< kg of the whole tether, which the rotors can carry
+  double length = 0.0;    ///< m, that there is
+  double longest = 0.0;   ///< m from anchor to attachment, on the knots
+  double twist = 0.0;     ///< rad, largest amount accumulated about the tether since the start
+  double twist_at = 0.0;  ///< s, when
+  double mass = 0.0;      ///< kg of the whole tether, which the rotors can carry
 };
 /// Twist: integral of the body rate along the segment.
 TetherUse tether_use(const Tether& tether, const std::vector<TrajectoryKnot>& knots);
+
+/// What the twist exceeds, with when and by how much; nothing where it keeps its limit to a millionth.
+std::optional<std::string> twist_conflict(const Tether& tether, const TetherUse& use);
 
 /// The vehicle with the whole mass of the tether as a point mass at the attachment. The rotors' load is
 /// convex in the mass carried, so a motion within limits with all of it and with none is so with any part of
