@@ -52,34 +52,34 @@ void DistanceMap::set_field(StoredField stored, std::string sha256, const MapOpt
 
 Result<DistanceMap> DistanceMap::load(const std::filesystem::path& path, const MapOptions& options) {
   if (options.deadline.passed()) return out_of_time(options.deadline, "about to read the map");
+  auto bytes = files::read_file(path, kMaxOctreeBytes);
+  if (!bytes) return Failure(bytes.error());
+  const std::string sha256 = files::sha256_hex(*bytes);
+  std::filesystem::path kept;
   std::string remark;
   if (!options.cache.empty()) {
-    // what cannot be read is refused by read_octree(), in its words
-    if (const auto bytes = files::read_file(path, kMaxOctreeBytes)) {
-      const std::string sha256 = files::sha256_hex(*bytes);
-      if (options.deadline.passed()) return out_of_time(options.deadline, "reading the map");
-      auto stored = read_field(field_file(options.cache, sha256, options), options);
-      if (options.deadline.passed()) return out_of_time(options.deadline, "reading the map's kept field");
-      if (!stored) remark = stored.error().text();
-      if (stored && *stored) {
-        DistanceMap map;
-        map.set_field(std::move(**stored), sha256, options);
-        return map;
-      }
+    if (options.deadline.passed()) return out_of_time(options.deadline, "reading the map");
+    kept = field_file(options.cache, sha256, options);
+    auto stored = read_field(kept, options);
+    if (options.deadline.passed()) return out_of_time(options.deadline, "reading the map's kept field");
+    if (!stored) remark = stored.error().text();
+    if (stored && *stored) {
+      DistanceMap map;
+      map.set_field(std::move(**stored), sha256, options);
+      return map;
     }
   }
-  auto file = read_octree(path);
-  if (!file) return Failure(file.error());
+  const auto tree = octree_of(std::move(*bytes), path.string());
+  if (!tree) return Failure(tree.error());
   if (options.deadline.passed()) return out_of_time(options.deadline, "reading the map");
-  auto map = create(*file->tree, file->sha256, options);
+  auto map = create(**tree, sha256, options);
   if (!map) {
     Error error = map.error();
     if (error.code == ErrorCode::bad_input) error.where = path.string();
     return Failure(error);
   }
-  if (!options.cache.empty() && options.deadline.left() > kTimeToWrite)
-    write_field(field_file(options.cache, file->sha256, options),
-                {map->size_, map->lower_, map->resolution_, map->field_});
+  if (!kept.empty() && options.deadline.left() > kTimeToWrite)
+    write_field(kept, {map->size_, map->lower_, map->resolution_, map->field_});
   map->cache_remark_ = std::move(remark);
   return map;
 }

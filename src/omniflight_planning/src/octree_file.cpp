@@ -179,21 +179,27 @@ Result<OctreeHeader> scan_octree(std::string_view bytes, const std::string& name
   return header;
 }
 
-Result<OctreeFile> read_octree(const std::filesystem::path& path) {
-  auto bytes = files::read_file(path, kMaxOctreeBytes);
-  if (!bytes) return Failure(bytes.error());
-  const auto header = scan_octree(*bytes, path.string());
+Result<std::shared_ptr<const octomap::OcTree>> octree_of(std::string bytes, const std::string& name) {
+  const auto header = scan_octree(bytes, name);
   if (!header) return Failure(header.error());
-  OctreeFile out;
-  out.sha256 = files::sha256_hex(*bytes);
   auto tree = std::make_shared<octomap::OcTree>(header->resolution);
-  std::istringstream stream(std::move(*bytes));
+  std::istringstream stream(std::move(bytes));
   stream.seekg(static_cast<std::streamoff>(header->data_begin));
   // OctoMap's own reader of whole files prints to the terminal and trusts the header; the nodes are all that
   // is left.
   if (!tree->readBinaryData(stream) || tree->size() != header->nodes)
-    return bad_input("OctoMap could not read the map", path.string(), kRemake);
-  out.tree = std::move(tree);
+    return bad_input("OctoMap could not read the map", name, kRemake);
+  return tree;
+}
+
+Result<OctreeFile> read_octree(const std::filesystem::path& path) {
+  auto bytes = files::read_file(path, kMaxOctreeBytes);
+  if (!bytes) return Failure(bytes.error());
+  OctreeFile out;
+  out.sha256 = files::sha256_hex(*bytes);
+  auto tree = octree_of(std::move(*bytes), path.string());
+  if (!tree) return Failure(tree.error());
+  out.tree = std::move(*tree);
   return out;
 }
 

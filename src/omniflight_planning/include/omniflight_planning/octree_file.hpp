@@ -41,7 +41,11 @@ struct OctreeFile {
   std::string sha256;  ///< of the file's bytes
 };
 
-/// Reads a .bt file of at most 16 MB into a temporary tree and hands it out only when everything agrees.
+/// The tree of a whole .bt file held in memory, handed out only when everything agrees. `name` appears in
+/// errors.
+Result<std::shared_ptr<const octomap::OcTree>> octree_of(std::string bytes, const std::string& name);
+
+/// The same of a file of at most kMaxOctreeBytes.
 Result<OctreeFile> read_octree(const std::filesystem::path& path);
 
 /// The .bt bytes of a tree (maximum-likelihood form, pruned).
