@@ -26,11 +26,8 @@ CosineTransform::CosineTransform(int n) : n_(n) {
 }
 
 void CosineTransform::apply(Eigen::Ref<Eigen::VectorXd> x) {
-  if (n_ == 1) return;            // its own amplitude, and no length for a transform
-  for (int i = 0; i < n_; ++i) {  // even samples forward, odd ones backward
-    const int from = 2 * i < n_ ? 2 * i : 2 * (n_ - i) - 1;
-    in_[static_cast<std::size_t>(i)] = x[from];
-  }
+  if (n_ == 1) return;  // its own amplitude, and no length for a transform
+  for (int i = 0; i < n_; ++i) in_[static_cast<std::size_t>(i)] = x[sample_at(i)];
   fft_.fwd(out_, in_);
   for (int k = 0; k < n_; ++k) {
     const auto at = static_cast<std::size_t>(k);
@@ -40,10 +37,7 @@ void CosineTransform::apply(Eigen::Ref<Eigen::VectorXd> x) {
 
 void CosineTransform::apply(Eigen::Ref<Eigen::VectorXd> x, Eigen::Ref<Eigen::VectorXd> y) {
   if (n_ == 1) return;
-  for (int i = 0; i < n_; ++i) {
-    const int from = 2 * i < n_ ? 2 * i : 2 * (n_ - i) - 1;
-    in_[static_cast<std::size_t>(i)] = {x[from], y[from]};
-  }
+  for (int i = 0; i < n_; ++i) in_[static_cast<std::size_t>(i)] = {x[sample_at(i)], y[sample_at(i)]};
   fft_.fwd(out_, in_);
   // the spectrum of the real part is conjugate symmetric, that of the imaginary part antisymmetric
   for (int k = 0; k < n_; ++k) {
@@ -66,10 +60,7 @@ void CosineTransform::invert(Eigen::Ref<Eigen::VectorXd> x) {
     out_[at] = std::complex<double>(plain(k), -plain(n_ - k)) * std::abs(turn_[at]) / turn_[at];
   }
   fft_.inv(in_, out_);
-  for (int i = 0; i < n_; ++i) {
-    const int to = 2 * i < n_ ? 2 * i : 2 * (n_ - i) - 1;
-    x[to] = in_[static_cast<std::size_t>(i)].real();
-  }
+  for (int i = 0; i < n_; ++i) x[sample_at(i)] = in_[static_cast<std::size_t>(i)].real();
 }
 
 }  // namespace omniflight::diagnosis

@@ -22,6 +22,9 @@ class CosineTransform {
   void invert(Eigen::Ref<Eigen::VectorXd> x);
 
  private:
+  /// Where the sample at place i of the complex transform comes from: even ones forward, odd ones backward.
+  Eigen::Index sample_at(int i) const { return 2 * i < n_ ? 2 * i : 2 * (n_ - i) - 1; }
+
   int n_;
   Eigen::FFT<double> fft_;
   std::vector<std::complex<double>> turn_, in_, out_;

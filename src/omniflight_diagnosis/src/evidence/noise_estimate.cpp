@@ -63,28 +63,20 @@ namespace {
 
 /// Amplitudes of one channel that slow columns may explain, and these columns there, whitened.
 struct Explained {
-  std::vector<Eigen::Index> rows;  ///< of the channel
+  std::vector<Eigen::Index> rows;  ///< of these among the amplitudes of all channels
   Eigen::MatrixXd whitened;        ///< rows x columns of the channel
 };
 
 Explained explained(const SlowColumns::Channel& channel, const Eigen::VectorXd& inverse) {
   Explained out;
+  std::vector<Eigen::Index> of_channel;
   for (std::size_t i = 0; i < channel.rows.size(); ++i) {
-    const double deviation = inverse[channel.rows[i]];
     const auto row = static_cast<Eigen::Index>(i);
-    if (deviation * deviation * channel.power[row] > kLeastShare) out.rows.push_back(row);
+    if (!(std::pow(inverse[channel.rows[i]], 2) * channel.power[row] > kLeastShare)) continue;
+    of_channel.push_back(row);
+    out.rows.push_back(channel.rows[i]);
   }
-  out.whitened = channel.amplitudes(out.rows, Eigen::all);
-  for (std::size_t i = 0; i < out.rows.size(); ++i)
-    out.whitened.row(static_cast<Eigen::Index>(i)) *=
-        inverse[channel.rows[static_cast<std::size_t>(out.rows[i])]];
-  return out;
-}
-
-/// Numbers of all amplitudes, of the rows that are explained.
-std::vector<Eigen::Index> rows_of(const Explained& part, const SlowColumns::Channel& channel) {
-  std::vector<Eigen::Index> out;
-  for (const Eigen::Index i : part.rows) out.push_back(channel.rows[static_cast<std::size_t>(i)]);
+  out.whitened = inverse(out.rows).asDiagonal() * channel.amplitudes(of_channel, Eigen::all);
   return out;
 }
 
@@ -95,11 +87,11 @@ std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, con
   const Eigen::VectorXd y = problem.residual() - known;
   const Eigen::VectorXd z = cosine_amplitudes(problem, y);
   Eigen::VectorXd rest = z, freedom = Eigen::VectorXd::Ones(z.size());
-  Eigen::Index first = 0;  // the mean of each channel is no noise
+  const Eigen::RowVectorXd means = y.reshaped(problem.samples(), 6).colwise().mean();  // they are no noise
+  Eigen::Index first = 0;
   for (const Stretch& s : problem.stretches()) {
     const int size = transform_length(s.size());
-    for (int c = 0; c < 6; ++c, first += size)
-      rest[first] -= std::sqrt(size) * y.segment(c * problem.samples(), problem.samples()).mean();
+    for (int c = 0; c < 6; ++c, first += size) rest[first] -= std::sqrt(size) * means[c];
   }
   for (int pass = 0; pass < 2; ++pass) {
     const Eigen::VectorXd inverse = NoiseModel(problem, rest, freedom, 1).inverse_deviations();
@@ -109,7 +101,7 @@ std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, con
     for (std::size_t c = 0; c < parts.size(); ++c) {
       const SlowColumns::Channel& channel = slow.channels[c];
       parts[c] = explained(channel, inverse);
-      const std::vector<Eigen::Index> rows = rows_of(parts[c], channel);
+      const std::vector<Eigen::Index>& rows = parts[c].rows;
       H(channel.columns, channel.columns) += inner_products(parts[c].whitened);
       g(channel.columns) += parts[c].whitened.transpose() * inverse(rows).cwiseProduct(z(rows));
     }
@@ -121,7 +113,7 @@ std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, con
       const SlowColumns::Channel& channel = slow.channels[c];
       rest(channel.rows) = z(channel.rows) - channel.amplitudes * coefficients(channel.columns);
       const Eigen::MatrixXd own = covariance(channel.columns, channel.columns);
-      freedom(rows_of(parts[c], channel)) =
+      freedom(parts[c].rows) =
           1 - (parts[c].whitened * own).cwiseProduct(parts[c].whitened).rowwise().sum().array();
     }
   }

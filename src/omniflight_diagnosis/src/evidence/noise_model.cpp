@@ -190,12 +190,16 @@ Eigen::VectorXd NoiseModel::inverse_deviations() const {
   return out;
 }
 
+Eigen::Index amplitude_count(const RegressionProblem& problem) {
+  Eigen::Index out = 0;
+  for (const Stretch& s : problem.stretches()) out += 6 * transform_length(s.size());
+  return out;
+}
+
 Eigen::MatrixXd cosine_amplitudes(const RegressionProblem& problem,
                                   const Eigen::Ref<const Eigen::MatrixXd>& columns) {
   const int n = problem.samples();
-  Eigen::Index rows = 0;
-  for (const Stretch& s : problem.stretches()) rows += 6 * transform_length(s.size());
-  Eigen::MatrixXd out(rows, columns.cols());
+  Eigen::MatrixXd out(amplitude_count(problem), columns.cols());
   std::optional<CosineTransform> transform;
   int length = 0;
   Eigen::Index row = 0;

@@ -42,6 +42,9 @@ class NoiseSpectrum {
   bool silent_ = true;
 };
 
+/// How many cosine amplitudes a column has.
+Eigen::Index amplitude_count(const RegressionProblem& problem);
+
 /// Cosine amplitudes of columns, of every channel of every stretch: what no noise changes of whitening. Rows:
 /// of each stretch channel by channel, as many as transform_length() says.
 Eigen::MatrixXd cosine_amplitudes(const RegressionProblem& problem,

@@ -134,9 +134,7 @@ bool contains_law(const physics::Effect& rich, const physics::Effect& named, con
 class Whitener {
  public:
   Whitener(const RegressionProblem& problem, const NoiseModel& noise) : problem_(problem) {
-    Eigen::Index rows = 0;
-    for (const Stretch& s : problem.stretches()) rows += 6 * transform_length(s.size());
-    inverse_ = Eigen::VectorXd::Zero(rows);
+    inverse_ = Eigen::VectorXd::Zero(amplitude_count(problem));
     Eigen::Index first = 0;
     for (const Stretch& s : problem.stretches()) {
       const int size = transform_length(s.size());
