@@ -1,4 +1,4 @@
-// How well the clocks of a recording's signals agree.
+// Time lags between signals of a recording that measure the same motion.
 #pragma once
 
 #include <string>
@@ -8,18 +8,18 @@
 
 namespace omniflight::diagnosis {
 
-/// Signal `late` against `early`: lag at the middle of the recording, and how it drifts.
+/// Lag of signal `late` behind signal `early` and its drift, by correlation.
 struct Alignment {
   std::string early, late;       ///< signal names
-  double lag_s = 0, lag_se = 0;  ///< positive: `late` comes later than `early`
-  double skew = 0, skew_se = 0;  ///< s of lag gained a second; 0 and 0 when the flight is too short
-  double correlation = 0;
-  double at_s = 0;  ///< middle of what the skew was measured on
+  double lag_s = 0, lag_se = 0;  ///< at `at_s`, with standard error; positive: `late` is later
+  double skew = 0, skew_se = 0;  ///< s of lag per s; both 0 below four windows of 5 s
+  double correlation = 0;        ///< at that lag
+  double at_s = 0;               ///< s, weighted middle of the windows of the skew
 };
 
-/// Gyro against the rates of the attitudes, the vehicle's own estimate against the position, accelerometer
-/// against the velocities, rotor speeds against commands and against the accelerometer: every pair that was
-/// recorded and moves enough to tell.
+/// Compares gyro with attitude rate, onboard estimate with measured position, accelerometer with velocity,
+/// and rotor speeds with commands and with the accelerometer. One entry for every recorded pair whose
+/// correlation exceeds 0.6.
 std::vector<Alignment> align_signals(const recording::Recording& recording);
 
 }  // namespace omniflight::diagnosis

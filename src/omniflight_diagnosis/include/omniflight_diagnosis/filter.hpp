@@ -1,5 +1,5 @@
-// Low passes and derivative: zero-phase for recordings (the same for the measured side and for every
-// regressor), causal for what is judged in flight.
+// Low passes and differentiation of uniformly sampled signals: without phase shift for recordings, causal for
+// monitoring in flight.
 #pragma once
 
 #include <Eigen/Dense>
@@ -10,25 +10,26 @@ namespace omniflight::diagnosis {
 /// The ends are extended by point reflection. cutoff_hz must be below rate_hz / 2; otherwise x is returned.
 Eigen::MatrixXd low_pass(const Eigen::MatrixXd& x, double rate_hz, double cutoff_hz);
 
-/// Mean of every column over `length` samples around each one (half of each end sample where that is even):
-/// no sample further away than half a block has a share, unlike a zero-phase low pass.
+/// Centred moving average of every column over `length` samples (both end samples count half where `length`
+/// is even). Unlike a zero-phase low pass it has finite support: later noise enters over half a block only.
 Eigen::MatrixXd block_mean(const Eigen::MatrixXd& x, int length);
 
-/// Every column under a symmetric bell-shaped kernel of this variance [samples^2]; the ends are held.
+/// Every column convolved with a symmetric, approximately Gaussian kernel of this variance [samples^2]; end
+/// values are repeated.
 Eigen::MatrixXd blur(const Eigen::MatrixXd& x, double variance);
 
-/// Central difference of every column (one-sided at the ends), per second.
+/// Central difference of every column (one-sided at the ends), in units of x per second.
 Eigen::MatrixXd differentiate(const Eigen::MatrixXd& x, double rate_hz);
 
-/// The forward half of low_pass(): 4th-order Butterworth, sample by sample. The first sample after a reset is
-/// taken for the state it has rested in.
+/// 4th-order Butterworth low pass, sample by sample (the forward pass of low_pass()). The first sample after
+/// a reset sets the steady state.
 class CausalLowPass {
  public:
   CausalLowPass(double rate_hz, double cutoff_hz, Eigen::Index channels);
   /// Filters one sample of all channels in place; allocates nothing.
   void step(Eigen::Ref<Eigen::VectorXd> x);
   void reset() { fresh_ = true; }
-  /// Group delay of slow signals [s].
+  /// Group delay at zero frequency [s].
   double delay_s() const { return delay_; }
 
  private:

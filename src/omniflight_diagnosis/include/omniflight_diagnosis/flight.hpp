@@ -1,4 +1,5 @@
-// One recording made ready for analysis: filtered, on one time grid, with what was cut out and why.
+// One conditioned recording: all signals on one time grid, with the samples that are usable and why others
+// are not.
 #pragma once
 
 #include <optional>
@@ -12,6 +13,7 @@
 
 namespace omniflight::diagnosis {
 
+/// Time window [from_s, to_s] that is excluded, and the reason.
 struct Window {
   double from_s = 0, to_s = 0;
   std::string why;
@@ -19,26 +21,26 @@ struct Window {
 
 struct ParameterValue {
   std::string name, symbol, unit;
-  double value = 0, low = 0, high = 0;  ///< 95 % interval
+  double value = 0, low = 0, high = 0;  ///< estimate and 95 % interval, in `unit`
 };
 
-/// A sensor that lies; found before anything is fitted.
+/// Fault of a sensor, detected while the recording is conditioned.
 struct SensorFault {
-  std::string effect;   ///< contracts id
+  std::string effect;   ///< id of the library, e.g. stale_samples
   std::string channel;  ///< "rotor1_speed", "vbat"
   std::string sentence;
-  double share = 0;       ///< of the flight
-  double log_factor = 0;  ///< ln Bayes factor against a sensor that works; where it has a size, that tells
-  std::vector<ParameterValue> parameters = {};  ///< where it has a size
-  std::vector<std::string> rivals = {};         ///< what this recording shows alike
+  double share = 0;       ///< of the flight's samples or duration that it affects
+  double log_factor = 0;  ///< ln Bayes factor against a sound sensor; 0 where `parameters` give it
+  std::vector<ParameterValue> parameters = {};  ///< e.g. an offset; empty without one
+  std::vector<std::string> rivals = {};         ///< causes that this recording cannot distinguish from it
 };
 
-/// Uninterrupted samples [begin, end) of the grid that may be used.
+/// Contiguous usable samples [begin, end) of the grid.
 struct Segment {
   int begin = 0, end = 0;
 };
 
-/// Commands of rotor speeds as they were recorded.
+/// Recorded rotor speed commands on their own time stamps.
 struct CommandTrack {
   std::vector<double> t;  ///< s
   Eigen::MatrixXd value;  ///< rad/s, rotors x samples
@@ -52,41 +54,41 @@ struct Flight {
   std::vector<std::string> signals;
   std::vector<Window> excluded;
   std::vector<SensorFault> faults;
-  std::vector<std::string> notes;  ///< what a missing signal costs, in sentences
+  std::vector<std::string> notes;  ///< sentences: repairs, and consequences of missing signals
 
   double rate_hz = 0;  ///< of the grid
-  double reach_s = 0;  ///< how far interpolation between samples of the slowest signal reads ahead
-  /// Standard deviation [s] of the kernel, block mean included, under which signals reach a sample of the
-  /// grid.
+  double reach_s = 0;  ///< look-ahead of the interpolation of the slowest signal: its sample period
+  /// Standard deviation [s] of the common smoothing kernel of all signals: interpolation, differences and
+  /// block mean (docs/explanation/diagnosis_method.md, Feedback 1).
   double kernel_s = 0;
   std::vector<double> t;
   std::vector<physics::Situation> situation;  ///< state, rotors and accelerations at every grid time
   Eigen::MatrixXd specific_force;             ///< n x 3, m/s^2, body
   Eigen::MatrixXd rotor_speed;                ///< n x rotors, rad/s
-  /// n x any number, body frame of the reference: what it asks of the rotors (specific force, angular
-  /// acceleration) and its velocities, as far as it is recorded. No disturbance moves it.
+  /// Recorded reference in its own body axes, n x k: velocity [m/s], specific force [m/s^2], rate [rad/s] and
+  /// angular acceleration [rad/s^2], as far as recorded. It is exogenous: no disturbance moves it.
   Eigen::MatrixXd reference;
   Eigen::MatrixXd tracking_error;  ///< n x 3, m, position minus reference; empty without reference
   std::vector<Segment> segments;
   bool has_accelerometer = false, has_gyro = false, has_alpha = false, has_position = false;
-  bool speed_from_command = false;  ///< there are no measured rotor speeds
-  CommandTrack commands;            ///< from which the speeds are computed where none are measured
-  bool thrust_modelled = false;     ///< thrust comes from duty cycles, its scale from this flight
+  bool speed_from_command = false;  ///< no measured rotor speeds: they are commands through the nominal lag
+  CommandTrack commands;            ///< set with speed_from_command
+  bool thrust_modelled = false;  ///< thrust is modelled from duty cycles; its scale is fitted to this flight
   Eigen::VectorXd log_drive,
-      log_voltage;  ///< of a modelled thrust: ln of mean speed and voltage over their means
+      log_voltage;  ///< n, set with thrust_modelled: ln(mean rotor speed / its mean), ln(voltage / its mean)
   std::vector<Alignment> alignment;
-  double floor_z = 0;  ///< m, as used
+  double floor_z = 0;  ///< m, world height of the floor that is used
   std::optional<double>
-      stood_at;  ///< m, height of the body's frame while it stood; empty: floor told, or never
+      stood_at;  ///< m, world height of the body origin while standing; empty: floor told, or never stood
 
   int size() const { return static_cast<int>(t.size()); }
-  int usable() const;
+  int usable() const;  ///< samples in all segments
   bool has(const std::string& signal) const;
 };
 
-/// Copies, frozen and clipped samples are cut out and clocks put right first.
-/// Errors: a recording that cannot carry a wrench analysis (no attitude, no rotor speed or command, wrong
-/// number of rotors, less than two seconds of free flight), each with what would help.
+/// Conditions a recording: removes duplicated, frozen and clipped samples, corrects clocks, resamples.
+/// Errors: a recording that does not allow a wrench analysis (no attitude, no rotor speed or command, wrong
+/// number of rotors, less than two seconds of free flight), each with a next step.
 Result<Flight> prepare_flight(const recording::Recording& recording, const vehicle::Vehicle& vehicle,
                               const Options& options);
 

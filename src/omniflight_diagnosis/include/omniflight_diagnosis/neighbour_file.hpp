@@ -1,4 +1,4 @@
-// The track of another vehicle, out of any recording of it.
+// The track of another vehicle, read from a recording of that vehicle.
 #pragma once
 
 #include <filesystem>
@@ -8,10 +8,10 @@
 
 namespace omniflight::diagnosis {
 
-/// Reads where the vehicle of a recording was: its signal `position` (in a CSV px_m, py_m, pz_m over t_s).
-/// The times [s] of the track begin at `origin` [s] of the recording's clock, 0 for simulated time. `map`: of
-/// the columns of a foreign CSV, or empty. Errors: bad_input naming the file, when it cannot be read, has no
-/// position, or is no track.
+/// Track from the signal `position` [m, world] of the recording `path` (in a CSV px_m, py_m, pz_m over t_s).
+/// Track times [s] count from `origin` [s] on the absolute clock of that recording (0 for simulated time).
+/// `map`: column map of a foreign CSV, or empty. Errors: bad_input naming the file when it cannot be read,
+/// has no position, or is not a valid track (physics::validate).
 Result<physics::NeighbourTrack> load_neighbour(const std::string& path, const std::filesystem::path& map,
                                                double origin);
 

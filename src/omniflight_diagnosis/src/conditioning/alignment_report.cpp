@@ -14,10 +14,13 @@ namespace {
 using recording::Recording;
 using recording::Signal;
 
-constexpr double kUsualReach = 0.2, kFarReach = 2.0;  // s
-constexpr double kSlowPeriod = 0.04;                  // s, on which far lags are sought
-constexpr double kLeast = 0.6;                        // correlation that counts at all,
-constexpr double kClear = 0.8, kClearer = 0.15;       // ... that needs no wider search, that one must gain
+// Chosen, not measured. Lags of motors, radios and filters stay within kUsualReach; only a clock error
+// exceeds it.
+constexpr double kUsualReach = 0.2, kFarReach = 2.0;  // s, half widths of the normal and of the wide search
+constexpr double kSlowPeriod = 0.04;                  // s, sample period of the wide search
+constexpr double kLeast = 0.6;                        // least correlation of a lag that is reported
+// Correlation above which no wide search is made, and gain in correlation that it must bring.
+constexpr double kClear = 0.8, kClearer = 0.15;
 
 Signal derivative(const Signal& s) {
   Signal out = s;
@@ -32,7 +35,7 @@ Signal derivative(const Signal& s) {
   return out;
 }
 
-/// Specific force turned into the world, gravity removed.
+/// Acceleration [m/s^2, world] from specific force and attitude.
 Signal world_acceleration(const Signal& acc, const Signal& attitude) {
   Signal out = acc;
   const Eigen::MatrixXd q = recording::resample(attitude, acc.t_s, 0.1);
@@ -62,7 +65,7 @@ Signal total_thrust(const Signal& speed) {
   return out;
 }
 
-/// Without its mean over the surrounding second: offsets and drifts tell nothing about clocks.
+/// Signal minus its moving average over 1 s: offsets and drifts carry no information on the lag.
 Signal quick_part(const Signal& s) {
   Signal out = s;
   const auto half =
@@ -76,12 +79,12 @@ Signal quick_part(const Signal& s) {
   return out;
 }
 
-/// A lag beyond the usual reach at which slow versions of the signals agree better than they do within it.
+/// A lag beyond kUsualReach at which the decimated signals correlate better, by kClearer, than at `usual`.
 std::optional<recording::LagEstimate> far_lag(const Signal& a, const Signal& b, double usual) {
   const Signal x = quick_part(decimate(a, kSlowPeriod)), y = quick_part(decimate(b, kSlowPeriod));
   const auto far = recording::estimate_lag(x, y, {.max_lag_s = kFarReach, .same_sign = true});
   if (!far || !(std::abs(far->lag_s) > kUsualReach)) return std::nullopt;
-  // a motion that repeats itself fits at several lags
+  // a periodic motion correlates at several lags: the second-best peak (rival) must be clearly lower
   if (!(far->correlation > std::max(kLeast, std::max(usual, far->rival) + kClearer))) return std::nullopt;
   return *far;
 }
@@ -100,7 +103,7 @@ void compare(const Signal& a, const Signal& b, const std::string& early, const s
     if (near && std::abs(near->correlation) > kLeast) {
       whole = near;
       whole->lag_s += far->lag_s;
-    } else {  // noise hides all but the slow motion
+    } else {  // only the decimated signals correlate: keep their lag, with the error of their resolution
       x = quick_part(decimate(a, kSlowPeriod));
       y = quick_part(decimate(b, kSlowPeriod));
       whole = *far;
@@ -128,7 +131,7 @@ void compare(const Signal& a, const Signal& b, const std::string& early, const s
     r.at_s = wt / w;
     for (const auto& [t, lag, weight] : windows)
       chi += weight * std::pow(lag - wl / w - r.skew * (t - wt / w), 2);
-    // scatter of the windows counts when it exceeds what their own errors say
+    // scale the standard errors by the scatter of the windows where it exceeds their own errors
     const double scatter = std::max(1.0, chi / static_cast<double>(windows.size() - 2));
     r.skew_se = std::sqrt(scatter / tt);
     r.lag_se = std::max(r.lag_se, std::sqrt(scatter / w));

@@ -1,19 +1,19 @@
-// What a recording's signals allow, and what those it lacks cost.
+// Which analysis the signals of a recording allow, and what the missing ones prevent.
 #pragma once
 
 #include "omniflight_diagnosis/diagnosis.hpp"
 
 namespace omniflight::diagnosis {
 
-/// How far a diagnosis can go.
+/// Analyses that a recording allows.
 enum class AnalysisScope {
-  wrench,  ///< forces and torques against the rotors
-  motors,  ///< no attitude or no force: the balance of the motors in steady flight
-  sensors  ///< no motor signal: sensors and motion alone
+  wrench,  ///< wrench residual: motor signal, attitude and a signal of the translation
+  motors,  ///< motor signal without attitude or translation: balance of the motors in hover
+  sensors  ///< no motor signal: sensors and kinematics only
 };
 AnalysisScope scope_of(const recording::Recording& recording);
 
-/// The signals that would tell more, the most telling first.
+/// Missing signals and the consequence of each, most informative first.
 std::vector<MissingSignal> missing_signals(const recording::Recording& recording);
 
 }  // namespace omniflight::diagnosis

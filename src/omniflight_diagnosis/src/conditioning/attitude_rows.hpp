@@ -7,12 +7,13 @@
 
 namespace omniflight::diagnosis {
 
-/// Of row i, normalised.
+/// Attitude of row i, normalised.
 inline Quat quaternion(const Eigen::MatrixXd& q, Eigen::Index i) {
   return Quat(q(i, 0), q(i, 1), q(i, 2), q(i, 3)).normalized();
 }
 
-/// Gives each row the sign of the row before, since q and -q are one attitude but not to a filter.
+/// Flips signs so that adjacent rows lie in one hemisphere: q and -q are the same attitude, but averaging
+/// them is not.
 void make_continuous(Eigen::MatrixXd& q);
 
 /// Body rate w_WB_B [rad/s], n x 3, by central differences; zero at both ends.

@@ -9,12 +9,15 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr double kFar = 0.15;       // s: motors, radios and filters are quicker
-constexpr double kAlike = 0.1;      // s between two lags that one clock explains
-constexpr double kSure = 0.7;       // correlation
-constexpr double kWorthIt = 1e-3;   // s of skew over the recording
-constexpr double kSignificant = 4;  // standard errors
+// Chosen, not measured.
+constexpr double kFar =
+    0.15;  // s, lag taken for a clock error; lags of motors, radios and filters are shorter
+constexpr double kAlike = 0.1;      // s, two lags that differ by less have one cause
+constexpr double kSure = 0.7;       // least correlation of a lag that is acted upon
+constexpr double kWorthIt = 1e-3;   // s, least drift over the recording that is corrected
+constexpr double kSignificant = 4;  // standard errors of the skew
 
+/// Correction of a time stamp t: lag_s + skew (t - at_s).
 struct Line {
   double lag_s = 0, skew = 0, at_s = 0;
 };
@@ -36,7 +39,7 @@ void move(Repaired& r, std::initializer_list<const char*> names, const Line& by)
 
 bool far(const Alignment* a) { return a && std::abs(a->lag_s) > kFar && std::abs(a->correlation) > kSure; }
 
-/// A clock that is far from the others is a finding: whose it is, how far, and on whose it was put.
+/// Adds the finding clock_offset: the clock `whose` deviates by lag_s and is corrected to that of `ruler`.
 void name_clock(Repaired& r, const char* channel, const char* whose, double lag_s, double se_s,
                 const char* ruler) {
   const double wide = 1.96 * se_s;

@@ -1,13 +1,16 @@
-// Signals whose clock is far from the others', or runs away from them, are put right.
+// Detection and correction of clock offsets and clock drift between signals.
 #pragma once
 
 #include "repair.hpp"
 
 namespace omniflight::diagnosis {
 
-/// Measures lags and skews as recorded, then moves what is off by more than .15 s: the inertial sensor when
-/// the pose and the rotors disagree with it alike, else the pose or the rotor speeds. A skew of the pose
-/// beyond four standard errors and a millisecond over the recording is taken out.
+/// Measures lags and skews, then corrects the time stamps of the group of signals that lags or leads by more
+/// than 0.15 s. Which group it is follows from the pairs that disagree: the onboard estimate when both
+/// inertial sensors and measured position contradict it, the inertial sensors when pose and rotors (or
+/// estimate) contradict them, else pose or rotor speeds. A drift of the pose clock is corrected where it
+/// exceeds four standard errors and 1 ms over the recording. Corrected offsets become findings
+/// (clock_offset), drifts become notes.
 void settle_clocks(Repaired& recording);
 
 }  // namespace omniflight::diagnosis

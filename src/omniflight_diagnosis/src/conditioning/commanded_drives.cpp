@@ -8,16 +8,16 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr double kFinest = 0.001, kCoarsest = 0.002;  ///< s, steps
+constexpr double kFinest = 0.001, kCoarsest = 0.002;  ///< s, bounds of the step; chosen for run time
 
-/// Means over the steps of a simulation (rotors x steps) of commands that arrive so many seconds late.
+/// Commands delayed by late[rotor] seconds, averaged over each simulation step; rotors x steps.
 void arriving(const CommandTrack& track, Between between, double step, Eigen::Index steps,
               const std::vector<double>& late, Eigen::MatrixXd& means) {
   means.resize(track.value.rows(), steps);
   for (Eigen::Index rotor = 0; rotor < means.rows(); ++rotor) {
     const auto command = track.value.row(rotor);
     std::size_t k = 0;
-    double until_k = 0, before = 0;  // integrals from the first command on
+    double until_k = 0, before = 0;  // integrals of the command from its first sample on
     for (Eigen::Index i = -1; i < steps; ++i) {
       const double t = static_cast<double>(i + 1) * step - late[static_cast<std::size_t>(rotor)];
       const auto since_k = [&](double time) {
@@ -56,7 +56,7 @@ bool simulate_drives(const vehicle::Vehicle& vehicle, physics::Actuation a, cons
                      const Eigen::VectorXd& start, Eigen::MatrixXd& ends) {
   std::vector<double> late(a.delay.size(), late_s);
   for (std::size_t k = 0; k < late.size(); ++k) late[k] += std::exchange(a.delay[k], 0.0);
-  for (double& tau : a.time_constant) tau = std::max(tau, step / 1.5);  // what a step resolves
+  for (double& tau : a.time_constant) tau = std::max(tau, step / 1.5);  // shortest lag that the step resolves
   auto drives = physics::Actuators::create(vehicle, std::move(a), step, 0.0);
   if (!drives) return false;
   thread_local Eigen::MatrixXd asked;  // an inference simulates the same record a thousand times

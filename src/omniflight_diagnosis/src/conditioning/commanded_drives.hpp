@@ -1,4 +1,4 @@
-// Speeds that the rotors' drives reach from recorded commands.
+// Simulation of the rotor drives (command to speed) from recorded commands.
 #pragma once
 
 #include <vector>
@@ -12,20 +12,21 @@
 
 namespace omniflight::diagnosis {
 
-/// What a command does between two samples.
+/// Command between two samples: zero-order hold or linear interpolation.
 enum class Between { held, straight };
 
-/// Whether the library says that an effect is seen in commands and speeds of the rotors, and in nothing else.
+/// Whether the effect acts on the drives only (stage actuation, channel rotor_speed), so that rotor commands
+/// and speeds suffice to identify it.
 bool is_of_drives(const physics::EffectInfo& info);
 
-/// Speeds [rad/s] at the ends of `steps` steps of `step` seconds, column 0 the start, rotors x (steps + 1),
-/// of drives that begin with the speeds `start`; the first step begins at time zero of the track. `late_s`:
-/// added to every rotor's delay. False for drives that cannot be.
+/// Simulates the drives over `steps` steps of `step` [s] from the initial speeds `start` [rad/s]; time zero
+/// is that of the track. `ends` becomes rotors x (steps + 1): speeds [rad/s] at the step boundaries, column 0
+/// is `start`. `late_s` [s] is added to the delay of every rotor. Returns false when `actuation` is invalid.
 bool simulate_drives(const vehicle::Vehicle& vehicle, physics::Actuation actuation, const CommandTrack& track,
                      Between between, double step, Eigen::Index steps, double late_s,
                      const Eigen::VectorXd& start, Eigen::MatrixXd& ends);
 
-/// Step [s] of such a simulation that resolves the lag of a vehicle's rotors.
+/// Step [s] for simulate_drives(): an eighth of the shortest rotor time constant, within 1 to 2 ms.
 double drive_step(const vehicle::Vehicle& vehicle);
 
 }  // namespace omniflight::diagnosis

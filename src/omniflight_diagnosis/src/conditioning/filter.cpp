@@ -23,7 +23,7 @@ Section section(double rate_hz, double cutoff_hz, double q) {
 }
 
 void run(const Section& s, Eigen::VectorXd& x) {
-  // steady state of the first sample, so that a constant passes untouched
+  // start in the steady state of the first sample
   double z2 = (s.b2 - s.a2) * x[0], z1 = (s.b1 - s.a1) * x[0] + z2;
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     const double in = x[i], out = s.b0 * in + z1;
@@ -101,8 +101,9 @@ Eigen::MatrixXd block_mean(const Eigen::MatrixXd& x, int length) {
 }
 
 Eigen::MatrixXd blur(const Eigen::MatrixXd& x, double variance) {
-  constexpr double kMost =
-      0.4;  // of one pass of three weights: above 0.5 the highest frequencies change sign
+  // Largest variance of one pass of three weights; above 0.5 the response at the Nyquist frequency is
+  // negative.
+  constexpr double kMost = 0.4;
   const Eigen::Index n = x.rows();
   if (!(variance > 1e-3) || n < 3) return x;
   const int passes = static_cast<int>(std::ceil(variance / kMost));

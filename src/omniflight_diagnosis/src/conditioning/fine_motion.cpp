@@ -16,14 +16,16 @@ namespace {
 using recording::Recording;
 using recording::Signal;
 
-constexpr double kLeastTorqueLag = 0.0015;  ///< s: what a linear grid of some milliseconds can tell
+/// Lag [s] between rotor speeds and gyro below which they are not shifted. Chosen: about the resolution of
+/// linear interpolation on a grid of some milliseconds.
+constexpr double kLeastTorqueLag = 0.0015;
 
-/// Signed squares, and back. Filters work on squares: thrust follows them, so that the wrench is filtered as
-/// the acceleration is, also where rotors reverse.
+/// Signed square, and its inverse. Speeds are averaged as signed squares: thrust is proportional to them, so
+/// that wrench and acceleration pass through the same linear filter, also where rotors reverse.
 Eigen::MatrixXd squares(const Eigen::MatrixXd& x) { return x.cwiseProduct(x.cwiseAbs()); }
 Eigen::MatrixXd roots(const Eigen::MatrixXd& x) { return x.array().abs().sqrt() * x.array().sign(); }
 
-/// First-order lag of every rotor command with the vehicle's own time constants.
+/// Rotor commands [rad/s] through the first-order lags of the vehicle file.
 Eigen::MatrixXd modelled_speed(const Eigen::MatrixXd& command, double rate_hz, const vehicle::Vehicle& v) {
   Eigen::MatrixXd speed = command;
   for (Eigen::Index r = 0; r < command.cols(); ++r) {
@@ -34,15 +36,14 @@ Eigen::MatrixXd modelled_speed(const Eigen::MatrixXd& command, double rate_hz, c
   return speed;
 }
 
-/// Rows of world axes in axes of the body.
+/// Rotates rows from world to body axes.
 void turn_into_body(const Eigen::MatrixXd& attitude, Eigen::MatrixXd& x) {
   for (Eigen::Index i = 0; i < x.rows(); ++i)
     x.row(i) = (quaternion(attitude, i).conjugate() * Vec3(x.row(i))).transpose();
 }
 
-/// Variance [s^2] of the widest kernel under which a signal of the regression reaches a sample. Both sides
-/// are blurred to it: a slower one takes amplitude from the motion and not from the rotors, which looks like
-/// inertia.
+/// Variance [s^2] of the widest smoothing kernel among the signals of the regression. All of them are
+/// smoothed to it: a kernel that attenuates the motion more than the rotors would look like a wrong inertia.
 double widest_kernel(const ChosenSignals& c, const Grid& grid) {
   return std::max({kernel_variance(c.rotors.speed, grid, 0),
                    c.gyro ? kernel_variance(*c.gyro, grid, 1) : kernel_variance(c.attitude, grid, 2),
@@ -51,7 +52,7 @@ double widest_kernel(const ChosenSignals& c, const Grid& grid) {
                                 : kernel_variance(*c.position, grid, 2)});
 }
 
-/// Lays one signal after the other on the grid.
+/// Resamples one signal after the other onto the grid.
 class Taking {
  public:
   Taking(const ChosenSignals& signals, const Repaired& repaired, const Grid& grid,
@@ -77,7 +78,7 @@ class Taking {
   double kernel_s() const { return std::sqrt(widest_ + 1 / (12 * o_.grid_hz * o_.grid_hz)); }
 
  private:
-  /// Variance that a signal's kernel lacks to the widest.
+  /// Variance [s^2] to add to a signal's kernel to reach the widest.
   double missing(const Signal& s, int derivatives) const {
     return widest_ - kernel_variance(s, grid_, derivatives);
   }
@@ -106,7 +107,7 @@ void Taking::rotors(FineMotion& m) const {
   Signal squared = measured;
   squared.values = squares(measured.values);
   m.rotor_speed = roots(take(squared, measured.name, missing(measured, 0)));
-  // momentum goes with the speed itself: the root of a filtered square starts at zero like a wall
+  // Angular momentum is linear in the speed: the root of a filtered square is not differentiable at zero.
   Signal itself = squared;
   itself.values = roots(squared.values);
   m.rotor_turning = on_grid(itself, grid_, o_, missing(measured, 1)).x;

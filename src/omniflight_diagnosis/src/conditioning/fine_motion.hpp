@@ -1,4 +1,4 @@
-// What a recording tells of the motion and of the rotors, on the fine grid.
+// Motion and rotor states of a recording, resampled onto the fine grid.
 #pragma once
 
 #include "grid.hpp"
@@ -6,27 +6,27 @@
 
 namespace omniflight::diagnosis {
 
-/// One row a sample of the grid.
+/// One row per grid sample.
 struct FineMotion {
   Eigen::MatrixXd attitude;                    ///< (w, x, y, z), world <- body
-  Eigen::MatrixXd position, velocity;          ///< m, m/s, world; zero where nothing tells them
+  Eigen::MatrixXd position, velocity;          ///< m, m/s, world; zero where not recorded
   Eigen::MatrixXd rate, angular_acceleration;  ///< rad/s, rad/s^2, body
   Eigen::MatrixXd specific_force;              ///< m/s^2, body
-  Eigen::MatrixXd rotor_speed;                 ///< rad/s: what thrust follows, root of filtered squares
-  Eigen::MatrixXd rotor_turning;               ///< rad/s: what momentum follows, filtered as it is
+  Eigen::MatrixXd rotor_speed;                 ///< rad/s, root of the averaged signed square: for thrust
+  Eigen::MatrixXd rotor_turning;               ///< rad/s, averaged directly: for angular momentum
   Eigen::MatrixXd alpha;                       ///< rad, one column; zero where it was not recorded
 };
 
-/// The time that all chosen signals share. Errors: less than 2 s, or more than two hours.
+/// Uniform grid over the time that all chosen signals share, with 3 to 15 samples per period of
+/// options.grid_hz. Errors: overlap below 2 s, or above two hours.
 Result<Grid> fine_grid(const ChosenSignals& signals, const std::string& file, const Options& options);
 
-/// Takes out of `used` where a signal has a gap, except where `repaired` has cut it already. Sets what the
-/// flight has (gyroscope, accelerometer, position, tilt angle), its kernel and its alignment, and adds to its
-/// notes what a missing signal costs.
+/// Resamples and smooths the chosen signals. Excludes gaps from `used`, except where `repaired` has cut them
+/// already. Sets in `f` the has_* flags, kernel_s and alignment, and adds notes on missing signals.
 FineMotion fine_motion(const ChosenSignals& signals, const Repaired& repaired, const Grid& grid,
                        const vehicle::Vehicle& vehicle, const Options& options, UsedSamples& used, Flight& f);
 
-/// See Flight::reference.
+/// Flight::reference on the fine grid.
 Eigen::MatrixXd reference_motion(const recording::Recording& recording, const Grid& grid,
                                  const Options& options);
 

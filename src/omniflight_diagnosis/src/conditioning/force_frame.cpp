@@ -5,7 +5,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// Variance, a constant bias left out.
+/// Running variance of a 2-vector (mean removed).
 struct Spread {
   double count = 0;
   Eigen::Vector2d sum = Eigen::Vector2d::Zero(), squares = Eigen::Vector2d::Zero();
@@ -38,6 +38,7 @@ bool force_is_in_world(const Eigen::MatrixXd& force, const Eigen::MatrixXd& acce
     in_world.add((f - world).head<2>());
     moves.add(world.head<2>());
   }
+  // Thresholds chosen: (0.05 m/s^2)^2 of horizontal motion, and clear margins between the two hypotheses.
   constexpr double kLeast = 0.05 * 0.05;  // (m/s^2)^2
   return moves.count > 100 && moves.variance() > kLeast && in_world.variance() < 0.5 * moves.variance() &&
          in_world.variance() < 0.25 * in_body.variance();

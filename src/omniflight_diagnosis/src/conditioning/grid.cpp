@@ -10,7 +10,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// Where the flags hold without a gap: [begin, end) each.
+/// Runs [begin, end) of set flags.
 std::vector<std::pair<int, int>> runs_of(const std::vector<char>& flags) {
   std::vector<std::pair<int, int>> out;
   const int n = static_cast<int>(flags.size());
@@ -53,7 +53,7 @@ Channel on_grid(const recording::Signal& signal, const Grid& grid, const Options
 
 std::vector<char> in_windows(const std::vector<Window>& windows, const Grid& grid) {
   std::vector<char> out(grid.t.size(), 0);
-  const double half = 0.51 / grid.rate_hz;  // the shortest hold a sample
+  const double half = 0.51 / grid.rate_hz;  // even the shortest window then covers a sample
   for (const Window& w : windows)
     for (std::size_t i = 0; i < out.size(); ++i)
       if (grid.t[i] >= w.from_s - half && grid.t[i] <= w.to_s + half) out[i] = 1;

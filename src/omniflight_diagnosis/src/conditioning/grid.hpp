@@ -1,5 +1,5 @@
-// The fine time grid on which raw signals are laid before their blocks are averaged, and which of its samples
-// are used.
+// The fine time grid onto which signals are resampled before block averaging, and the mask of its used
+// samples.
 #pragma once
 
 #include <string>
@@ -11,41 +11,42 @@ namespace omniflight::diagnosis {
 
 struct Grid {
   double rate_hz = 0;
-  int step = 1;           ///< samples per sample of the flight
+  int step = 1;           ///< fine samples per sample of the regression grid (Options::grid_hz)
   std::vector<double> t;  ///< s
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(t.size()); }
 };
 
-/// A signal on a grid, and where it is trustworthy.
+/// A signal on a grid, and where it is valid.
 struct Channel {
-  Eigen::MatrixXd x;  ///< NaN replaced by the last value
+  Eigen::MatrixXd x;  ///< samples x components; gaps hold the last value
   std::vector<char> valid;
 };
 
-/// Variance [s^2] of the kernel under which a signal reaches the regression besides its block mean: the
-/// triangle of interpolation between its samples, and the box of every central difference.
+/// Variance [s^2] of the smoothing kernel of a signal before the block mean: a triangle of half width T
+/// (linear interpolation, T its sample period; T^2 / 6) and a box of width 2 dt per central difference (dt
+/// the grid step; dt^2 / 3 each).
 double kernel_variance(const recording::Signal& signal, const Grid& grid, int derivatives);
 
-/// Interpolated, without outliers, averaged over blocks of a sample of the flight. `more` [s^2]: variance to
-/// add to the signal's kernel.
+/// Signal without outliers, interpolated, and averaged over grid.step samples. `more` [s^2]: variance of an
+/// additional smoothing kernel.
 Channel on_grid(const recording::Signal& signal, const Grid& grid, const Options& options, double more = 0);
 
-/// Where the grid lies in any of these windows.
+/// Flags of grid samples inside any of the windows.
 std::vector<char> in_windows(const std::vector<Window>& windows, const Grid& grid);
 
 std::vector<char> negated(const std::vector<char>& flags);
 
-/// Which samples of a grid are used; those that are not lie in windows that say why.
+/// Mask of used grid samples, with excluded windows and their reasons.
 class UsedSamples {
  public:
   explicit UsedSamples(const Grid& grid) : grid_(grid), use_(grid.t.size(), 1) {}
 
-  /// Takes out where `bad` holds, with a margin on both sides.
+  /// Excludes samples where `bad` is set, and margin_s [s] on both sides.
   void exclude(const std::vector<char>& bad, double margin_s, const std::string& why);
-  /// Adds the windows where `bad` holds, and takes nothing out.
+  /// Adds the windows where `bad` is set to the list without excluding them.
   void list(const std::vector<char>& bad, const std::string& why);
-  /// Takes out both ends of the grid, without a window.
+  /// Excludes margin_s [s] at both ends of the grid, without listing windows.
   void exclude_ends(double margin_s);
 
   const std::vector<char>& flags() const { return use_; }

@@ -6,7 +6,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// Size of their force [N]: those that tilt against each other carry less than they push.
+/// Magnitude [N] of the vector sum of the rotor thrusts (push_at() is the sum of magnitudes).
 double lift_at(const Eigen::MatrixXd& speed, const Eigen::MatrixXd& alpha, Eigen::Index i,
                const vehicle::Vehicle& v) {
   Vec3 force = Vec3::Zero();
@@ -54,7 +54,7 @@ Ground find_ground(const Eigen::MatrixXd& p, bool has_position, const Eigen::Mat
       sum += part.col(2).mean();
       ++windows;
     }
-    // rotors too slow to fly, as low as it ever was: it stands, however short
+    // within 2 cm of the lowest height and below 30 % of the weight it stands, however briefly
     const double lowest = p.col(2).minCoeff();
     for (Eigen::Index i = 0; i < n; ++i) {
       if (lift[static_cast<std::size_t>(i)] > 0.3 || p(i, 2) > lowest + 0.02) continue;
@@ -66,7 +66,7 @@ Ground find_ground(const Eigen::MatrixXd& p, bool has_position, const Eigen::Mat
       const double height = sum / windows;
       g.known = true;
       g.height = height;
-      // rolling, bouncing and lifting off: until a centimetre is between it and where it stood
+      // extend to rolling, bouncing and lift-off: until 1 cm above the resting height
       for (int pass = 0; pass < 2; ++pass)
         for (Eigen::Index k = 1; k < n; ++k) {
           const Eigen::Index i = pass == 0 ? k : n - 1 - k, before = pass == 0 ? i - 1 : i + 1;
@@ -76,7 +76,7 @@ Ground find_ground(const Eigen::MatrixXd& p, bool has_position, const Eigen::Mat
         }
     }
   }
-  const bool turns_over =
+  const bool turns_over =  // can fly inverted
       v.tilt.kind != vehicle::TiltKind::none ||
       std::any_of(v.rotors.begin(), v.rotors.end(), [](const auto& r) { return r.bidirectional; });
   const auto upright = [&](Eigen::Index i) {
@@ -87,7 +87,7 @@ Ground find_ground(const Eigen::MatrixXd& p, bool has_position, const Eigen::Mat
     for (Eigen::Index k = from; k < to; ++k) sum += lift[static_cast<std::size_t>(k)];
     return sum / static_cast<double>(to - from) > 0.4;
   };
-  // upright again and carried for a second: it was a flip
+  // upright again and carried for 1 s within 3 s: a flip, not a crash
   const auto lands_on_its_feet = [&](Eigen::Index i) {
     Eigen::Index since = 0;
     for (Eigen::Index k = i; k < std::min(n, i + 3 * second); ++k) {

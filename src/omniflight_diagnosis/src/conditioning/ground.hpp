@@ -6,32 +6,34 @@
 namespace omniflight::diagnosis {
 
 struct Ground {
-  bool known = false;                  ///< it was seen standing
-  double height = 0;                   ///< m, world height of the body's frame then
-  std::vector<char> resting, crashed;  ///< a sample
+  bool known = false;                  ///< the vehicle was seen standing
+  double height = 0;                   ///< m, world height of the body origin while standing
+  std::vector<char> resting, crashed;  ///< flag per sample
 };
 
-/// How far below a standing vehicle the floor is unless something says better [radii of its rotors].
+/// Default height of the rotor hubs above the floor while standing [rotor radii]; chosen. The ground effect,
+/// where identifiable, replaces it (search/floor_height).
 constexpr double kLeastHubHeight = 0.3;
 
-/// m, mean of the rotors.
+/// Mean rotor radius [m].
 double mean_radius(const vehicle::Vehicle& vehicle);
 
-/// Thrust of all rotors at sample i, as if they pushed the same way [N].
+/// Sum of the magnitudes of all nominal thrusts at sample i [N].
 double push_at(const Eigen::MatrixXd& rotor_speed, Eigen::Index i, const vehicle::Vehicle& vehicle);
 
-/// All matrices have one row a sample of a uniform grid: position [m], rotor speed [rad/s], tilt (one column)
-/// [rad], specific force [m/s^2, body], attitude (w, x, y, z). Standing: nothing moves for 0.3 s and the
-/// rotors carry less than 85 % of the weight, or they carry less than 30 % at the lowest place; up to a
-/// centimetre above that height it still stands. Crash: a shock beyond 5 g after which the rotors stop, or a
-/// turn past 100 deg (of a vehicle that cannot fly so) after which it is not carried upright again within 3
-/// s.
+/// Detects standing and crashes. One row per sample of a uniform grid: position [m, world], rotor speed
+/// [rad/s], specific force [m/s^2, body], attitude (w, x, y, z). All thresholds are chosen. Standing:
+/// position constant within 4 mm for 0.3 s with thrust below 85 % of the weight, or thrust below 30 % within
+/// 2 cm of the lowest height; then up to 1 cm above the resting height with thrust below 90 %. Crash:
+/// specific force above 5 g after which the rotors stop, or inclination beyond 100 deg (of a vehicle that
+/// cannot fly inverted) without upright, carried flight again within 3 s.
 Ground find_ground(const Eigen::MatrixXd& position, bool has_position, const Eigen::MatrixXd& rotor_speed,
                    const Eigen::MatrixXd& specific_force, const Eigen::MatrixXd& attitude, double rate_hz,
                    const vehicle::Vehicle& vehicle, const Options& options);
 
-/// Factor on a modelled thrust with which the rotors carry the vehicle in free flight (median of mass times
-/// specific force over the force of all rotors; away from the lowest tenth of its heights).
+/// Scale of a modelled thrust: median over free flight of mass times |specific force| over |sum of thrusts|,
+/// without the lowest tenth of the heights (ground effect). alpha [rad], one column; other matrices as
+/// find_ground().
 double lift_scale(const Eigen::MatrixXd& rotor_speed, const Eigen::MatrixXd& alpha,
                   const Eigen::MatrixXd& specific_force, const Eigen::MatrixXd& position, bool has_position,
                   const vehicle::Vehicle& vehicle);

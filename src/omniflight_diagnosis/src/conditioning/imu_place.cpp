@@ -7,7 +7,7 @@
 namespace omniflight::diagnosis {
 
 recording::Recording at_origin(const recording::Recording& recording, const Vec3& p_BI) {
-  constexpr double kGap = 0.05;  // s
+  constexpr double kGap = 0.05;  // s, longest gap of the gyro that is interpolated; chosen
   const recording::Signal *acc = recording.find("acc"), *gyro = recording.find("gyro");
   if (p_BI.isZero() || !acc || !gyro || acc->width() != 3 || gyro->width() != 3 || gyro->size() < 3)
     return recording;

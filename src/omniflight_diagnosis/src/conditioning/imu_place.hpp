@@ -1,12 +1,12 @@
-// An accelerometer away from the body's origin, read as if it were there.
+// Lever-arm correction of the accelerometer to the body origin.
 #pragma once
 
 #include "omniflight_diagnosis/flight.hpp"
 
 namespace omniflight::diagnosis {
 
-/// The recording with 'acc' less what an accelerometer at p_BI [m, body] reads beside one at the origin:
-/// dw x p_BI + w x (w x p_BI), by the gyro and its differences over 10 ms (two samples, of a slow one).
+/// The recording with dw x p_BI + w x (w x p_BI) subtracted from 'acc', for an accelerometer at p_BI [m,
+/// body]. w is the gyro, dw its central difference over 10 ms, or over two sample periods of a slower gyro.
 /// Unchanged where p_BI is zero or there is no gyro.
 recording::Recording at_origin(const recording::Recording& recording, const Vec3& p_BI);
 

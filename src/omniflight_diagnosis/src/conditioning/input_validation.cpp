@@ -35,7 +35,7 @@ const Signal* first_of(const Recording& r, std::initializer_list<const char*> na
   return nullptr;
 }
 
-/// How far the vehicle came: height and horizontal spans [m]; negative without a position.
+/// Spans [m] of height and of horizontal position, 2 % to 98 % quantile; negative without a position.
 struct Travel {
   double up = -1, across = -1;
   bool moved() const { return up > 0.08 || across > 0.1; }
@@ -55,9 +55,9 @@ Travel travel(const Recording& r) {
   return t;
 }
 
-/// One way to read attitude, accelerometer, gyro and velocity.
+/// One hypothesis about the conventions of attitude, accelerometer, gyro and velocity.
 struct Reading {
-  const char* says;  ///< empty: as recorded
+  const char* says;  ///< objection if it fits; empty: as recorded
   std::function<Quat(const Quat&)> attitude = [](const Quat& q) { return q; };
   double acc_scale = 1, gyro_scale = 1;
   bool gravity_missing = false, body_velocity = false;
@@ -96,15 +96,15 @@ std::vector<Reading> readings() {
   return out;
 }
 
-/// Everything needed to compare readings on one slow grid.
+/// Signals on one slow grid, to compare the hypotheses.
 struct Motion {
-  static constexpr double kRate = 50, kCutoff = 4;
+  static constexpr double kRate = 50, kCutoff = 4;  // Hz, grid and low pass; chosen
   std::vector<Quat> q;
   Eigen::MatrixXd acc, gyro, velocity, from_position;  ///< rows samples; empty when not recorded
-  bool acc_from_rotors = false;                        ///< thrust over mass stands in for a missing one
+  bool acc_from_rotors = false;                        ///< no accelerometer: acc is nominal thrust over mass
 };
 
-/// Sum of the nominal thrusts at a row of speeds and a tilt [rad] that may be unknown, body axes [N].
+/// Sum of the nominal thrusts [N, body] at a row of speeds [rad/s] and a tilt [rad]; NaN is taken as 0.
 template <class Row>
 Vec3 thrust_of(const vehicle::Vehicle& vehicle, const Row& speed, double tilt) {
   Vec3 f = Vec3::Zero();
@@ -114,13 +114,13 @@ Vec3 thrust_of(const vehicle::Vehicle& vehicle, const Row& speed, double tilt) {
   return f;
 }
 
-/// The 90 % quantile of the body's rate [rad/s]; 0 where nobody measured it.
+/// 90 % quantile of |gyro| [rad/s]; 0 without a gyro.
 double turning(const Recording& r) {
   const Signal* gyro = r.find("gyro");
   return gyro ? quantile(norms(*gyro), 0.9) : 0.0;
 }
 
-/// Thrust of the measured or commanded rotors over mass, body axes [m/s2].
+/// Nominal thrust of measured or commanded speeds over mass [m/s^2, body].
 std::optional<Signal> specific_thrust(const Recording& r, const vehicle::Vehicle& vehicle) {
   const Signal* speed = first_of(r, {"rotor_speed", "rotor_command"});
   if (!speed || speed->empty() || speed->width() != vehicle.rotor_count()) return std::nullopt;
@@ -165,7 +165,7 @@ Motion motion(const Recording& r, const vehicle::Vehicle& vehicle) {
   return m;
 }
 
-/// Body rates, low-passed as the gyro is.
+/// Body rates [rad/s] of the attitudes, low-passed like the gyro.
 Eigen::MatrixXd rate_of(const std::vector<Quat>& q) {
   Eigen::MatrixXd rate = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(q.size()), 3);
   for (std::size_t i = 1; i + 1 < q.size(); ++i)
@@ -174,7 +174,8 @@ Eigen::MatrixXd rate_of(const std::vector<Quat>& q) {
   return low_pass(rate, Motion::kRate, Motion::kCutoff);
 }
 
-/// A body that hardly turns tells nothing about its gyro, unless that tells the same at another scale.
+/// Whether the gyro can be compared with the attitude: the body turns (RMS above 0.05 rad/s), or the gyro is
+/// proportional to the attitude rate at a larger scale (wrong unit).
 bool gyro_is_judged(const Motion& m) {
   if (m.gyro.size() == 0) return false;
   const Eigen::MatrixXd rate = rate_of(m.q);
@@ -185,7 +186,9 @@ bool gyro_is_judged(const Motion& m) {
   return rms(rate) > 0.05 || (rms(m.gyro) > 0.5 && alike > 0.7);
 }
 
-/// How badly the signals contradict each other in this reading; 1: as badly as if one of them were noise.
+/// Normalised misfit of this hypothesis, the mean over: acceleration against dv/dt, gyro against attitude
+/// rate, velocity against dp/dt. 0: consistent; 1: as large as the signals themselves. The constants added to
+/// the denominators, in (m/s^2)^2, (rad/s)^2 and (m/s)^2, keep noise at rest from deciding.
 double contradiction(const Motion& m, const Reading& r, bool gyro_tells) {
   const auto n = static_cast<Eigen::Index>(m.q.size());
   std::vector<Quat> q;
@@ -233,7 +236,7 @@ void check_conventions(const Recording& r, const vehicle::Vehicle& vehicle, std:
   const char* says = "";
   for (const Reading& x : all)
     if (m.acc_from_rotors && (x.acc_scale != 1 || x.gravity_missing))
-      continue;  // of an accelerometer that is not there
+      continue;  // hypotheses about an accelerometer that was not recorded
     else if (const double c = contradiction(m, x, gyro_tells); c < best)
       best = c, says = x.says;
   if (as_read > 0.2 && best < 0.4 * as_read) out.emplace_back(says);
@@ -304,9 +307,10 @@ void check_magnitudes(const Recording& r, const vehicle::Vehicle& vehicle, std::
   }
 }
 
-/// Median of |sum of nominal thrusts| over mass times specific force, while the rotors turn; 0 when unknown.
+/// |Sum of nominal thrusts|; 0 when unknown. `ratio`: median while the rotors turn, over mass times median
+/// |specific force|. `top`: 95 % quantile over the weight.
 struct Lift {
-  double ratio = 0, top = 0;  ///< median, and 95 % quantile over the weight
+  double ratio = 0, top = 0;
 };
 
 Lift lift(const Recording& r, const Signal* speed, const vehicle::Vehicle& vehicle, const Options& o) {
@@ -334,7 +338,8 @@ Lift lift(const Recording& r, const Signal* speed, const vehicle::Vehicle& vehic
   return out;
 }
 
-/// Thrust is only modelled, from what drives the motors: full drive gives the largest thrust of the file.
+/// Checks of a recording whose thrust is modelled from duty cycle or power: full drive is taken as
+/// max_thrust.
 void check_modelled(const Recording& r, const vehicle::Vehicle& vehicle, const Options& o, const Travel& way,
                     std::vector<std::string>& out) {
   const Signal* u = first_of(r, {"pwm", "motor_power", "thrust_model", "thrust_command"});
@@ -355,10 +360,10 @@ void check_modelled(const Recording& r, const vehicle::Vehicle& vehicle, const O
   const auto source = thrust_source(r, vehicle);
   if (!source || source->kind != SpeedSource::modelled) return;
   const Lift l = lift(r, &source->speed, vehicle, o);
-  constexpr double kLeast = 0.25, kMost = 4.0;  // full drive may be more or less than the file says
+  constexpr double kLeast = 0.25, kMost = 4.0;  // tolerated thrust over weight: max_thrust is a rough figure
   const double rate = turning(r);
   const bool still = way.up >= 0 && !way.moved() && rate < 0.15;
-  const bool stands = still && std::max(way.up, way.across) < 0.005 && rate < 0.05;  // no hover is so calm
+  const bool stands = still && std::max(way.up, way.across) < 0.005 && rate < 0.05;  // calmer than any hover
   if (stands || l.top < (still ? 2 * kLeast : kLeast))
     out.push_back(format(
         "%sthe motors are driven to %.0f %% of the weight at most: this vehicle never flew, or '%s' (mass "

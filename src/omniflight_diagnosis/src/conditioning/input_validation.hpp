@@ -1,13 +1,15 @@
-// Whether a recording can be believed at all: units, conventions, the vehicle, and whether it ever flew.
+// Plausibility of a recording: units, conventions, match with the vehicle, and whether it flew at all.
 #pragma once
 
 #include "omniflight_diagnosis/flight.hpp"
 
 namespace omniflight::diagnosis {
 
-/// Sentences that speak against the recording, most telling first; empty when nothing does. Each names the
-/// signal, what was seen and what it looks like ("gyro looks like degrees per second").
-/// Errors: a signal of the wrong width, or too few samples to look at (bad_input).
+/// Objections to the recording: time stamps, magnitudes, conventions, vehicle; empty when there are none.
+/// Each names the signal, what was seen and the likely cause ("'gyro' looks like degrees per second instead
+/// of rad/s"). The thresholds are chosen far outside of sound flights: an objection makes the recording
+/// unusable. Errors (bad_input): a signal of the wrong width or with values that are not finite, too few
+/// samples.
 Result<std::vector<std::string>> validate_input(const recording::Recording& recording,
                                                 const vehicle::Vehicle& vehicle, const Options& options);
 

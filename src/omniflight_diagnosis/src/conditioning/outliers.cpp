@@ -7,12 +7,15 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// Distances over their local mean; that of white noise is about 0.6 standard deviations.
+/// Distance over its local mean above which a sample is an outlier. Chosen: the mean distance of white noise
+/// is about 0.6 standard deviations, so that this is about 6 of them.
 constexpr double kFar = 10;
-constexpr Eigen::Index kLocal = 50;  ///< samples over which the mean is taken: motion differs along a flight
+constexpr Eigen::Index kLocal =
+    50;  ///< samples of a block of the local mean: the motion changes along a flight
 
-/// Distance of a sample from the nearest of what both neighbours, the two before and the two after let
-/// expect: small on a slope, on both sides of a step, and beside an outlier.
+/// Smallest distance of a sample from its interpolation by both neighbours and from its linear extrapolations
+/// from the two samples before and the two after. It is small on slopes, on both sides of a step, and next to
+/// an outlier.
 double distance(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen::Index i) {
   const double expected[] = {0.5 * (x[i - 1] + x[i + 1]), 2 * x[i - 1] - x[i - 2], 2 * x[i + 1] - x[i + 2]};
   double nearest = std::abs(x[i] - expected[0]);
@@ -20,7 +23,7 @@ double distance(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen::Index i) {
   return std::isfinite(nearest) ? nearest : 0.0;
 }
 
-/// Mean of the lower nine tenths.
+/// Mean of the lowest 90 %.
 double trimmed_mean(std::vector<double> x) {
   const std::size_t kept = x.size() * 9 / 10;
   std::nth_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(kept), x.end());

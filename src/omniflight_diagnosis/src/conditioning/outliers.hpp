@@ -1,13 +1,14 @@
-// Single samples that are not the signal: reflections of a motion capture, bit errors of telemetry.
+// Removal of isolated outliers: reflections in motion capture, bit errors of telemetry.
 #pragma once
 
 #include "omniflight_recording/recording.hpp"
 
 namespace omniflight::diagnosis {
 
-/// The signal with lone outliers replaced by the mean of their neighbours: samples that lie ten times farther
-/// than is usual there from everything that their neighbours let expect. A difference taken twice of one of
-/// them would stand a thousand times above the noise, and with it the whole spectrum.
+/// The signal with isolated outliers replaced by the mean of both neighbours. A sample is an outlier where
+/// its distance from interpolation and extrapolation by its neighbours exceeds ten times the local mean of
+/// that distance, per component. One outlier, differentiated twice, would dominate the noise spectrum of the
+/// whole flight.
 recording::Signal without_outliers(const recording::Signal& signal);
 
 }  // namespace omniflight::diagnosis

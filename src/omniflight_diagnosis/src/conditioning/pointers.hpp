@@ -1,4 +1,4 @@
-// Flights that a vector owns, for those who take flights of several owners.
+// Non-owning view of a vector of flights.
 #pragma once
 
 #include <vector>

@@ -1,11 +1,12 @@
-// How likely an effect of sensors, drives or control is before a flight.
+// Prior odds of effects of sensors, drives and control.
 #pragma once
 
 #include "omniflight_physics/effect.hpp"
 
 namespace omniflight::diagnosis {
 
-/// ln of the prior odds that a recording has this effect, which acts beside the wrench.
+/// ln prior odds that a recording has this effect, which belongs to another stage than the wrench: an
+/// expected number of such effects, divided among them by physics::occurrence().
 double log_odds_beside_wrench(const physics::EffectInfo& info);
 
 }  // namespace omniflight::diagnosis

@@ -9,17 +9,20 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr double kLeastStep = 4, kMostStep = 160;  // rad/s
-constexpr std::size_t kMostSamples = 5000;
-constexpr double kMotorLag = 0.05;  // s: speeds follow commands through a low pass of about this
-constexpr double kGathered = 0.7, kSpread = 0.35;  // mean resultant length
+// Chosen, not measured.
+constexpr double kLeastStep = 4, kMostStep = 160;  // rad/s, range of step sizes tried
+constexpr std::size_t kMostSamples = 5000;         // bounds the run time
+constexpr double kMotorLag = 0.05;                 // s, first-order lag applied to the commands
+// Mean resultant length of the phases 2 pi speed / step: above kGathered the speeds are quantised, below
+// kSpread the commands are not.
+constexpr double kGathered = 0.7, kSpread = 0.35;
 
 struct Speeds {
-  std::vector<double> measured, asked;  ///< rad/s, sample by sample, all rotors
+  std::vector<double> measured, asked;  ///< rad/s, pairs of speed and command, all rotors
 };
 
-/// Where measured speeds hardly change to the next; at most kMostSamples, evenly spread: the mean resultant
-/// length of as many at random is 0.014.
+/// Samples whose speed differs by less than 0.2 % from the one before; at most kMostSamples, evenly spread
+/// (their mean resultant length would be 1 / sqrt(5000) = 0.014 for uniform phases).
 Speeds at_rest(const recording::Signal& s, const Eigen::MatrixXd& command) {
   Speeds out;
   for (Eigen::Index c = 0; c < s.values.cols(); ++c)
@@ -41,8 +44,8 @@ Speeds at_rest(const recording::Signal& s, const Eigen::MatrixXd& command) {
   return out;
 }
 
-/// Commands as the rotors may follow them. Noise of a command moves no rotor, and speeds that stand still
-/// under a noisy command are no steps.
+/// Commands through the motor lag: a constant speed under a noisy command is no sign of quantisation, since
+/// the motor filters that noise.
 Eigen::MatrixXd lagged(Eigen::MatrixXd command, const std::vector<double>& t_s) {
   for (Eigen::Index c = 0; c < command.cols(); ++c)
     for (Eigen::Index i = 1; i < command.rows(); ++i) {
@@ -54,6 +57,7 @@ Eigen::MatrixXd lagged(Eigen::MatrixXd command, const std::vector<double>& t_s) 
   return command;
 }
 
+/// Mean resultant length of the phases 2 pi x / step.
 double gathered(const std::vector<double>& x, double step) {
   std::complex<double> sum = 0;
   for (double v : x) sum += std::polar(1.0, 2 * kPi * v / step);

@@ -1,4 +1,4 @@
-// Rotor speeds that keep to steps where their commands do not.
+// Detection of quantised rotor speeds.
 #pragma once
 
 #include <optional>
@@ -7,9 +7,9 @@
 
 namespace omniflight::diagnosis {
 
-/// Step [rad/s] to whose multiples the measured speeds keep while the commands run through all values: the
-/// largest for which the phases 2 pi speed/step gather and those of the commands spread. Nothing without both
-/// signals, or where speeds stay within a few steps.
+/// Quantisation step [rad/s] of the measured speeds: the largest for which the phases 2 pi speed / step are
+/// concentrated while those of the commands are spread. Empty without quantisation, without both signals, or
+/// with fewer than 500 steady samples.
 std::optional<double> speed_step(const recording::Recording& recording);
 
 }  // namespace omniflight::diagnosis

@@ -17,12 +17,14 @@ namespace {
 using recording::Recording;
 using recording::Signal;
 
-constexpr double kSubstantialFreeze = 0.6;  // s, at once: losing a marker for .4 s is a usual day
+// Chosen. A freeze beyond one of the first two is a finding, a shorter one a note: motion capture that loses
+// a marker for 0.4 s is common.
+constexpr double kSubstantialFreeze = 0.6;  // s, longest single freeze
 constexpr double kSubstantialShare = 0.1;   // of the flight
-constexpr double kJoin = 0.2;               // s between clipped windows: nothing to fit in there
-constexpr Eigen::Index kLeastCopies = 3;
+constexpr double kJoin = 0.2;               // s, clipped windows closer than this are joined
+constexpr Eigen::Index kLeastCopies = 3;    // duplicated samples of a signal from which on it is mentioned
 
-/// Signals that one sensor or computer sends: they freeze together.
+/// Groups of signals from one sensor or computer, which freeze together.
 const std::vector<std::vector<const char*>>& senders() {
   static const std::vector<std::vector<const char*>> all{{"position", "attitude", "velocity"},
                                                          {"gyro", "acc"},
@@ -44,7 +46,7 @@ Signal without(const Signal& s, const std::vector<char>& bad) {
   return out;
 }
 
-/// Windows in order, those closer than `join_s` made one.
+/// Windows sorted, those closer than join_s [s] merged.
 std::vector<Window> joined(std::vector<Window> windows, double join_s) {
   std::sort(windows.begin(), windows.end(),
             [](const Window& a, const Window& b) { return a.from_s < b.from_s; });
@@ -82,7 +84,7 @@ void drop_copies(Repaired& r) {
     if (static_cast<Eigen::Index>(copies.size()) >= kLeastCopies)
       names.push_back(format("%s (%zu)", name.c_str(), copies.size()));
   }
-  for (const recording::Note& note : r.recording.notes)  // by the reader, who refuses equal times
+  for (const recording::Note& note : r.recording.notes)  // copies that the reader has dropped already
     if (const auto at = note.text.find(" samples repeat a time"); at != std::string::npos)
       if (const auto colon = note.text.find(": ");
           note.messages >= kLeastCopies && colon < at && !note.text.starts_with("truth_"))
@@ -95,11 +97,12 @@ void drop_copies(Repaired& r) {
     r.notes.push_back("Samples were recorded twice and one of each was kept: " + listed(names) + ".");
 }
 
-/// Rotors that stand still as ordered: their commands do not change either.
+/// Whether constant rotor speeds are commanded: the command is constant as well.
 bool ordered(const Recording& r, const Signal& s, const Rows& run) {
   const Signal* command = s.name == "rotor_speed" ? r.find("rotor_command") : nullptr;
   if (!command) return false;
-  constexpr double kStill = 0.01;  // of a command: some motors keep to steps of that
+  constexpr double kStill =
+      0.01;  // relative range of a constant command; chosen: some motors quantise that coarsely
   const auto from = std::lower_bound(command->t_s.begin(), command->t_s.end(), time_of(s, run.begin)),
              to = std::upper_bound(from, command->t_s.end(), time_of(s, run.end - 1));
   const Eigen::MatrixXd asked =
@@ -139,7 +142,7 @@ void cut_freezes(Repaired& r) {
       w.why = listed(names) + " frozen: the same sample again and again";
       r.frozen.push_back(w);
     }
-    // what stands still from its first sample on has not begun yet
+    // constant from the first sample on: the sender had not started; a note, no finding
     const double first = windows.front().from_s <= starts ? windows.front().to_s : -1;
     if (first >= 0) {
       windows.erase(windows.begin());

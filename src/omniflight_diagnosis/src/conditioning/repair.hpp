@@ -1,4 +1,5 @@
-// A recording without what its loggers and sensors did to it, and what that was.
+// Repair of a recording: duplicated, frozen and clipped samples, clock offsets, lever arm of the
+// accelerometer.
 #pragma once
 
 #include "omniflight_diagnosis/flight.hpp"
@@ -6,23 +7,26 @@
 namespace omniflight::diagnosis {
 
 struct Repaired {
-  recording::Recording recording;  ///< without truth_* signals, copies, frozen and clipped samples; one clock
-  std::vector<Window> frozen, clipped;  ///< times that are not to be fitted
-  std::vector<SensorFault> faults;      ///< long freezes (stale_samples), far clocks (clock_offset)
-  std::vector<std::string> notes;       ///< everything else, in sentences
-  std::vector<Alignment> alignment;     ///< as recorded
+  recording::Recording recording;       ///< repaired, without truth_* signals
+  std::vector<Window> frozen, clipped;  ///< windows to exclude from fits
+  std::vector<SensorFault> faults;      ///< long freezes (stale_samples), clock offsets (clock_offset)
+  std::vector<std::string> notes;       ///< all other repairs, as sentences
+  std::vector<Alignment> alignment;     ///< lags before the correction
   bool clock_moved = false;
 };
 
+/// Removes duplicated, frozen and clipped samples and corrects clocks. A recording with signals of the wrong
+/// width or values that are not finite is returned without truth_* signals but unrepaired; validate_input()
+/// refuses it.
 Repaired repaired(const recording::Recording& recording);
-/// Of what is judged as it was recorded, or is known to be in order.
+/// The recording without any repair.
 Repaired as_it_is(const recording::Recording& recording);
 
-/// As diagnosis and check take a recording: repaired where it carries a wrench, its accelerometer read as if
-/// it were at the body's origin.
+/// The input of diagnose() and check(): repaired where the recording allows a wrench analysis, and with the
+/// accelerometer corrected to the body origin (Options::imu_position).
 Repaired in_order(const recording::Recording& recording, const Options& options);
 
-/// prepare_flight() of what has been repaired, or needs no repair.
+/// prepare_flight() without the repair.
 Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle& vehicle,
                                 const Options& options);
 

@@ -8,11 +8,15 @@ namespace {
 
 using recording::Signal;
 
-constexpr double kLeastFreeze = 0.15;  // s
-constexpr double kBeyondUsual = 5;     // times the 99 % quantile of how long a value is held
-constexpr double kJump = 0.3;          // of the median step from one value to the next, where noise makes it
-constexpr double kSmoothJump = 3;      // where the signal is smooth: it may come to rest by itself
-constexpr double kLeastLevels = 50;    // a range of fewer steps reaches its ends by itself
+// Chosen, not measured.
+constexpr double kLeastFreeze = 0.15;  // s, shortest freeze
+constexpr double kBeyondUsual = 5;  // a freeze over the 99 % quantile of the time for which a value is held
+// Jump into or out of a freeze or plateau over the median step between values: of a noisy signal, and of a
+// smooth one, which may come to rest by itself.
+constexpr double kJump = 0.3;
+constexpr double kSmoothJump = 3;
+constexpr double kLeastLevels = 50;  // resolution steps in the range, below which it reaches its ends anyway
+// Samples of a freeze; of a lasting plateau at a limit; at a limit in all, where no plateau lasts.
 constexpr Eigen::Index kLeastRepeats = 4, kLeastPlateau = 3, kLeastOften = 10;
 
 double quantile(std::vector<double> v, double share) {
@@ -22,13 +26,13 @@ double quantile(std::vector<double> v, double share) {
   return *k;
 }
 
-/// How far two rows are apart; a quaternion and its opposite are the same attitude.
+/// Distance of two rows; for quaternions of the nearer sign.
 double apart(const Signal& s, Eigen::Index a, Eigen::Index b) {
   const double d = (s.values.row(a) - s.values.row(b)).norm();
   return recording::is_attitude(s.name) ? std::min(d, (s.values.row(a) + s.values.row(b)).norm()) : d;
 }
 
-/// Rows of one column that stand at its extreme in the direction of `sign`, when they are more than chance.
+/// Runs of x at its maximum (sign 1) or minimum (-1), if they are frequent enough for a limit of the sensor.
 std::vector<Rows> plateaus(const Eigen::VectorXd& x, double sign) {
   const Eigen::Index n = x.size();
   const Eigen::VectorXd y = sign * x;
@@ -105,7 +109,7 @@ std::vector<Rows> frozen(const Signal& s, const std::vector<char>& in_flight) {
   }
   if (held.size() < 50) return out;
   const double least = std::max(kLeastFreeze, kBeyondUsual * quantile(held, 0.99));
-  // two steps of a smooth signal lead twice as far as one
+  // smooth signal: two steps lead twice as far as one
   const double step = quantile(steps, 0.5);
   const double jump = (quantile(bends, 0.5) < 0.25 * step ? kSmoothJump : kJump) * step;
   for (std::size_t k = 0; k < runs.size(); ++k) {
@@ -149,7 +153,7 @@ std::vector<Eigen::Index> written_twice(const Signal& s) {
   std::vector<Eigen::Index> out;
   std::vector<double> periods;
   for (std::size_t i = 1; i < s.t_s.size(); ++i) periods.push_back(s.t_s[i] - s.t_s[i - 1]);
-  const double close = 0.2 * quantile(periods, 0.75);  // half of them may be copies
+  const double close = 0.2 * quantile(periods, 0.75);  // the median would be zero if half were copies
   for (Eigen::Index i = 1; i < s.size(); ++i)
     if (time_of(s, i) - time_of(s, i - 1) < close && s.values.row(i) == s.values.row(i - 1)) out.push_back(i);
   return out;

@@ -11,18 +11,19 @@ namespace {
 
 using recording::Signal;
 
-constexpr double kLasts = 0.1;    // s: longer than motors take to follow
-constexpr double kAtLeast = 0.2;  // s, summed over the rotors
-constexpr double kBeyond = 1.01;  // a command's size over that of the speed
-constexpr double kAtRest = 0.05;  // of a command
-constexpr double kTurns = 0.5;
-constexpr double kLeastDead = 10;       // rad/s
-constexpr double kInPassing = 0.85;     // of a dead zone
-constexpr Eigen::Index kReadings = 10;  // of speeds in passing
+// Chosen, not measured.
+constexpr double kLasts = 0.1;       // s, duration of a state before it counts; longer than motor lags
+constexpr double kAtLeast = 0.2;     // s, least time at a limit, summed over the rotors
+constexpr double kBeyond = 1.01;     // command over speed above which the rotor is at a ceiling
+constexpr double kAtRest = 0.05;     // speed over command below which the rotor rests
+constexpr double kTurns = 0.5;       // speed over command above which the rotor follows
+constexpr double kLeastDead = 10;    // rad/s, least dead zone
+constexpr double kInPassing = 0.85;  // of a dead zone; slower readings show that the telemetry resolves them
+constexpr Eigen::Index kReadings = 10;  // least number of such readings
 
 enum class Does { else_, beyond, rests, follows };
 
-/// What a rotor does at a sample with this command.
+/// State of a rotor with command u and speed w [rad/s].
 Does doing(double u, double w) {
   if (!std::isfinite(u) || !std::isfinite(w) || u == 0) return Does::else_;
   if (std::abs(w) <= kAtRest * std::abs(u)) return Does::rests;
@@ -31,11 +32,11 @@ Does doing(double u, double w) {
 }
 
 struct Sample {
-  Eigen::Index row, since, rotor;  ///< it has been doing that since an earlier row
-  double command, speed;           ///< sizes, rad/s
+  Eigen::Index row, since, rotor;  ///< in this state since row `since`
+  double command, speed;           ///< magnitudes, rad/s
 };
 
-/// Samples by what their rotor has been doing for a while.
+/// Samples whose rotor has been in a state for longer than kLasts.
 struct Lasting {
   std::vector<Sample> beyond, rests, turns;
 };
@@ -56,7 +57,7 @@ Lasting lasting(const Signal& speed, const Eigen::MatrixXd& ordered) {
       if (turning != last_turning) last_turning = turning, turns_since = i;
       s.since = since;
       while (lasts(ago + 1, i)) ++ago;
-      // what still speeds up is on its way to what it was ordered
+      // a rotor that still accelerates is at no ceiling
       const bool stands = std::abs(speed.values(i, r) - speed.values(ago, r)) < kPlateau * s.speed;
       if (now == Does::beyond && lasts(since, i) && stands) out.beyond.push_back(s);
       if (now == Does::rests && lasts(since, i)) out.rests.push_back(s);
@@ -90,7 +91,7 @@ std::optional<LimitSpeed> dead_of(const Lasting& l, double period) {
                least = quantile(l.turns, &Sample::command, 0.02);
   if (most < kLeastDead || least < 0.9 * most) return {};
   const double beyond = std::max(most, least);
-  constexpr double kKnown = 0.02;  // a command is known between two samples
+  constexpr double kKnown = 0.02;  // relative error of a command between two samples; chosen
   return LimitSpeed{0.5 * (most + beyond), (1 - kKnown) * most, (1 + kKnown) * beyond};
 }
 

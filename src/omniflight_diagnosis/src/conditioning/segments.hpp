@@ -1,4 +1,4 @@
-// Stretches of a flight, and the samples that they are made of.
+// Segments of usable samples.
 #pragma once
 
 #include <vector>
@@ -7,13 +7,13 @@
 
 namespace omniflight::diagnosis {
 
-/// Runs of good samples of at least a second.
+/// Runs of good samples of at least 1 s.
 std::vector<Segment> long_runs(const std::vector<char>& good, double rate_hz);
 
-/// How many samples they hold.
+/// Number of samples in all segments.
 int samples(const std::vector<Segment>& segments);
 
-/// At which of these times [s] the recorded phase says that the vehicle flies freely.
+/// Flags of the times t [s] at which the recorded phase is 1: free flight.
 std::vector<char> in_free_flight(const recording::Signal& phase, const std::vector<double>& t);
 
 }  // namespace omniflight::diagnosis

@@ -26,7 +26,7 @@ std::vector<char> stuck(const recording::Signal& s, Eigen::Index column, double 
   return out;
 }
 
-/// rad/s, the slowest that any rotor is read at: telemetry that times revolutions reads zero below.
+/// Least nonzero speed [rad/s] of any rotor: telemetry that times revolutions reads zero below.
 double slowest_reading(const recording::Signal& speed) {
   double least = 1e300;
   for (Eigen::Index c = 0; c < speed.width(); ++c)
@@ -35,12 +35,13 @@ double slowest_reading(const recording::Signal& speed) {
   return least;
 }
 
-/// Samples at which the command stands still as well, as at the limit of a rotor, or asks for less than
-/// telemetry reads, which is zero then: no sensor is to blame.
+/// Flags of the samples at which a constant speed is legitimate: the command is constant as well, or it is
+/// below the least speed that the telemetry reads.
 std::vector<char> obeys(const recording::Recording& r, const recording::Signal& speed, Eigen::Index column,
                         const std::vector<char>& still) {
-  constexpr double kLag = 0.1, kStill = 2e-3;  // s, of a motor; of the command
-  constexpr double kUnread = 1.25;             // of the slowest reading: commands are ahead of their motors
+  // Chosen: settling time [s] of a motor; relative range of a constant command; command over least reading.
+  constexpr double kLag = 0.1, kStill = 2e-3;
+  constexpr double kUnread = 1.25;
   const recording::Signal* command = r.find("rotor_command");
   if (!command) command = r.find("pwm");
   std::vector<char> out(still.size(), 0);
@@ -68,7 +69,7 @@ std::vector<char> obeys(const recording::Recording& r, const recording::Signal& 
   return out;
 }
 
-/// Median of a rotor's speed over its duty cycle, where the motor runs.
+/// Median of speed over duty cycle [rad/s] of a running rotor; 0 with fewer than 50 samples.
 double speed_over_duty(const recording::Signal& speed, const Eigen::MatrixXd& duty, Eigen::Index rotor) {
   std::vector<double> ratio;
   for (Eigen::Index i = 0; i < speed.size(); ++i)
@@ -78,9 +79,10 @@ double speed_over_duty(const recording::Signal& speed, const Eigen::MatrixXd& du
   return ratio[ratio.size() / 2];
 }
 
-/// A rotor whose telemetry is off by more than motors of one kind differ at a duty cycle.
+/// Adds rotors whose speed at a duty cycle deviates from the median rotor by more than motors of one type
+/// differ.
 void compare_with_duty(const recording::Recording& r, std::vector<SensorFault>& faults) {
-  constexpr double kMotorsDiffer = 0.3;  // three standard deviations
+  constexpr double kMotorsDiffer = 0.3;  // relative, three standard deviations; chosen
   const recording::Signal *speed = r.find("rotor_speed"), *pwm = r.find("pwm");
   if (!speed || !pwm || speed->width() < 3 || speed->width() != pwm->width() || r.find("rotor_command"))
     return;
@@ -105,7 +107,7 @@ void compare_with_duty(const recording::Recording& r, std::vector<SensorFault>& 
   }
 }
 
-/// The load on a battery was not always the same: `drive` varied by more than noise.
+/// Whether the load on the battery varied: standard deviation of the summed drive above 0.5 % (chosen).
 bool varies(const recording::Signal* drive) {
   if (!drive || drive->size() < 50) return false;
   const Eigen::VectorXd sum = drive->values.cwiseAbs().rowwise().sum();
@@ -125,7 +127,7 @@ bool voltage_never_changes(const recording::Recording& r) {
 std::vector<SensorFault> find_sensor_faults(const recording::Recording& recording) {
   std::vector<SensorFault> faults;
   if (const recording::Signal* speed = recording.find("rotor_speed"); speed && speed->width() >= 2) {
-    const RotorLimits limits = rotor_limits(recording);  // what stands at one is no broken sensor
+    const RotorLimits limits = rotor_limits(recording);  // a rotor at a limit is no sensor fault
     std::vector<std::vector<char>> columns;
     for (Eigen::Index c = 0; c < speed->width(); ++c) columns.push_back(stuck(*speed, c, 0.2));
     for (std::size_t c = 0; c < columns.size(); ++c) {
@@ -147,8 +149,7 @@ std::vector<SensorFault> find_sensor_faults(const recording::Recording& recordin
                         share, log_factor_of_repeats(bad)});
     }
   }
-  // motors that run in steps, or telemetry that reads in steps, stand still in between: of most rotors at
-  // least
+  // quantised speeds are constant between steps, on most rotors: no sensor fault
   const recording::Signal* all = recording.find("rotor_speed");
   const bool most = all && 2 * static_cast<Eigen::Index>(faults.size()) > all->width();
   if (!faults.empty() && (most || speed_step(recording))) faults.clear();
@@ -157,7 +158,8 @@ std::vector<SensorFault> find_sensor_faults(const recording::Recording& recordin
   if (voltage_never_changes(recording) && (by_duty || varies(recording.find("rotor_speed")))) {
     const recording::Signal& vbat = *recording.find("vbat");
     const std::string span = std::to_string(static_cast<int>(vbat.t_s.back() - vbat.t_s.front()));
-    // speeds in a loop of their own, and a supply on the ground: only motors driven by duty cycle tell
+    // With closed-loop speed control on a regulated supply the voltage may well be constant: then it is a
+    // rival.
     faults.push_back(
         {physics::effect_id::battery_sensor_fault,
          "vbat",

@@ -15,7 +15,8 @@ double gap_share(const Signal& s, double max_gap_s) {
   return span > 0 ? lost / span : 1.0;
 }
 
-/// The measured signal, or the vehicle's own estimate where the measurement is missing or full of gaps.
+/// The measured signal, or the onboard estimate where the measurement is missing, or has gaps over more than
+/// 5 % of the time (chosen) and the estimate less than half as many.
 const Signal* measured_or_estimated(const Recording& recording, const std::string& name, const Options& o,
                                     std::vector<std::string>& notes) {
   const Signal* measured = recording.find(name);
@@ -30,7 +31,7 @@ const Signal* measured_or_estimated(const Recording& recording, const std::strin
   return measured;
 }
 
-/// The pose of a motion capture is put on the clock of the gyro.
+/// Shifts the pose to the clock of the gyro where the lag is known to 2 ms (standard error).
 void align_pose(ChosenSignals& c) {
   for (const Alignment& a : c.alignment) {
     if (a.early != "gyro" || a.late != c.attitude.name || !(a.lag_se < 0.002)) continue;

@@ -1,4 +1,4 @@
-// Which signals of a recording an analysis of the wrench takes.
+// Selection of the signals for a wrench analysis.
 #pragma once
 
 #include <optional>
@@ -9,22 +9,24 @@
 
 namespace omniflight::diagnosis {
 
-/// The pose is on the clock of the gyroscope. At least one of the last three is there.
+/// Time stamps of the pose are shifted to the clock of the gyro. At least one of acc, position and velocity
+/// is set.
 struct ChosenSignals {
   recording::Signal attitude;
   ThrustSource rotors;
-  const recording::Signal* gyro = nullptr;  ///< of the recording, as the next
+  const recording::Signal* gyro = nullptr;  ///< owned by the recording, as are acc and velocity
   const recording::Signal* acc = nullptr;
   std::optional<recording::Signal> position;
   const recording::Signal* velocity = nullptr;
-  std::vector<Alignment> alignment;  ///< between the clocks of signals
+  std::vector<Alignment> alignment;  ///< lags between signals, before that shift
 
-  /// All that are there.
+  /// All signals that are set.
   std::vector<const recording::Signal*> all() const;
 };
 
-/// Adds to `notes` what a missing signal costs. Errors: no attitude, nothing that tells of the rotors, none
-/// of accelerometer, velocity and position.
+/// Measured signals, or the onboard estimate where a measurement is missing or has many gaps; adds notes on
+/// that. The result refers to `repaired`. Errors (bad_input): no attitude, no rotor signal, or none of
+/// accelerometer, velocity and position.
 Result<ChosenSignals> choose_signals(const Repaired& repaired, const vehicle::Vehicle& vehicle,
                                      const Options& options, std::vector<std::string>& notes);
 

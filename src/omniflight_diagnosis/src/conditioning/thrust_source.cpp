@@ -9,7 +9,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// Speeds as if full duty at the mean voltage gave the largest speed; the true scale is found later.
+/// Speeds [rad/s] that assume the largest speed at full duty and mean voltage; the scale is calibrated later.
 recording::Signal from_duty(const recording::Signal& duty, const recording::Signal* voltage,
                             const vehicle::Vehicle& vehicle) {
   recording::Signal out = duty;

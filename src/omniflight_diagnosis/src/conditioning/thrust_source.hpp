@@ -1,4 +1,4 @@
-// Rotor speeds from whatever tells them: a sensor, a command, or a duty cycle with the battery voltage.
+// Rotor speeds from the best available signal: measurement, command, or duty cycle with battery voltage.
 #pragma once
 
 #include <optional>
@@ -7,20 +7,21 @@
 
 namespace omniflight::diagnosis {
 
-/// Where the rotor speeds of an analysis come from, best first.
+/// Origin of the rotor speeds, best first.
 enum class SpeedSource { measured, commanded, modelled };
 
 struct ThrustSource {
   SpeedSource kind = SpeedSource::measured;
-  recording::Signal speed;  ///< rad/s a rotor; a modelled one carries an unknown common scale
-  std::string note;         ///< what this costs, in a sentence; empty for measured speeds
+  recording::Signal speed;  ///< rad/s, samples x rotors; a modelled one has an unknown common scale
+  std::string note;         ///< consequence for the analysis; empty for measured speeds
 };
 
-/// Thrust goes with the square of speed, and speed with duty cycle times voltage to this power (measured on
-/// brushed and brushless motors: 0.8 to 0.9).
+/// Exponent of rotor speed over duty cycle times voltage. Chosen: the middle of 0.8 to 0.9, the range seen on
+/// brushed and brushless motors (no published source); Tolerance::modelled_exponent covers the deviation.
 inline constexpr double kDutyToSpeed = 0.85;
 
-/// Empty when the recording has none of rotor_speed, rotor_command, thrust_model, pwm, motor_power.
+/// From the first of rotor_speed, rotor_command, thrust_model, pwm, motor_power with one column per rotor;
+/// empty without.
 std::optional<ThrustSource> thrust_source(const recording::Recording& recording,
                                           const vehicle::Vehicle& vehicle);
 

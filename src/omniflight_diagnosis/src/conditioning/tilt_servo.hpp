@@ -1,4 +1,4 @@
-// Where the rotors stand, as far as the tilt servo of the vehicle file tells.
+// Tilt angle of the rotors: measured, or by the servo model of the vehicle file.
 #pragma once
 
 #include <optional>
@@ -8,29 +8,30 @@
 
 namespace omniflight::diagnosis {
 
-/// A command that is older than this is not known any more, and one that stays within this shows no lag.
-inline constexpr double kLongestTiltHold = 0.1, kLeastTiltMove = 0.02;  // s, rad
+/// Longest gap between commands that is interpolated [s], and least range of a command that shows a lag
+/// [rad]. Chosen.
+inline constexpr double kLongestTiltHold = 0.1, kLeastTiltMove = 0.02;
 
-/// Tilt [rad] that the servo gives at times t [s], starting at rest at the first input [rad]. The input is
-/// taken straight between samples; where it is not finite, the servo waits and the answer is not finite.
+/// Response [rad] of the servo at times t [s] to the input [rad], starting at rest at the first finite input.
+/// The input is interpolated linearly; where it is not finite the state is held and the response is NaN.
 Eigen::VectorXd answer_of_servo(const vehicle::Tilt& servo, const std::vector<double>& t,
                                 const Eigen::VectorXd& input);
 
-/// False when the recorded tilt angle is no measurement behind the servo but what the servo was set to: it
-/// is nearer to its command without the lag and play that the vehicle file tells than with them. True where
-/// nothing is told, or no command moves by which to tell.
+/// Whether the recorded 'alpha' is a measurement behind the servo. False where it is an echo of the command:
+/// nearer to the command without lag and play of the vehicle file than with them. True where the file has
+/// neither, or where the command does not move enough to decide.
 bool shows_told_servo(const recording::Recording& recording, const vehicle::Tilt& servo);
 
 struct RotorTilt {
   recording::Signal alpha;  ///< rad
-  bool modelled = false;    ///< the servo of the vehicle file answers what is recorded
+  bool modelled = false;    ///< alpha is the response of the servo model
 };
 
-/// The measured tilt angle; where only what the servo was set to is recorded ('alpha' without the told lag,
-/// or nothing but 'alpha_command'), the answer of the servo to it. Nothing when neither is recorded.
+/// The measured tilt angle, or the response of the servo model to 'alpha' (an echo of the command) or
+/// 'alpha_command'. Empty when neither is recorded.
 std::optional<RotorTilt> rotor_tilt(const recording::Recording& recording, const vehicle::Vehicle& vehicle);
 
-/// It at these times [s], one row each; empty when it is not known.
+/// rotor_tilt() at the times t [s], n x 1 [rad]; empty when unknown.
 Eigen::MatrixXd tilt_at(const recording::Recording& recording, const vehicle::Vehicle& vehicle,
                         const std::vector<double>& t);
 

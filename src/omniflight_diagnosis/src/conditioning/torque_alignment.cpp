@@ -8,17 +8,18 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr double kReach = 0.024;  // s: filters of gyroscopes are quicker
-constexpr double kLeastExplained = 0.85;
-constexpr double kSlowHz = 4;
-constexpr double kCorrelation = 0.05;  // s: over which the misfit repeats itself
+// Chosen, not measured.
+constexpr double kReach = 0.024;          // s, half width of the search; gyro filters delay by less
+constexpr double kLeastExplained = 0.85;  // least coefficient of determination, see lag_behind_rotors()
+constexpr double kSlowHz = 4;             // Hz, cut-off below which aerodynamic torques matter
+constexpr double kCorrelation = 0.05;     // s, correlation time of the misfit, for the standard error
 
 struct AxisFit {
-  double left = 1;   ///< share of its variance that cause and spin-up leave unexplained
-  double scale = 0;  ///< of the torque, 1/(kg m^2)
+  double left = 1;   ///< unexplained share of the variance
+  double scale = 0;  ///< coefficient of the torque, 1/(kg m^2)
 };
 
-/// An axis when cause and spin-up come `shift` samples later.
+/// Regression of y on torque, spin-up torque and a constant, delayed by `shift` samples.
 AxisFit regress(const Eigen::VectorXd& y, const Eigen::VectorXd& torque, const Eigen::VectorXd& spin_up,
                 const std::vector<int>& rows, int shift) {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
@@ -64,7 +65,7 @@ std::optional<TorqueLag> lag_behind_rotors(const Eigen::MatrixXd& dw, const Eige
     for (const physics::RotorSituation& r : now.all_rotors()) up += r.spin * r.acceleration * r.n_B;
     spin_up.row(i) = up.transpose();
   }
-  // what is slow, air among it, is not the rotors' torque alone
+  // at low frequency aerodynamic torques are not negligible
   const auto quick = [&](const Eigen::MatrixXd& x) {
     return Eigen::MatrixXd(x - low_pass(x, rate_hz, kSlowHz));
   };
@@ -74,7 +75,7 @@ std::optional<TorqueLag> lag_behind_rotors(const Eigen::MatrixXd& dw, const Eige
     if (use[static_cast<std::size_t>(i)]) rows.push_back(i);
   if (static_cast<double>(rows.size()) < 3 * rate_hz) return std::nullopt;
 
-  std::vector<double> misfit;  // log-likelihood a sample, its sign turned
+  std::vector<double> misfit;  // negative log-likelihood per sample
   TorqueLag out;
   for (int shift = -reach; shift <= reach; ++shift) {
     double sum = 0;
@@ -86,7 +87,8 @@ std::optional<TorqueLag> lag_behind_rotors(const Eigen::MatrixXd& dw, const Eige
   }
   const auto at = std::min_element(misfit.begin(), misfit.end()) - misfit.begin();
   if (at == 0 || at + 1 == static_cast<std::ptrdiff_t>(misfit.size())) return std::nullopt;
-  // beside a disturbance that the rotors answer, the answer's delay is all there is to see
+  // Under a disturbance that the controller compensates, the lag is that of the controller: the torques must
+  // explain the motion, with positive sign.
   for (int c = 0; c < 3; ++c) {
     const AxisFit axis = regress(turn.col(c), cause.col(c), start.col(c), rows, static_cast<int>(at) - reach);
     if (axis.scale > 0) out.explained = std::max(out.explained, 1 - axis.left);

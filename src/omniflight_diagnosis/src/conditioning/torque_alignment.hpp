@@ -1,4 +1,5 @@
-// Clocks of rotor speeds and gyroscope, told by the motion: the body turns when the rotors push, not later.
+// Lag between rotor speeds and gyro from the rotational dynamics: angular acceleration follows torque without
+// delay.
 #pragma once
 
 #include <optional>
@@ -7,25 +8,24 @@
 
 namespace omniflight::diagnosis {
 
-/// How much later the gyroscope tells of a turn than the rotor speeds of its cause [s]: its filter, less what
-/// the telemetry of the rotors loses. The shift under which torques of the rotors and their spin-up explain
-/// the quick part of the angular acceleration best, each with a scale of its own, so that no coefficient
-/// needs to be known.
+/// Lag of the gyro behind the rotor speeds: delay of the gyro filter minus that of the rotor telemetry. It is
+/// the shift at which nominal rotor torque and spin-up torque best explain the high-passed angular
+/// acceleration, each with a free coefficient per axis, so that inertias need not be known.
 struct TorqueLag {
-  double lag_s = 0, se_s = 0;
-  double explained = 0;  ///< share of the angular acceleration's variance, of the axis where it is largest
+  double lag_s = 0, se_s = 0;  ///< estimate and standard error
+  double explained = 0;        ///< coefficient of determination of the best axis
 };
 
-/// dw [rad/s^2], speed and turning [rad/s] on one grid, a row a sample; speed is what thrust follows (root of
-/// filtered squares), turning what momentum follows (filtered as it is); alpha [rad]; only samples with
-/// `use` count. Nothing where they explain less than 85 % of every axis: what
-/// pushes from outside is answered by the rotors later, and would pass for a clock.
+/// Estimates the lag from dw (n x 3, rad/s^2), speed and turning (n x rotors, rad/s; FineMotion::rotor_speed
+/// and rotor_turning) and alpha (n x 1, rad); only samples with `use` set. Empty below 3 s of samples, at the
+/// edge of the search, or where the torques explain less than 85 % on every axis: rotors then answer to
+/// external disturbances, and the lag would be that of the controller.
 std::optional<TorqueLag> lag_behind_rotors(const Eigen::MatrixXd& dw, const Eigen::MatrixXd& speed,
                                            const Eigen::MatrixXd& turning, const Eigen::MatrixXd& alpha,
                                            double rate_hz, const std::vector<char>& use,
                                            const vehicle::Vehicle& vehicle);
 
-/// x as it was `lag_s` before; the first and last rows are held.
+/// x delayed by lag_s [s] by linear interpolation; the end rows are held.
 Eigen::MatrixXd delayed(const Eigen::MatrixXd& x, double lag_s, double rate_hz);
 
 }  // namespace omniflight::diagnosis

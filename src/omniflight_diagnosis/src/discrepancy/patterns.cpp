@@ -6,12 +6,13 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr int kBasis = 5;  ///< radial basis functions over the range of a variable
+constexpr int kBasis = 5;  ///< radial basis functions over the range of a variable; chosen
 
 struct Variable {
   const char* name;
   const char* unit;
-  double least;  ///< range below which the variable does not count as varied
+  double
+      least;  ///< least range (1 % to 99 % quantile) that is used, in `unit`; 0: 10 % of the weight. Chosen
   double (*of)(const physics::Situation&);
 };
 
@@ -52,7 +53,8 @@ std::vector<Pattern> make_patterns(const RegressionProblem& problem) {
     const double low = quantile(x, 0.01), high = quantile(x, 0.99);
     const double least = v.least > 0 ? v.least : 0.1 * problem.scale(2);
     if (!(high - low > least)) continue;
-    // centres over the range, width of one distance; the mean of each function belongs to a constant force
+    // Centres evenly over the range, standard deviation of one spacing. Means are removed: a constant force
+    // is calibration.
     const double width = (high - low) / (kBasis - 1);
     Eigen::MatrixXd basis(n, kBasis);
     for (int b = 0; b < kBasis; ++b)

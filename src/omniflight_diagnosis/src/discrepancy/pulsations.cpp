@@ -10,18 +10,20 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr double kPeriods = 8;   ///< in the longest flight at least: slower is a drift
-constexpr double kHighest = 10;  ///< Hz: half of what the grid of 40 Hz can show
-constexpr int kFiner = 4;        ///< frequencies over those that a flight tells apart
+// Chosen, not measured.
+constexpr double kPeriods = 8;   ///< least periods in the longest flight; fewer are drift
+constexpr double kHighest = 10;  ///< Hz, half of the Nyquist frequency of the 40 Hz grid
+constexpr int kFiner = 4;        ///< zero padding: frequencies per resolution 1 / duration
 
 using Spectrum = std::vector<std::complex<double>>;
 
+/// Axis of a pulsation: wrench channel in body axes, or force along a world axis.
 struct BeatAxis {
   int channel = 0;
   bool world = false;
 };
 
-/// Share of a channel in an axis at a sample.
+/// Component of the unit wrench along `axis` in a body channel at a sample.
 double share_of(const RegressionProblem& problem, const BeatAxis& axis, int channel, int sample) {
   if (!axis.world) return channel == axis.channel ? 1.0 : 0.0;
   return channel < 3 ? problem.situation(sample).R_WB(axis.channel, channel) : 0.0;
@@ -51,14 +53,14 @@ std::vector<Pulsation> make_pulsations(const RegressionProblem& problem, const N
                lowest = kPeriods / std::max(1e-9, longest);
   if (!(lowest < highest)) return out;
   int length = kFiner * static_cast<int>(std::ceil(longest / problem.period()) + 1);
-  while (transform_length(length) != length) ++length;  // other lengths have slow transforms
+  while (transform_length(length) != length) ++length;  // lengths with fast transforms
   const double step = 1 / (length * problem.period());  // Hz
   const Eigen::VectorXd weighted = noise.weigh(problem.residual());
   Eigen::FFT<double> fft;
   for (int k = 0; k < 9; ++k) {
     const BeatAxis axis{k < 6 ? k : k - 6, k >= 6};
     if (problem.forces_only() && !axis.world && axis.channel >= 3) continue;
-    // what a cosine and a sine take from the residual, were they orthogonal
+    // gain in log-likelihood of a cosine and a sine, treated as orthogonal (periodogram)
     const auto bins = static_cast<std::size_t>(highest / step) + 1;
     std::vector<double> gain(bins, 0.0);
     for (const Stretch& f : flights) {

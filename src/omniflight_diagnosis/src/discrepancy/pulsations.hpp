@@ -1,5 +1,4 @@
-// Physics that is in no library and follows nothing but time: a force or torque along one axis that pulsates
-// at one frequency.
+// Hypotheses outside the library that depend on time only: a sinusoidal force or torque along one axis.
 #pragma once
 
 #include "../search/hypothesis.hpp"
@@ -7,11 +6,13 @@
 namespace omniflight::diagnosis {
 
 struct Pulsation {
-  Pattern pattern;      ///< cosine and sine of each flight; not whitened yet
-  double distinct = 1;  ///< frequencies that these flights can tell apart, out of which this is the strongest
+  Pattern pattern;  ///< cosine and sine per flight, rows x (2 flights) [N, Nm], not whitened
+  double distinct =
+      1;  ///< resolvable frequencies among which this is the strongest (look-elsewhere correction)
 };
 
-/// One for every axis, at the frequency [Hz] that takes most from the residual in this noise.
+/// One per axis, at the frequency [Hz] with the largest gain in log-likelihood under this noise; between 8
+/// periods per flight and 10 Hz (at most half the Nyquist frequency).
 std::vector<Pulsation> make_pulsations(const RegressionProblem& problem, const NoiseModel& noise);
 
 }  // namespace omniflight::diagnosis

@@ -1,4 +1,4 @@
-// Quantities of the vehicle's own state on which a mismatch may depend, to be told in words and numbers.
+// State variables by which the report describes a residual.
 #pragma once
 
 #include "../regression/regression_problem.hpp"
@@ -7,10 +7,12 @@ namespace omniflight::diagnosis {
 
 struct StateVariable {
   std::string name, unit;
-  Eigen::VectorXd x;   ///< measured, a sample each
-  bool hinge = false;  ///< a kink is looked for
+  Eigen::VectorXd x;   ///< measured value per sample, in `unit`
+  bool hinge = false;  ///< piecewise linear dependence is tried, too
 };
 
+/// Height, position, velocity (body axes; climb speed: world), inclination, rotor tilt and body rates of all
+/// samples.
 std::vector<StateVariable> state_variables(const RegressionProblem& problem);
 
 /// Largest minus smallest value.

@@ -12,14 +12,15 @@ namespace {
 using physics::Effect;
 using Law = physics::ParameterPrior::Law;
 
-constexpr double kRival = 3;            ///< nat behind the best set: a twentieth of its mass
-constexpr double kLeastOffset = 0.004;  ///< s, that is said
+constexpr double kRival =
+    3;  ///< nat below the best set within which sets have rivals: 5 % of its mass; chosen
+constexpr double kLeastOffset = 0.004;  ///< s, least delay that is mentioned; chosen
 
 bool has(const DriveSet& set, const Effect* e) {
   return std::find(set.members.begin(), set.members.end(), e) != set.members.end();
 }
 
-/// What stands in its place in sets that are nearly as likely as the best.
+/// Effects that replace e in sets within kRival of the best.
 std::vector<const Effect*> rivals_of(const DriveInference& in, const Effect* e) {
   std::vector<const Effect*> out;
   for (std::size_t k = 0; k < in.fits.size() && in.fits[k].log_joint() > in.fits[0].log_joint() - kRival;
@@ -32,7 +33,8 @@ std::vector<const Effect*> rivals_of(const DriveInference& in, const Effect* e) 
   return out;
 }
 
-/// ln of the mass of sets with it, or one of its rivals, over that of the others; without its prior odds.
+/// ln Bayes factor of e: ln posterior mass of sets with e or a rival over that of the others, minus ln prior
+/// odds.
 double log_factor_of(const DriveInference& in, const Effect* e, const std::vector<const Effect*>& rivals) {
   double with = 0, without = 0;
   for (std::size_t k = 0; k < in.fits.size(); ++k) {
@@ -44,6 +46,7 @@ double log_factor_of(const DriveInference& in, const Effect* e, const std::vecto
   return std::log(with) - std::log(std::max(without, 1e-300)) - log_odds_beside_wrench(e->info());
 }
 
+/// Value with its 95 % interval, u and deviation in standardised coordinates.
 ParameterValue value_of(const physics::Parameter& p, const physics::ParameterPrior& prior, double value,
                         double u, double deviation) {
   if (prior.law == Law::half_normal) u = std::abs(u);

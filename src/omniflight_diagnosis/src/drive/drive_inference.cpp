@@ -18,25 +18,25 @@ namespace {
 using physics::Effect;
 using Law = physics::ParameterPrior::Law;
 
-constexpr double kMost = 60;        ///< s of all flights together
-constexpr double kPart = 5;         ///< s, in which single parameters are tried first
-constexpr int kTried = 400;         ///< values of each: steps of a quantiser are resolved to 2 %
-constexpr int kTogether = 60;       ///< values of all at once
-constexpr double kLeast = 0.02;     ///< prior standard deviations, least amplitude that is tried
-constexpr double kFar = 12;         ///< the largest
-constexpr double kFlat = 0.05;      ///< nat, within which a minimum is found
-constexpr double kWorth = 1;        ///< nat
-constexpr double kPromising = 0.3;  ///< nat in the part, about a thirtieth of a whole flight
-constexpr int kAgain = 3;
-constexpr double kUsual = 1;  ///< prior standard deviation of the stamps, within which members are tried
+// Chosen. kMost, kPart, kTried, kTogether, kAgain and kMostMembers bound the run time.
+constexpr double kMost = 60;     ///< s, used of all flights together
+constexpr double kPart = 5;      ///< s, of the flight on which single parameters are scanned
+constexpr int kTried = 400;      ///< values per parameter: resolves the step of a quantiser to 2 %
+constexpr int kTogether = 60;    ///< values with all parameters of an effect equal
+constexpr double kLeast = 0.02;  ///< smallest and ...
+constexpr double kFar = 12;      ///< ... largest amplitude tried, in prior standard deviations
+constexpr double kFlat = 0.05;   ///< nat, tolerance of a minimum
+constexpr double kWorth = 1;     ///< nat, least gain of a restart or of a further member on the whole flight
+constexpr double kPromising = 0.3;  ///< nat, least gain on the part for a fit of the whole flight
+constexpr int kAgain = 3;           ///< restarts of the simplex
+constexpr double kUsual = 1;        ///< prior deviations, bound of the time offset at which members are tried
 constexpr std::size_t kMostMembers = 3;
-/// Standard deviations [s] of the offset between the stamps of commands and of speeds: where the clocks of
-/// the body's sensors and of the pose's side agree, and where they do not or cannot be told.
+/// Prior standard deviations [s] of the offset between time stamps of commands and of speeds: where body
+/// sensors and pose share a clock, and where they do not or that is unknown. Chosen.
 constexpr double kStampsAgree = 0.002, kStampsUnknown = 0.02;
 
-/// Whether the clock of the body's sensors, rotor speeds among them, agrees with that of the pose: as
-/// commands come from the pose's side, they then have the clock of the speeds as well. Nothing where that
-/// cannot be told.
+/// Whether the clock of the body sensors (and rotor speeds) agrees with that of the pose (and commands), by
+/// the lag and skew between gyro and attitude. Empty where that was not measured.
 std::optional<bool> clocks_agree(const Flight& flight) {
   for (const Alignment& a : flight.alignment)
     if (a.early == "gyro" && a.late == "attitude")
@@ -44,7 +44,7 @@ std::optional<bool> clocks_agree(const Flight& flight) {
   return {};
 }
 
-/// Those that the library says are seen in commands and speeds, and in nothing else.
+/// Effects that act on the drives only (is_of_drives()), subject to Options::only and exclude.
 std::vector<const Effect*> offered(const Options& o) {
   std::vector<const Effect*> out;
   const auto named = [](const std::vector<std::string>& ids, const std::string& id) {
@@ -58,7 +58,7 @@ std::vector<const Effect*> offered(const Options& o) {
   return out;
 }
 
-/// Standardised values of a parameter that are tried, the others at their neutral value.
+/// Standardised values of a parameter to scan, geometrically spaced (log-normal: linearly).
 std::vector<double> values_to_try(const physics::ParameterPrior& prior, int count) {
   std::vector<double> out;
   if (prior.law == Law::log_normal) {
@@ -79,8 +79,8 @@ class Search {
  public:
   Search(const DriveModel& model, const Options& o) : model_(model), part_(model.part(kPart)), o_(o) {}
 
-  /// The nearest maximum. A simplex that has once been narrow stays so: it begins again, as wide as the
-  /// maximum is, until that gains nothing.
+  /// Local maximum by Nelder and Mead's simplex, restarted with the width of the posterior until that gains
+  /// less than kWorth: a collapsed simplex does not widen again.
   DriveFit fit(DriveSet set, const Eigen::VectorXd& steps) const {
     double cost = refine(model_, set, steps);
     DriveFit out{std::move(set), 0, {}};
@@ -94,10 +94,10 @@ class Search {
     return out;
   }
 
-  /// The same fit with the samples as they count now.
+  /// Recomputes the evidence with the current number of independent samples.
   void integrate(DriveFit& f) const { integrate(model_.cost(f.set), f); }
 
-  /// The set with one more member, fitted; nothing where no value of it promises anything.
+  /// The fit with one more member; empty where no scanned value gains enough.
   std::optional<DriveFit> with(const DriveFit& rest, const Effect* added) const {
     DriveSet set = rest.set;
     set.members.push_back(added);
@@ -105,13 +105,13 @@ class Search {
     const auto parameters = added->info().parameters.size();
     Eigen::VectorXd neutral(static_cast<Eigen::Index>(first + parameters));
     neutral.head(rest.set.coordinates.size()) = rest.set.coordinates;
-    // what a member does, tolerances may do at a price
+    // start from nominal lag and offset: in `rest` they may have absorbed part of the member's effect
     neutral[0] = 0;
     neutral[1] = std::clamp(neutral[1], -kUsual, kUsual);
     Eigen::VectorXd steps = Eigen::VectorXd::Constant(neutral.size(), 0.1);
     for (std::size_t k = 0; k < parameters; ++k)
       neutral[static_cast<Eigen::Index>(first + k)] = neutral_of(*added, k);
-    // each parameter, and all of them together
+    // scan each parameter, then all of them at one value
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k <= parameters && (k < parameters || parameters > 1); ++k) {
       const std::size_t of = k < parameters ? k : 0;
@@ -136,14 +136,14 @@ class Search {
     const double gained = refine(part_, without, Eigen::VectorXd::Constant(without.coordinates.size(), 0.1)) -
                           refine(part_, set, steps);
     if (o_.stopped() || !(gained > kPromising)) return {};
-    // what a part of the flight tells is near
+    // the optimum on the whole flight is near that on the part, and narrower
     const double share = std::sqrt(part_.samples() / model_.samples());
     const double cost = refine(model_, set, share * steps);
     if (!(cost < model_.cost(rest.set) - kWorth)) return {};
     return fit(std::move(set), share * steps);
   }
 
-  /// The same set without a member, fitted from where the others are.
+  /// The fit without a member, started from the values of the others.
   DriveFit without(const DriveFit& whole, std::size_t member) const {
     const Eigen::Index from = whole.set.first(member);
     const auto gone = static_cast<Eigen::Index>(whole.set.members[member]->info().parameters.size());
@@ -160,7 +160,7 @@ class Search {
   }
 
  private:
-  /// To the nearest minimum; returns its cost.
+  /// Moves `set` to a local minimum; returns its cost.
   double refine(const DriveModel& model, DriveSet& set, const Eigen::VectorXd& steps) const {
     const auto cost = [&](const Eigen::VectorXd& u) {
       if (o_.stopped()) return std::numeric_limits<double>::infinity();
@@ -186,7 +186,7 @@ class Search {
       set.coordinates = u;
       return model_.cost(set);
     };
-    // the prior alone has a curvature of one
+    // curvature of at least 1, which is that of the prior
     f.precision =
         curvature(at, {f.set.coordinates, cost}, Eigen::VectorXd::Constant(f.set.coordinates.size(), 0.1), 1);
     const Eigen::LLT<Eigen::MatrixXd> factor(f.precision);
@@ -205,7 +205,7 @@ class Search {
   const Options& o_;
 };
 
-/// Puts a fit into the list, in the place of a worse one of the same set.
+/// Adds a fit to the list, or replaces a worse one of the same set.
 void keep(DriveFit fit, std::vector<DriveFit>& fits) {
   const auto members = [](const DriveFit& f) {
     return std::set<const Effect*>(f.set.members.begin(), f.set.members.end());
@@ -218,7 +218,7 @@ void keep(DriveFit fit, std::vector<DriveFit>& fits) {
     *same = std::move(fit);
 }
 
-/// All sets that were visited, the likeliest first; none when stopped.
+/// Greedy search; returns all visited sets, the most probable first, or none when stopped.
 std::vector<DriveFit> visit(DriveModel& model, const std::vector<const Effect*>& effects,
                             const DriveSet& nothing, const Options& o) {
   const Search search(model, o);
@@ -240,13 +240,14 @@ std::vector<DriveFit> visit(DriveModel& model, const std::vector<const Effect*>&
         added.size(), o.threads, [&](std::size_t k) { more[k] = search.with(fits[best], added[k]); }, o.stop);
     for (auto& f : more)
       if (f) keep(std::move(*f), fits);
-    // what a new member has moved may be what has gained
+    // a new member may make an earlier one superfluous
     const DriveFit whole = fits[likeliest()];
     for (std::size_t m = 0; whole.set.members.size() > 1 && m < whole.set.members.size() && !o.stopped(); ++m)
       keep(search.without(whole, m), fits);
   }
   if (o.stopped()) return {};
-  // what a set leaves tells how many samples are independent, and the best leaves no effect
+  // the number of independent samples follows from the residual of the best set, which contains no effect any
+  // more
   const DriveSet last = fits[likeliest()].set;
   if (!last.members.empty()) {
     model.count_samples(last);
@@ -293,7 +294,7 @@ DriveInference infer_drives(const std::vector<const recording::Recording*>& reco
     return DriveSet{{}, m.at};
   };
   const DriveSet on_held = start(held), on_straight = start(straight);
-  // of the recorder and not of the drives, whose law may be wrong: what leaves less
+  // Interpolation of the commands is a property of the recorder: choose what leaves the smaller residual.
   const double left_held = held.rms_left(on_held), left_straight = straight.rms_left(on_straight);
   if (!std::isfinite(std::min(left_held, left_straight))) return out;
   DriveModel& model = left_held <= left_straight ? held : straight;

@@ -1,4 +1,4 @@
-// From commands and speeds of the rotors to the posterior over what alters their drives.
+// Posterior over effects of the rotor drives, from commands and measured speeds.
 #pragma once
 
 #include <string>
@@ -9,35 +9,38 @@
 
 namespace omniflight::diagnosis {
 
+/// One set of effects at its maximum a posteriori.
 struct DriveFit {
   DriveSet set;
   double log_evidence = 0;    ///< up to a constant that all sets share
   Eigen::MatrixXd precision;  ///< posterior precision of the coordinates
 
-  double log_joint() const;  ///< ln evidence plus ln prior of its members
-  Eigen::MatrixXd covariance() const;
+  double log_joint() const;            ///< ln evidence plus ln prior odds of the members
+  Eigen::MatrixXd covariance() const;  ///< posterior, standardised coordinates
 };
 
 struct DriveInference {
-  std::vector<DriveFit> fits;  ///< the likeliest first
+  std::vector<DriveFit> fits;  ///< most probable first
   std::vector<const physics::Effect*> asked;
-  double rms_nominal = 0, rms_left = 0;  ///< rad/s: what no effect leaves, and what the best set does
-  double offset_s = 0;                   ///< of the stamps, beside the best set
-  double offset_deviation_s = 0;
+  double rms_nominal = 0, rms_left = 0;  ///< rad/s, RMS residual without effects, and of the best set
+  double offset_s = 0;                   ///< estimated offset of the time stamps in the best set
+  double offset_deviation_s = 0;         ///< its posterior standard deviation
   bool empty() const { return fits.empty(); }
 };
 
-/// Effects that the library says are seen in commands and speeds, and in nothing else, alone and together.
-/// Empty where no flight has both, nothing turns, or the time is up. `flights` belong to `recordings`.
+/// Inference over all effects that act on the drives only, in sets of up to three. flights[k] is
+/// recordings[k] after conditioning. Empty where no flight has commands and speeds, no rotor turns, or
+/// Options::stop returns true.
 DriveInference infer_drives(const std::vector<const recording::Recording*>& recordings,
                             const std::vector<const Flight*>& flights, const vehicle::Vehicle& vehicle,
                             const Options& options);
 
-/// What is said of a delay that all boards share and that may be one of stamps; empty if none is seen.
+/// Note on a delay common to all motor controllers, which may be one of time stamps; empty if it is not
+/// significant.
 std::string on_shared_delay(const DriveInference& inference);
 
-/// Members of the best set as findings, with their mismatch and the effects for the model; what became of
-/// every other effect as a decision.
+/// Adds members of the best set as findings with mismatches and model effects, and a decision for every
+/// effect.
 void add_drives(const DriveInference& inference, const vehicle::Vehicle& vehicle, const Options& options,
                 Diagnosis& diagnosis);
 

@@ -11,14 +11,15 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr double kLagTold = 0.08;   ///< one standard deviation of ln lag about what a vehicle file tells
-constexpr double kLawError = 0.3;   ///< of Options::law_error: first-order drives are a good law
-constexpr double kSettles = 0.5;    ///< s, until what was before the recording is forgotten
-constexpr double kResolved = 1e-3;  ///< of a rotor's speed: what timing and telemetry leave of any model
+// Chosen, not measured.
+constexpr double kLagTold = 0.08;   ///< prior standard deviation of ln(lag / lag of the vehicle file)
+constexpr double kLawError = 0.3;   ///< factor on Options::law_error: first-order drives are a good law
+constexpr double kSettles = 0.5;    ///< s, left out at the start so that initial conditions decay
+constexpr double kResolved = 1e-3;  ///< relative speed error of timing and telemetry under any model
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
-/// First-order high pass. What a motor on a duty cycle does slowly (warming up, a supply that sags) would
-/// pass for a longer lag.
+/// First-order high pass. Slow changes of a motor on a duty cycle (heating, sagging supply) would otherwise
+/// be fitted by a longer lag.
 class QuickPart {
  public:
   double of(double t, double x) {
@@ -29,7 +30,7 @@ class QuickPart {
   }
 
  private:
-  static constexpr double kSlow = 0.1;  ///< s
+  static constexpr double kSlow = 0.1;  ///< s, time constant; chosen
   std::optional<double> before_;
   double t_ = 0, value_ = 0;
 };
@@ -37,11 +38,11 @@ class QuickPart {
 }  // namespace
 
 struct DriveModel::Rest {
-  double mean_square = 0;  ///< (rad/s)^2, of what is left
-  double moved = 0;        ///< (rad/s)^2, mean square of speed less command, in the model
-  double speed = 0;        ///< rad/s, mean size
+  double mean_square = 0;  ///< (rad/s)^2, of the residual
+  double moved = 0;        ///< (rad/s)^2, mean square of simulated speed minus command
+  double speed = 0;        ///< rad/s, mean magnitude
   double samples = 0;
-  Eigen::VectorXd left;  ///< rad/s, where asked for
+  Eigen::VectorXd left;  ///< rad/s, residuals, if requested
 };
 
 Eigen::Index DriveSet::first(std::size_t member) const {
@@ -104,7 +105,7 @@ DriveModel DriveModel::part(double seconds) const {
 
 DriveModel::Rest DriveModel::compare(const DriveRecord& r, Eigen::Index rotor, const Eigen::MatrixXd& ends,
                                      bool left) const {
-  // gain, its drift, and a constant
+  // linear regression on gain, drift of the gain, and a constant
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
   double total = 0;
@@ -158,7 +159,7 @@ bool DriveModel::simulate(const DriveSet& set, std::vector<Rest>& out, bool left
   for (std::size_t m = 0; m < set.members.size(); ++m)
     set.members[m]->alter_actuation(vehicle_, set.theta(m, size_).data(), a);
   for (const DriveRecord& r : records_) {
-    thread_local Eigen::MatrixXd ends;  // a cost is asked for a thousand times
+    thread_local Eigen::MatrixXd ends;  // reused, since the cost is evaluated thousands of times
     if (!simulate_drives(vehicle_, a, r.ordered, between_, r.step, r.steps, stamps_s_ * set.coordinates[1],
                          r.speed.row(0).transpose(), ends))
       return false;
@@ -186,7 +187,7 @@ void DriveModel::count_samples(const DriveSet& set) {
   for (std::size_t k = 0; k < rest.size(); ++k) {
     const Eigen::VectorXd& x = rest[k].left;
     const double power = x.squaredNorm();
-    // integrated until it first falls below zero (Geyer 1992 for a positive sequence)
+    // integrated autocorrelation up to its first zero (initial positive sequence, Geyer 1992)
     double correlation = 1;
     for (Eigen::Index lag = 1; power > 0 && lag < x.size() / 4; ++lag) {
       const double now = x.head(x.size() - lag).dot(x.tail(x.size() - lag)) / power;

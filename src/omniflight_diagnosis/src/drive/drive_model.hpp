@@ -1,4 +1,4 @@
-// The likelihood of recorded rotor speeds, given their commands and what alters the drives between the two.
+// Likelihood of measured rotor speeds given the commands and a set of drive effects.
 #pragma once
 
 #include <limits>
@@ -10,47 +10,47 @@
 
 namespace omniflight::diagnosis {
 
-/// Effects that act between command and speed, at values. Coordinates of an inference, in this order: the
-/// logarithm of the drives' lag over what the vehicle file tells, the offset between the stamps of commands
-/// and of speeds, then the members' parameters; all N(0, 1) before the flight. A parameter of one sign is
-/// that of the coordinate's size.
+/// A set of drive effects with values. Standardised coordinates, prior N(0, 1): ln(lag / lag of the vehicle
+/// file), offset between time stamps of commands and speeds, then the parameters of the members in order. A
+/// parameter with a half-normal prior uses the magnitude of its coordinate.
 struct DriveSet {
   std::vector<const physics::Effect*> members;
   Eigen::VectorXd coordinates = Eigen::VectorXd::Zero(2);
 
-  /// Parameters of a member.
+  /// Physical parameters of a member, in its units.
   std::vector<double> theta(std::size_t member, const physics::VehicleSize& size) const;
   /// Index of a member's first coordinate.
   Eigen::Index first(std::size_t member) const;
 };
 
-/// Speeds are those of physics::Actuators, the drives that the simulator flies, times a gain that drifts,
-/// plus a constant (a supply, a telemetry; other checks judge them), plus an error: noise, and what the law
-/// of the drives has wrong, an RMS of Options::law_error of how far they keep a speed from its command. Both
-/// have the same unknown course, so that samples count as far as they are independent.
+/// Measured speed = gain (with linear drift) times the speed simulated by physics::Actuators, plus a
+/// constant, plus an error. Gain and constant (supply, telemetry scale) are free per rotor; the redundancy
+/// checks judge them. The variance of the error is that of the residual, plus the law error (0.3
+/// Options::law_error times the RMS of speed minus command)^2, plus (0.1 % of the speed)^2. The likelihood
+/// counts independent samples only.
 class DriveModel {
  public:
-  /// `stamps_s`: one standard deviation of the offset between the stamps.
+  /// `stamps_s` [s]: prior standard deviation of the offset between time stamps.
   DriveModel(const vehicle::Vehicle& vehicle, std::vector<DriveRecord> records, Between between,
              double stamps_s, const Options& options);
-  /// One rotor of each board during `seconds`, which is enough to see where to begin.
+  /// The model restricted to one rotor of each motor controller and the first `seconds`, for fast scans.
   DriveModel part(double seconds) const;
 
-  /// Minus the logarithm of likelihood times prior density, up to constants; infinite for drives that cannot
-  /// be.
+  /// -ln(likelihood times prior density) [nat] up to constants; infinite for invalid drives.
   double cost(const DriveSet& set) const;
-  /// Counts samples by the correlation of what this set leaves.
+  /// Sets the numbers of independent samples from the autocorrelation of the residual of this set.
   void count_samples(const DriveSet& set);
 
-  /// RMS [rad/s] of what it leaves, over all rotors.
+  /// RMS residual [rad/s] over all rotors.
   double rms_left(const DriveSet& set) const;
-  double samples() const;  ///< that are independent, all rotors
+  double samples() const;  ///< independent samples of all rotors
+  /// Offset between time stamps [s]; positive: commands act later.
   double offset_s(const DriveSet& set) const { return stamps_s_ * set.coordinates[1]; }
   const physics::VehicleSize& size() const { return size_; }
 
  private:
-  struct Rest;  ///< of one rotor in one record
-  /// False for drives that cannot be. `left`: residuals, where asked for.
+  struct Rest;  ///< comparison of one rotor in one record
+  /// One Rest per record and rotor; with `left`, also residuals. False for invalid drives.
   bool simulate(const DriveSet& set, std::vector<Rest>& out, bool left) const;
   Rest compare(const DriveRecord& record, Eigen::Index rotor, const Eigen::MatrixXd& ends, bool left) const;
 
@@ -59,7 +59,7 @@ class DriveModel {
   std::vector<DriveRecord> records_;
   Between between_;
   double stamps_s_, law_error_, temperature_;
-  std::vector<double> independent_;  ///< samples, a rotor and record
+  std::vector<double> independent_;  ///< independent samples per record and rotor
 };
 
 }  // namespace omniflight::diagnosis

@@ -6,14 +6,15 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr double kSlowest = 0.03;    ///< s, between samples
-constexpr double kLongestGap = 0.1;  ///< s
-constexpr double kApart = 0.0035;    ///< s, speeds: what is sooner tells nothing new
-constexpr double kShortest = 3;      ///< s
-constexpr double kTurns = 0.25;      ///< of a rotor's median speed: slower is measured badly
+// Chosen, not measured.
+constexpr double kSlowest = 0.03;    ///< s, longest median sample period
+constexpr double kLongestGap = 0.1;  ///< s, of speeds or commands
+constexpr double kApart = 0.0035;    ///< s, least distance of speed samples used; closer ones are redundant
+constexpr double kShortest = 3;      ///< s, of a record
+constexpr double kTurns = 0.25;      ///< of the median speed of a rotor, below which telemetry is inaccurate
 
-/// Indices of the samples in [from, to], at least `apart` seconds from each other; empty when one gap is too
-/// long.
+/// Indices of samples in [from, to] [s], at least `apart` [s] from each other; empty with a gap above
+/// kLongestGap.
 std::vector<std::size_t> samples_of(const recording::Signal& s, double from, double to, double apart) {
   std::vector<std::size_t> out;
   double before = from;
@@ -33,7 +34,7 @@ struct Commands {
   Eigen::MatrixXd value;  ///< rad/s, samples x rotors
 };
 
-/// First-order answer to inputs that rest between their samples.
+/// Response of a first-order lag with time constant tau [s] to inputs held between samples.
 Eigen::MatrixXd lagged(const std::vector<double>& t, Eigen::MatrixXd x, double tau) {
   Eigen::RowVectorXd state = x.row(0);
   for (Eigen::Index i = 1; i < x.rows(); ++i) {
@@ -47,8 +48,9 @@ Eigen::MatrixXd lagged(const std::vector<double>& t, Eigen::MatrixXd x, double t
   return x;
 }
 
-/// Speeds that duty cycles ask for: an affine map of duty, duty times voltage, and voltage, that fits the
-/// rotor's speed through the lag that the vehicle file tells. False where nothing moves.
+/// Replaces duty cycles in c by steady-state speeds [rad/s]: per rotor an affine map of duty, duty times
+/// voltage and voltage, fitted to the speed through the nominal lag. False where voltage or fit is not
+/// finite.
 bool map_duty_cycles(const recording::Recording& r, const vehicle::Vehicle& vehicle, const DriveRecord& d,
                      double begin, Commands& c) {
   Eigen::MatrixXd volt;

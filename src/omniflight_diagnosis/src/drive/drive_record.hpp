@@ -1,4 +1,4 @@
-// What the rotors were ordered and what they did, on the steps of a simulation of the drives.
+// Commands and speeds of one stretch of flight, prepared for simulation of the drives.
 #pragma once
 
 #include <optional>
@@ -16,19 +16,18 @@ namespace omniflight::diagnosis {
 struct DriveRecord {
   double step = 0;  ///< s, of the simulation
   Eigen::Index steps = 0;
-  CommandTrack ordered;     ///< times after the first step begins
-  std::vector<double> t;    ///< s after the first step begins, of the speeds
-  Eigen::MatrixXd speed;    ///< rad/s, samples x rotors
-  Eigen::MatrixXd command;  ///< rad/s, the last one at the same times
-  Eigen::ArrayXX<bool>
-      counts;  ///< whether a speed can be believed: a rotor that nearly stops is measured badly
-  bool from_duty_cycle = false;  ///< commands are speeds that a static map gives of duty cycle and voltage
+  CommandTrack ordered;          ///< rad/s; times [s] from the first step on
+  std::vector<double> t;         ///< s from the first step on, of the speed samples
+  Eigen::MatrixXd speed;         ///< rad/s, samples x rotors
+  Eigen::MatrixXd command;       ///< rad/s, last command at the same times, samples x rotors
+  Eigen::ArrayXX<bool> counts;   ///< samples x rotors, used: not slower than a quarter of the median speed
+  bool from_duty_cycle = false;  ///< commands are a static map of duty cycle and voltage
 
   double duration_s() const { return step * static_cast<double>(steps); }
 };
 
-/// The longest stretch of a flight, or as much of it as `most_s`. Empty where speeds or commands are missing,
-/// slower than about 30 Hz, or shorter than three seconds.
+/// The longest segment of the flight, at most its first most_s [s]. Empty where speeds or commands are
+/// missing, sampled below 33 Hz, interrupted for more than 0.1 s, or shorter than 3 s.
 std::optional<DriveRecord> drive_record(const recording::Recording& recording,
                                         const vehicle::Vehicle& vehicle, const Flight& flight, double most_s);
 

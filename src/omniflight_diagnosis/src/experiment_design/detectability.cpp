@@ -11,7 +11,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// Share of a direction that columns explain, as a cosine.
+/// Cosine of the angle between a direction and the span of the columns of Z.
 double cosine_of(Eigen::MatrixXd Z, const Eigen::VectorXd& direction) {
   const double size = direction.squaredNorm();
   if (!(size > 0)) return 0;
@@ -23,7 +23,7 @@ double cosine_of(Eigen::MatrixXd Z, const Eigen::VectorXd& direction) {
   return std::sqrt(std::clamp(g.dot(H.ldlt().solve(g)) / size, 0.0, 1.0));
 }
 
-/// What a candidate does at its ordinary size, and by its parameters; whitened.
+/// Whitened contribution of a candidate at typical parameters, and its Jacobian.
 struct Shown {
   Eigen::MatrixXd columns;
   Eigen::VectorXd value;
@@ -38,10 +38,10 @@ Shown shown(const RegressionProblem& problem, const NoiseModel& noise, const phy
   return {noise.apply(by_theta), noise.apply(value)};
 }
 
-/// Groups of candidates that look alike, of those that show at all.
+/// Adds groups of collinear candidates, among those with a whitened norm of at least 1.
 void group(const std::vector<const physics::Effect*>& candidates, const std::vector<Shown>& all,
            Intake& intake) {
-  constexpr double kAlike = 0.98;
+  constexpr double kAlike = 0.98;  // cosine, 11 deg; chosen
   std::vector<int> group(all.size(), -1);
   const auto alike = [&](const Shown& a, const Shown& b) {
     return cosine_of(b.columns, a.value) > kAlike && cosine_of(a.columns, b.value) > kAlike;
@@ -74,7 +74,7 @@ void describe_candidates(std::span<const Flight* const> flights, const vehicle::
   }
   const auto noise =
       estimate_noise(problem, slow_columns(problem), Eigen::VectorXd::Zero(problem.rows()), o.temperature);
-  // what calibration within its tolerances can imitate does not count
+  // project out what calibration within its tolerances can imitate
   const Eigen::MatrixXd Z = noise->apply(problem.calibration().measured);
   Eigen::MatrixXd H = Z.transpose() * Z;
   H.diagonal().array() += 1;

@@ -1,4 +1,4 @@
-// Which effects a flight could show, and which look alike in it, before anything is fitted.
+// Excitation and detectability of effects in a flight, before anything is fitted.
 #pragma once
 
 #include "omniflight_diagnosis/diagnosis.hpp"
@@ -6,9 +6,10 @@
 
 namespace omniflight::diagnosis {
 
-/// What the flights excite, how well every candidate could be seen at an ordinary size beside the calibration
-/// (in standard deviations of the noise that the search takes, temperature included), and which look alike:
-/// whitened columns with cosines above 0.98 both ways.
+/// Sets in `intake`: ranges of the state variables; for every candidate the norm, in standard deviations of
+/// the noise (temperature included), of its contribution at typical parameters that calibration cannot
+/// imitate; and groups of candidates whose contributions lie within 11 deg (cosine 0.98) of each other's
+/// tangent space.
 void describe_candidates(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
                          const std::vector<const physics::Effect*>& candidates, const Options& options,
                          Intake& intake);

@@ -11,8 +11,9 @@ namespace {
 
 using Waypoints = std::vector<ProposedWaypoint>;
 
-constexpr double kOtherTilt = 0.21;  // rad: another tilt of the rotors, to lean and to rock with
-constexpr double kMovedTilt = 0.35;  // rad: one to move to at rest
+// Sizes, numbers and rates of all manoeuvres in this file are chosen for a test bed of a few metres.
+constexpr double kOtherTilt = 0.21;  // rad, change of rotor tilt for a manoeuvre as a whole
+constexpr double kMovedTilt = 0.35;  // rad, change of rotor tilt within a manoeuvre, at rest
 
 Waypoints ascent() {
   Waypoints w{{{0, 0, 0}, {0, 0, 0}, 4}};
@@ -51,27 +52,26 @@ Waypoints tilts() {
   return w;
 }
 
-/// To and fro about one axis without a pause: thrust becomes torque, which neither mass nor load changes.
+/// Oscillation about one axis without pauses. Its torque scales with thrust, not with mass or load.
 void rock(Waypoints& w, int axis, double deg, int times) {
   for (int k = 0; k < 2 * times; ++k)
     w.push_back({{0, 0, 0}, Vec3::Unit(axis) * (k % 2 == 0 ? deg : -deg), 0});
   w.push_back({{0, 0, 0}, {0, 0, 0}, 1});
 }
 
-/// Up and down without a pause: mass resists, a pull does not.
+/// Vertical oscillation without pauses: separates mass (inertial force) from a constant pull.
 void heave(Waypoints& w, double stroke_m, int times) {
   for (int k = 0; k < 2 * times; ++k) w.push_back({{0, 0, k % 2 == 0 ? stroke_m : -stroke_m}, {0, 0, 0}, 0});
   w.push_back({{0, 0, 0}, {0, 0, 0}, 1});
 }
 
-/// What an upright vehicle can climb with beyond its weight, half of it, as far as is usual in a test bed
-/// [m/s^2].
+/// Half of the vertical acceleration reserve of the upright vehicle, within 0.2 to 3.7 m/s^2 (chosen).
 double spare_acceleration(const vehicle::Vehicle& v, double alpha) {
   constexpr double kGravity = 9.81, kMost = 3.7;
   Vec6 weight = Vec6::Zero();
   weight[2] = v.mass * kGravity;
   const vehicle::RotorVector hover = LeastThrusts(v, alpha)(weight);
-  double times = std::numeric_limits<double>::infinity();  // the weight
+  double times = std::numeric_limits<double>::infinity();  // max thrust over hover thrust
   for (std::size_t r = 0; r < v.rotors.size(); ++r) {
     const double thrust = std::abs(hover[static_cast<Eigen::Index>(r)]);
     if (thrust > 1e-9) times = std::min(times, v.rotors[r].max_thrust / thrust);
@@ -79,13 +79,14 @@ double spare_acceleration(const vehicle::Vehicle& v, double alpha) {
   return std::clamp(0.5 * (times - 1) * kGravity, 0.2, kMost);
 }
 
-/// Stages of height with heaving and rocking about every axis, leaning at the lowest and the highest; at
-/// each, the rotors move through `tilts` [rad].
+/// Three heights, each with oscillations about every axis and along z, leaning at the lowest and the highest;
+/// at each, the rotors move through `tilts` [rad].
 Waypoints survey(double stroke_m, const std::vector<double>& tilts = {}) {
   Waypoints w{{{0, 0, 0}, {0, 0, 0}, 3}};
   for (int level = 0; level < 3; ++level) {
     for (int axis = 0; axis < 3; ++axis) rock(w, axis, 28, axis < 2 ? 12 : 6);
-    heave(w, level < 2 ? stroke_m : -stroke_m, 12);  // a place that is high enough for the stages is for this
+    heave(w, level < 2 ? stroke_m : -stroke_m,
+          12);  // the topmost stroke goes down, to stay within the height of the stages
     if (level != 1) lean(w, 20);
     for (const double alpha : tilts) w.push_back({{0, 0, 0}, {0, 0, 0}, 3, alpha});
     if (level < 2) w.push_back({{0, 0, 0.5}, {0, 0, 0}, 3});
@@ -108,7 +109,8 @@ std::vector<ProposedFlight> manoeuvres(const vehicle::Vehicle& vehicle, double a
                               const std::vector<double>& tilts = {}) {
     double spare = spare_acceleration(vehicle, tilt);
     for (const double other : tilts) spare = std::min(spare, spare_acceleration(vehicle, other));
-    constexpr double kStroke = 0.5;  // s, there or back
+    constexpr double kStroke =
+        0.5;  // s, one way; peak acceleration of a quintic stroke: 5.78 length / time^2
     ProposedFlight& f = add(tilt, name, words, survey(spare * kStroke * kStroke / 5.78, tilts));
     f.speed = 0.8, f.acceleration = spare;
     f.rate = 3.7, f.angular_acceleration = 23;

@@ -8,7 +8,8 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// An effect as it is in the likeliest set with it and, if there is one, without the other.
+/// Effect `id` with the parameters of the most probable set that contains it, preferably one without
+/// `without`.
 std::optional<physics::ActiveEffect> at_its_likeliest(const Inference& in, const std::string& id,
                                                       const std::string& without) {
   const auto id_of = [&](const SetMember& m) {

@@ -1,4 +1,4 @@
-// The next flight after a posterior that leaves names open.
+// Proposal of the next flight for an ambiguous posterior.
 #pragma once
 
 #include "../search/inference.hpp"
@@ -6,9 +6,9 @@
 
 namespace omniflight::diagnosis {
 
-/// For every finding and what it cannot be told apart from: the pair, at the values that each has in its
-/// likeliest set, and the manoeuvres that would separate most of these pairs. Fills Diagnosis::next_flight;
-/// pairs with physics outside the library come last and without a prediction.
+/// Fills Diagnosis::next_flight: the pairs of each finding and its rivals, at the parameters of their most
+/// probable sets, and manoeuvres ranked by how many pairs they separate. Pairs with physics outside the
+/// library come last and have no prediction.
 void add_next_flight(const Inference& inference, std::span<const Flight* const> flights,
                      const vehicle::Vehicle& vehicle, const Options& options, Diagnosis& diagnosis);
 

@@ -13,26 +13,27 @@ namespace {
 
 using physics::ActiveEffect;
 
-constexpr double kTold =
-    5;  ///< sigma: what a flight separates by that much, it tells apart: 12 nats, less chance
+// Chosen.
+constexpr double kTold = 5;         ///< sigma, separation that counts as told apart (12.5 nat on average)
+constexpr double kLongest_s = 600;  ///< s, of a flight with repetitions
+constexpr int kMostRounds = 4;      ///< repetitions of a manoeuvre
+constexpr double kEnough = 0.95;    ///< of the value at the most repetitions; fewer are taken from there on
 
-constexpr double kLongest_s = 600;  ///< of a flight in several rounds
-constexpr int kMostRounds = 4;
-constexpr double kEnough = 0.95;  ///< of what the most rounds would tell
-
-/// Rest-to-rest motion through the waypoints, as a planner with these limits would time it.
+/// Rest-to-rest motion (quintic time scaling) through the waypoints at the limits of the proposal.
 struct Motion {
   std::vector<Vec3> p;
   std::vector<Quat> q;
   std::vector<double> alpha;  ///< rad
 };
 
+/// Quintic from 0 to 1 with zero velocity and acceleration at both ends.
 double smooth(double s) {
   s = std::clamp(s, 0.0, 1.0);
   return s * s * s * (10 + s * (-15 + 6 * s));
 }
 
-/// tilt_rate: rad/s, of the servo.
+/// Samples at rate_hz; start [m, world]; tilt_rate [rad/s] of the servo. Peaks of the quintic: velocity 1.875
+/// length / time, acceleration 5.78 length / time^2; half of tilt_rate is used.
 Motion sample(const ProposedFlight& f, const Vec3& start, double tilt_rate, double rate_hz) {
   Motion m;
   double alpha = f.alpha;
@@ -63,7 +64,8 @@ Motion sample(const ProposedFlight& f, const Vec3& start, double tilt_rate, doub
   return m;
 }
 
-/// The nominal vehicle on that motion: situations with the rotor speeds that it needs.
+/// Situations of the nominal vehicle on that motion, with rotor speeds from inverse dynamics. Underactuated
+/// vehicles lean.
 Flight nominal_flight(const ProposedFlight& proposal, const Vec3& start, const vehicle::Vehicle& vehicle,
                       const Flight& like, const Options& o) {
   Flight f;
@@ -118,11 +120,11 @@ Flight nominal_flight(const ProposedFlight& proposal, const Vec3& start, const v
   return f;
 }
 
-/// Whether `rich` can be exactly `named`: the contribution of the named one lies in the span of the columns
-/// of the other. Laws that are linear and without memory only.
+/// Whether `rich` contains `named` as a special case: the contribution of `named` lies in the span of the
+/// columns of `rich`. Linear laws without memory only.
 bool contains_law(const physics::Effect& rich, const physics::Effect& named, const Eigen::MatrixXd& columns,
                   const Eigen::VectorXd& contribution) {
-  constexpr double kExactly = 1e-6;  // share of a contribution that may be left
+  constexpr double kExactly = 1e-6;  // squared relative residual; numerical
   if (rich.parameter_count() <= named.parameter_count() || !has_constant_columns(rich) ||
       !has_constant_columns(named))
     return false;
@@ -130,7 +132,7 @@ bool contains_law(const physics::Effect& rich, const physics::Effect& named, con
   return left.squaredNorm() <= kExactly * contribution.squaredNorm();
 }
 
-/// Columns over the standard deviations of this noise, as its first flight has it.
+/// Whitening by the noise spectrum of the first flight.
 class Whitener {
  public:
   Whitener(const RegressionProblem& problem, const NoiseModel& noise) : problem_(problem) {
@@ -152,12 +154,12 @@ class Whitener {
   Eigen::VectorXd inverse_;
 };
 
-/// A pair on one flight, whitened.
+/// Whitened regressors of a pair of rivals on one flight.
 struct Seen {
-  Eigen::VectorXd named;        ///< contribution
-  Eigen::MatrixXd unit;         ///< of the other: a column per unit of a parameter
-  Eigen::MatrixXd calibration;  ///< one standard deviation each, common to all flights
-  Eigen::MatrixXd start;        ///< the same of the loads' initial states, of this flight alone
+  Eigen::VectorXd named;        ///< contribution of the named effect
+  Eigen::MatrixXd unit;         ///< Jacobian of the other one, per unit of its parameters
+  Eigen::MatrixXd calibration;  ///< per standard deviation; common to both flights
+  Eigen::MatrixXd start;        ///< initial states of loads, per standard deviation; of this flight
 };
 
 Seen see(const RegressionProblem& problem, const Whitener& whiten, const Eigen::MatrixXd& calibration,
@@ -177,7 +179,7 @@ Seen see(const RegressionProblem& problem, const Whitener& whiten, const Eigen::
   return {whiten(value), whiten(by_theta), calibration, whiten(start)};
 }
 
-/// The calibration columns of these names, zero where a flight has none.
+/// Calibration columns of these names; zero where the flight has none.
 Eigen::MatrixXd calibration_named(const RegressionProblem& problem, const std::vector<std::string>& names) {
   const Calibration& c = problem.calibration();
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(problem.rows(), static_cast<Eigen::Index>(names.size()));
@@ -187,15 +189,15 @@ Eigen::MatrixXd calibration_named(const RegressionProblem& problem, const std::v
   return out;
 }
 
-/// One flight's normal equations of what may imitate a contribution, and of that contribution.
+/// Normal equations (H, g) of one flight for imitating a contribution, and its squared norm.
 struct Imitation {
   Eigen::MatrixXd H;
   Eigen::VectorXd g;
   double energy = 0;
 };
 
-/// Of the columns of a law and of the calibration, initial states integrated over; times: how often it is
-/// flown.
+/// Imitation of v by the columns of a law and the calibration, initial states marginalised; `times`:
+/// repetitions.
 Imitation imitation(const Eigen::MatrixXd& law, const Seen& seen, const Eigen::VectorXd& v, int times) {
   Eigen::MatrixXd by(v.size(), law.cols() + seen.calibration.cols());
   by << law, seen.calibration;
@@ -213,10 +215,10 @@ Imitation imitation(const Eigen::MatrixXd& law, const Seen& seen, const Eigen::V
   return {times * out.H, times * out.g, times * out.energy};
 }
 
-/// How well, in sigma, both flights together tell a pair apart: what is left of the named law's contribution
-/// when the other imitates it. Where the other contains it, the other way round: what is left of a number
-/// that it has beyond, doing as much on the flight that was flown, when the named law imitates that. The
-/// flight after is flown in so many rounds.
+/// Separation [sigma] of a pair by both flights together: norm of the part of the named contribution that the
+/// other law cannot imitate. Where the other law contains the named one, the largest such norm, over the
+/// parameters of the other law, of a contribution as strong as the named one on the flown flight that the
+/// named law cannot imitate. `rounds`: repetitions of the flight `after`.
 double separation(const Rivals& pair, const Seen& before, const Seen& after, int rounds) {
   const Eigen::Index calibration = before.calibration.cols();
   const auto left = [&](const Imitation& one, const Imitation& two) {
@@ -242,19 +244,19 @@ double separation(const Rivals& pair, const Seen& before, const Seen& after, int
   return most;
 }
 
-/// Pairs told apart, the nearly told counted in part.
+/// Number of pairs told apart; those below kTold count in proportion.
 double told(const std::vector<double>& separations_sigma) {
   double out = 0;
   for (const double sigma : separations_sigma) out += std::min(1.0, sigma / kTold);
   return out;
 }
 
-/// Among equals that of the larger least separation.
+/// Rank of a proposal: pairs told apart, then the smallest separation.
 std::pair<double, double> worth(const ProposedFlight& f) {
   return {std::round(100 * told(f.separations_sigma)), f.separation_sigma};
 }
 
-/// The same again, from where it began.
+/// Repeats the waypoints `rounds` times, returning to the start in between.
 void repeat(ProposedFlight& f, int rounds) {
   if (rounds < 2) return;
   std::vector<ProposedWaypoint> once = f.waypoints;
@@ -316,7 +318,7 @@ std::vector<ProposedFlight> propose_flights(const RegressionProblem& flown, cons
         sigma.push_back(separation(pairs[p], before[p], after[p], rounds));
       return sigma;
     };
-    // small effects are told apart by patience only: as many rounds as pay
+    // repetitions improve the separation of weak effects: as many as reach kEnough of the most
     const int most =
         std::clamp(static_cast<int>(kLongest_s * planned.rate_hz / planned.size()), 1, kMostRounds);
     const double possible = told(separations(most));

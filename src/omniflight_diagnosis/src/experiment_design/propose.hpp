@@ -1,4 +1,4 @@
-// The next flight: which manoeuvre would tell apart what this flight could not.
+// Experiment design: manoeuvres that would separate rival effects.
 #pragma once
 
 #include "../evidence/noise_model.hpp"
@@ -6,15 +6,16 @@
 
 namespace omniflight::diagnosis {
 
-/// Two explanations that fit alike: the named one as fitted, the other with the values it would take.
+/// Two effects that fit the flight equally well, each at its estimate.
 struct Rivals {
   physics::ActiveEffect named, other;
 };
 
-/// Manoeuvres of the catalogue, the one that tells most pairs apart first. The separation [sigma] is the
-/// length of what `other`, the calibration and initial states of loads cannot imitate of `named` on the old
-/// and the new flight together, under the noise of the old one (its first flight). An `other` that contains
-/// `named` is told apart by its further numbers instead.
+/// Manoeuvres of the catalogue, ranked by the number of pairs that they separate, with predicted separations.
+/// The separation [sigma] is the whitened norm of the part of `named` that `other`, calibration and initial
+/// states cannot imitate on the flown and the new flight together, under the noise of the first flown flight.
+/// An `other` that contains `named` as a special case is separated by its additional parameters instead.
+/// Empty without pairs or samples.
 std::vector<ProposedFlight> propose_flights(const RegressionProblem& flown, const NoiseModel& noise,
                                             const Flight& flight, const vehicle::Vehicle& vehicle,
                                             const std::vector<Rivals>& pairs, const Options& options);

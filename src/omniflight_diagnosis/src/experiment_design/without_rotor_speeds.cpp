@@ -13,9 +13,9 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr double kTelemetry = 0.002;  // of a speed: what a sensor of rotor speeds scatters
+constexpr double kTelemetry = 0.002;  // relative noise of simulated rotor speed telemetry; chosen
 
-/// Speeds of the smallest thrusts that give the wrench of this motion [rad/s].
+/// Rotor speeds [rad/s] by inverse dynamics and minimum-norm allocation.
 recording::Signal nominal_speeds(const MotionOnGrid& m, const Eigen::MatrixXd& tilt,
                                  const vehicle::Vehicle& v) {
   recording::Signal out;

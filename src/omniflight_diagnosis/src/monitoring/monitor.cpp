@@ -9,8 +9,8 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr double kKeep = 5.0;       // s of samples that are kept at most
-constexpr double kForgotten = 1.0;  // s after which a residual says nothing about now
+constexpr double kKeep = 5.0;       // s, length of the sample buffers; chosen
+constexpr double kForgotten = 1.0;  // s, age above which a residual is stale; chosen
 constexpr std::array<const char*, 6> kNames{"force_x",  "force_y",  "force_z",
                                             "torque_x", "torque_y", "torque_z"};
 
@@ -154,7 +154,7 @@ void Monitor::start_anew() {
   for (Trip& trip : motor_error_) trip.reset();
 }
 
-/// The residual at every grid time that IMU and rotor telemetry both cover.
+/// Computes the residual at all grid times up to t [s] that IMU and rotor telemetry both cover.
 void Monitor::advance_wrench(double t) {
   const double period = 1.0 / options_.grid_hz;
   if (imu_.empty() || rotor_.empty()) return;
@@ -192,7 +192,7 @@ void Monitor::advance_wrench(double t) {
   imu_.forget_before(next_ - 2 * period);
 }
 
-/// Measured speed against the nominal lag of the command.
+/// Compares measured speeds with the commands through the nominal lag, up to t [s].
 void Monitor::advance_motors(double t) {
   const double period = 1.0 / options_.grid_hz;
   if (rotor_.empty() || command_.empty()) return;

@@ -20,7 +20,8 @@ constexpr double kFilterDelay = 0.005;
 /// Exponent of thrust over rotor speed, one standard deviation about 2: thrust stands find 1.9 to 2.1.
 constexpr double kThrustExponent = 0.05;
 
-/// Share of the variance of what is physics or telemetry, and no matter of how well a vehicle was measured.
+/// Calibration::settled of quantities that do not depend on how well the vehicle was measured (air density,
+/// filters).
 constexpr double kSettled = 1;
 
 constexpr const char* kAxis[] = {"x", "y", "z"};
@@ -32,7 +33,7 @@ Tolerance tolerance_of(const vehicle::Vehicle& vehicle, const Options& options) 
   return out;
 }
 
-/// Of a force [N, or per unit of a deviation] along axis_B at a rotor, with its drag torque.
+/// Wrench of the rotor's thrust, and its drag torque, along axis_B instead of its own axis.
 Vec6 at_rotor(const RotorSituation& r, const Vec3& axis_B) {
   Vec6 wrench;
   wrench << axis_B, r.p_BR.cross(axis_B) + r.spin * r.drag_ratio * axis_B;
@@ -53,7 +54,8 @@ class Columns {
   Calibration take();
 
  private:
-  /// `wrench_at`: wrench of a unit deviation at a situation and the index of its sample.
+  /// Adds the column kind_which: `deviation` (one standard deviation) times `wrench_at`, the wrench [N, Nm]
+  /// per unit of the deviation at a situation and its sample index.
   template <class WrenchAt>
   void add(const char* kind, const std::string& which, double deviation, const WrenchAt& wrench_at,
            double settled = 0) {
@@ -74,7 +76,7 @@ class Columns {
     out_.kinds.emplace_back(kind);
     const bool told = tol_.told.contains(kind);
     settled_.push_back(told ? 1.0 : settled);
-    // how well an accelerometer is known says nothing of the vehicle
+    // the accelerometer does not inform how carefully the vehicle was measured
     if (told && out_.kinds.back() != "acceleration_bias")
       told_[kind] = std::log(tol_.value(kind) / Tolerance{}.value(kind));
     columns_.push_back(std::move(x));
@@ -94,7 +96,7 @@ class Columns {
   std::map<std::string, double> told_;
 };
 
-/// What does not change with time, in the body or in the world.
+/// Constant torque in the body and constant force in the world.
 void Columns::of_constants() {
   for (int k = 0; k < 3; ++k) {
     add("torque_trim", kAxis[k], tol_.torque_trim * weight() * arm(), [&](const Situation&, int) {
@@ -110,7 +112,7 @@ void Columns::of_constants() {
   }
 }
 
-/// The vehicle file, by the laws of the effects that say the same beyond tolerance.
+/// Inertia and centre of mass, with the equations of the effects inertia_error and com_offset.
 void Columns::of_body() {
   for (int k = 0; k < 3; ++k) {
     add("inertia", kAxis[k], tol_.inertia * vehicle_.inertia(k, k), [&](const Situation& s, int) {
@@ -130,7 +132,7 @@ void Columns::of_body() {
 
 void Columns::of_accelerometer() {
   for (int k = 0; k < 3; ++k) {
-    // bias of the accelerometer, or, without one, trim of the attitude that turns gravity
+    // accelerometer bias; without accelerometer the equivalent of an attitude trim, which rotates gravity
     const double bias = modelled() ? tol_.modelled_trim * kGravity * 0.1
                         : k < 2    ? tol_.accelerometer_lateral
                                    : tol_.accelerometer_vertical;
@@ -151,7 +153,7 @@ void Columns::of_accelerometer() {
         w.head<3>() = Vec3::Unit(k).cross(physics::rotor_wrench(s).head<3>());
         return w;
       });
-    if (!modelled())  // beside the origin it reads what the motion adds there
+    if (!modelled())  // lever-arm acceleration
       add("imu_position", kAxis[k], tol_.imu_position * arm(), [&](const Situation& s, int) {
         Vec6 w = Vec6::Zero();
         w.head<3>() = vehicle_.mass * beside_origin(Vec3::Unit(k), s.body.w_WB_B, s.dw_WB_B);
@@ -194,8 +196,9 @@ void Columns::of_rotors() {
   }
 }
 
-/// Stamps and filters of the accelerometer, of the gyroscope, and, where speeds are modelled from commands,
-/// the motors' time constants shift the rotors' wrench in time, forces and torques apart.
+/// Delay between rotor speeds and IMU (time stamps, filters; motor time constants where speeds come from
+/// commands), to first order: the time derivative of the rotor wrench, separately for forces (accelerometer)
+/// and torques (gyro).
 void Columns::of_clocks(std::span<const Flight* const> flights) {
   double late = std::max(tol_.rotor_clock, kFilterDelay);
   if (!flights.empty() && flights.front()->speed_from_command)
@@ -217,8 +220,8 @@ void Columns::of_clocks(std::span<const Flight* const> flights) {
         kSettled);
 }
 
-/// Exponent of thrust over speed; of a thrust that is modelled from duty cycles also its dependence on
-/// voltage.
+/// Exponent of thrust over speed: T ln(Omega / mean). For a thrust modelled from duty cycles, exponents of
+/// speed and of voltage, with `drive` as in calibrate().
 void Columns::of_thrust_law(const std::vector<std::array<double, 2>>& drive) {
   if (modelled()) {
     for (std::size_t k = 0; k < 2; ++k)

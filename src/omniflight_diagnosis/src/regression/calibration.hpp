@@ -1,12 +1,13 @@
-// What of a vehicle, its sensors and its model is known only within a tolerance, as regressors.
+// Regressors of the calibration: parameters of vehicle and sensors that are known within a tolerance only.
 #pragma once
 
 #include "regression_problem.hpp"
 
 namespace omniflight::diagnosis {
 
-/// Columns for one standard deviation each. `drive`: of a thrust that is modelled from duty cycles, ln of the
-/// speed and of the voltage over their means, a sample each.
+/// Columns [N, Nm, channel-major] per standard deviation of each parameter, at predicted and at measured
+/// states. `drive`: per sample ln(speed / mean) and ln(voltage / mean), for a thrust that is modelled from
+/// duty cycles.
 Calibration calibrate(const RegressionProblem& problem, std::span<const Flight* const> flights,
                       const vehicle::Vehicle& vehicle, const Options& options,
                       const std::vector<std::array<double, 2>>& drive);

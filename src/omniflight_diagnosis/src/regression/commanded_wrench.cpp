@@ -14,8 +14,9 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr double kSettles = 0.5;                      ///< s, until drives have forgotten where they began
-constexpr double kFinest = 0.002, kCoarsest = 0.005;  ///< s, steps: of speeds that are averaged over 25 ms
+constexpr double kSettles = 0.5;  ///< s, simulated before a stretch so that initial speeds decay; chosen
+/// s, bounds of the simulation step; chosen for run time, since speeds are averaged over 25 ms afterwards.
+constexpr double kFinest = 0.002, kCoarsest = 0.005;
 
 double step_of(const vehicle::Vehicle& vehicle) {
   double quickest = kCoarsest;
@@ -24,13 +25,14 @@ double step_of(const vehicle::Vehicle& vehicle) {
   return std::max(kFinest, quickest);
 }
 
-/// Width [s] of the box that has the variance of the kernel of a flight's signals.
+/// Width [s] of the box with the variance of Flight::kernel_s.
 double kernel_width(const Flight& f) { return std::sqrt(12.0) * f.kernel_s; }
 
-/// Means of rows of equally spaced values over boxes about the times from + k period; samples x rows.
+/// Moving averages of the rows of `values` (spaced by `step`) over `width`, centred at from + k period for k
+/// < count; times in s; count x rows.
 Eigen::MatrixXd box_means(const Eigen::MatrixXd& values, double step, double from, double period,
                           double width, int count) {
-  Eigen::MatrixXd sum(values.cols() + 1, values.rows());  // of all values before
+  Eigen::MatrixXd sum(values.cols() + 1, values.rows());  // cumulative
   sum.row(0).setZero();
   for (Eigen::Index i = 0; i < values.cols(); ++i) sum.row(i + 1) = sum.row(i) + values.col(i).transpose();
   const auto until = [&](double t) -> Eigen::RowVectorXd {
@@ -48,7 +50,7 @@ Eigen::MatrixXd box_means(const Eigen::MatrixXd& values, double step, double fro
   return out;
 }
 
-/// Part of a track, with the last sample before its begin and the first one after its end; times after
+/// Part of a track from the last sample before `begin` to the first after `end` [s]; its times count from
 /// `begin`.
 CommandTrack part_between(const CommandTrack& track, double begin, double end) {
   const auto first = std::max<std::ptrdiff_t>(
@@ -62,7 +64,7 @@ CommandTrack part_between(const CommandTrack& track, double begin, double end) {
   return out;
 }
 
-/// Commands at the middles of steps from time zero on, straight between their samples; rotors x steps.
+/// Commands at the midpoints of steps from time zero on, linearly interpolated; rotors x steps.
 Eigen::MatrixXd at_steps(const CommandTrack& track, double step, Eigen::Index steps) {
   Eigen::MatrixXd out(track.value.rows(), steps);
   std::size_t k = 0;
@@ -80,7 +82,7 @@ Eigen::MatrixXd at_steps(const CommandTrack& track, double step, Eigen::Index st
   return out;
 }
 
-/// Wrench [N, Nm], samples x 6, of thrusts that have these signed squares of speed, samples x rotors.
+/// Nominal rotor wrench [N, Nm], samples x 6, at signed squares of speed [rad^2/s^2], samples x rotors.
 Eigen::MatrixXd wrench_of(const Eigen::MatrixXd& squares, std::span<const physics::Situation> situations) {
   Eigen::MatrixXd out(squares.rows(), 6);
   for (Eigen::Index i = 0; i < squares.rows(); ++i) {
@@ -97,8 +99,8 @@ Eigen::MatrixXd wrench_of(const Eigen::MatrixXd& squares, std::span<const physic
   return out;
 }
 
-/// What two predictions of each channel let expect together, by least squares: two coefficients over all
-/// samples fit next to none of the noise.
+/// Least-squares combination of two predictions of `wrench`, per channel. Two coefficients over all samples
+/// hardly fit noise, so that no cross-fitting is needed.
 Eigen::MatrixXd expected(const Eigen::MatrixXd& wrench, const Eigen::MatrixXd& linear,
                          const Eigen::MatrixXd& simulated) {
   Eigen::MatrixXd out(wrench.rows(), wrench.cols());
@@ -112,8 +114,7 @@ Eigen::MatrixXd expected(const Eigen::MatrixXd& wrench, const Eigen::MatrixXd& l
   return out;
 }
 
-/// Commands [rad/s] of a flight at the samples of its grid, samples x rotors, under the kernel of its
-/// signals.
+/// Commands [rad/s] at the grid samples, samples x rotors, smoothed like the signals of the flight.
 Eigen::MatrixXd commands_on_grid(const Flight& f) {
   const double width = kernel_width(f), begin = f.t.front() - width, step = width / 12;
   const double end = f.t.back() + width;
@@ -126,7 +127,7 @@ Eigen::MatrixXd commands_on_grid(const Flight& f) {
 
 struct CommandedWrench::Known {
   using Key = std::tuple<const physics::Effect*, std::vector<double>, bool>;
-  static constexpr std::size_t kMost = 64;  // of 6 numbers a sample
+  static constexpr std::size_t kMost = 64;  // cached wrenches of 6 numbers per sample; bounds memory
 
   std::optional<Eigen::VectorXd> find(const Key& key) {
     const std::lock_guard lock(mutex);

@@ -1,5 +1,5 @@
-// What effects between command and speed of a rotor do to the wrench of a flight whose speeds are not
-// recorded: thrust of drives that they alter, less thrust of the drives that the vehicle file tells.
+// Wrench of drive effects in flights without recorded rotor speeds: rotor wrench of the altered drives minus
+// that of the nominal drives, both simulated from the commands.
 #pragma once
 
 #include <memory>
@@ -16,13 +16,13 @@ class CommandedWrench {
  public:
   explicit CommandedWrench(const vehicle::Vehicle& vehicle);
 
-  /// Adds a stretch of a flight, predicted over `lag` samples. Stretches are added in the order of their
-  /// rows.
+  /// Adds a stretch with samples spaced by `period` [s] and a prediction horizon of `lag` samples. Stretches
+  /// must be added in the order of their rows in RegressionProblem.
   void add(const Flight& flight, Segment segment, double period, int lag);
 
-  /// Wrench [N, Nm] about the body origin, channel-major as in RegressionProblem, of an effect at theta
-  /// beside rotors that are placed as in `measured`, all samples: of the speeds that the commands give, or,
-  /// `predicted`, what is expected of it from the samples before.
+  /// Wrench [N, Nm, body axes, about the body origin] of an effect at theta over all samples, channel-major
+  /// as in RegressionProblem. Rotor geometry is that of `measured`. With `predicted`, its conditional
+  /// expectation given the samples up to the horizon (the instrument). Zero where theta gives invalid drives.
   Eigen::VectorXd operator()(const physics::Effect& effect, const std::vector<double>& theta, bool predicted,
                              const std::vector<physics::Situation>& measured) const;
 
@@ -30,21 +30,21 @@ class CommandedWrench {
   struct Known;
   Eigen::VectorXd compute(const physics::Effect& effect, const std::vector<double>& theta, bool predicted,
                           const std::vector<physics::Situation>& measured) const;
-  /// Commands of a stretch, and what the nominal drives make of them.
+  /// Commands of a stretch and the response of the nominal drives.
   struct Commanded {
-    CommandTrack track = {};       ///< times after its begin
+    CommandTrack track = {};       ///< times count from its begin
     double from = 0;               ///< s, from the begin of the track to the first sample
-    double width = 0;              ///< s, over which speeds are averaged
+    double width = 0;              ///< s, of the moving average of the speeds
     Eigen::MatrixXd squares = {};  ///< signed squares of speed [rad^2/s^2], samples x rotors
   };
   struct Part {
     int size = 0;                            ///< samples
-    Commanded recorded = {}, expected = {};  ///< without commands where speeds are recorded
+    Commanded recorded = {}, expected = {};  ///< empty where speeds are recorded
     std::optional<LinearPrediction> ahead = {};
   };
-  /// Signed squares of speed of drives, samples x rotors; empty for drives that cannot be.
+  /// Simulated signed squares of speed [rad^2/s^2], samples x rotors; empty for invalid drives.
   Eigen::MatrixXd squares(const Commanded& commands, int size, const physics::Actuation& actuation) const;
-  /// Wrench of altered drives less that of nominal ones, samples x 6; zero for drives that cannot be.
+  /// Wrench of altered minus nominal drives, samples x 6; zero for invalid drives.
   Eigen::MatrixXd difference(const Commanded& commands, const physics::Actuation& actuation,
                              std::span<const physics::Situation> measured) const;
 
@@ -52,8 +52,7 @@ class CommandedWrench {
   double step_;        ///< s, of the simulation of drives
   double period_ = 0;  ///< s, of the samples
   std::vector<Part> parts_;
-  std::shared_ptr<Known>
-      known_;  ///< the last wrenches: a fit asks for the same again, line search and columns
+  std::shared_ptr<Known> known_;  ///< cache: a line search repeats the evaluations of the Jacobian
 };
 
 }  // namespace omniflight::diagnosis

@@ -7,9 +7,10 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// Added to the diagonal, over the variance of a regressor: from what keeps collinear ones solvable.
+/// Ridge penalties tried, relative to the variance of a standardised regressor: from numerical regularisation
+/// to strong shrinkage. Chosen by decades.
 constexpr std::array<double, 6> kRidges{1e-6, 1e-4, 1e-3, 1e-2, 1e-1, 1};
-constexpr Eigen::Index kFolds = 5;  ///< each leaves out a fifth, and what is close to it
+constexpr Eigen::Index kFolds = 5;  ///< of cross-fitting; chosen
 
 Eigen::MatrixXd standardised(const Eigen::MatrixXd& known) {
   Eigen::MatrixXd X = known.rowwise() - known.colwise().mean();
@@ -43,7 +44,7 @@ LinearPrediction::LinearPrediction(const Eigen::MatrixXd& known, int block, int 
   }
 }
 
-/// Visits (begin, end) of the blocks of a fold with begin and number of the rows that it leaves out.
+/// Calls visit(begin, end, first row left out, number of rows left out) for each block of a fold.
 template <class Visit>
 void LinearPrediction::each_block(Eigen::Index fold, const Visit& visit) const {
   const Eigen::Index n = X_.rows();
@@ -79,7 +80,7 @@ Eigen::MatrixXd LinearPrediction::of(const Eigen::MatrixXd& targets) const {
         predicted.begin(), predicted.end(),
         [&](const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return missed(a) < missed(b); });
     const double power = best->col(c).squaredNorm();
-    // what is predicted small by shrinkage would make a coefficient on it as much too large
+    // Rescale to unit slope: shrinkage of the instrument would inflate the coefficient by the same factor.
     const double slope = power > 0 ? std::max(0.0, best->col(c).dot(Y.col(c)) / power) : 0.0;
     out.col(c) = slope * best->col(c).array() + mean[c];
   }

@@ -1,4 +1,4 @@
-// Conditional expectation of signals given what is known before: the first stage of two-stage least squares.
+// Linear prediction of signals from the past: the first stage of two-stage least squares.
 #pragma once
 
 #include <vector>
@@ -7,21 +7,20 @@
 
 namespace omniflight::diagnosis {
 
-/// Least-squares prediction of each column of `targets` (n x targets) from `known` (n x regressors, the same
-/// rows; a constant is added). A signal that is merely held, or extrapolated, need not be its expectation:
-/// the rate of change of a rotor reverses within some samples, and a regression on the held one has the wrong
-/// sign.
+/// Ridge regression of each column of `targets` (n x targets) on `known` (n x regressors, the same rows; a
+/// constant is added). A held or extrapolated value is no substitute for the conditional expectation: the
+/// acceleration of a rotor changes sign within some samples, so that its held value predicts it with the
+/// wrong sign.
 ///
-/// Every sample is predicted by coefficients from other samples: rows are taken in blocks of `block` rows,
-/// every fifth block belongs to one fold, and a fold is predicted by all rows that are more than `apart` rows
-/// away from its blocks (cross-fitting; Angrist, Imbens and Krueger 1999, jackknife instrumental variables).
-/// Coefficients that saw the sample have fitted its noise as well, by the number of regressors over that of
-/// samples, and the prediction would be no instrument. How strongly they shrink (ridge) is what predicts
-/// best.
+/// Cross-fitting (Angrist, Imbens and Krueger 1999, jackknife instrumental variables): rows are divided into
+/// blocks of `block` rows, every fifth block belongs to one fold, and a fold is predicted by coefficients
+/// from the rows more than `apart` rows away from its blocks. In-sample coefficients would fit the noise of
+/// the sample (by the ratio of regressors to samples), and the prediction would be no valid instrument. The
+/// penalty is the one with the least cross-validated error, per target.
 class LinearPrediction {
  public:
   LinearPrediction(const Eigen::MatrixXd& known, int block, int apart);
-  /// Of other targets from what is known.
+  /// Predictions of `targets` (n x targets), the same shape.
   Eigen::MatrixXd of(const Eigen::MatrixXd& targets) const;
 
  private:
@@ -30,10 +29,10 @@ class LinearPrediction {
 
   Eigen::MatrixXd X_;
   int block_, apart_;
-  std::vector<std::vector<Eigen::LLT<Eigen::MatrixXd>>> factors_;  ///< a fold and ridge
+  std::vector<std::vector<Eigen::LLT<Eigen::MatrixXd>>> factors_;  ///< per fold and penalty
 };
 
-/// The same where only these targets are asked for.
+/// LinearPrediction(known, block, apart).of(targets).
 Eigen::MatrixXd predict_linearly(const Eigen::MatrixXd& known, const Eigen::MatrixXd& targets, int block,
                                  int apart);
 

@@ -10,22 +10,23 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// Time constant [s] over which the wrench residual is averaged before it predicts the next acceleration:
-/// some samples, so that sensor noise in it is small, and short against the motion.
+/// Time constant [s] of the low pass of the wrench residual that predicts the acceleration. Chosen: some
+/// samples, against sensor noise, and short compared to the motion.
 constexpr double kResidualMemory = 0.1;
 
-/// Apart from a sample [s], from which on others are taken to predict it: turbulence about a multirotor
-/// forgets most of itself meanwhile.
+/// Distance [s], beyond the horizon, of the samples that train the prediction of another one (cross-fitting).
+/// Chosen: about the correlation time of turbulence at a multirotor.
 constexpr double kApart = 0.3;
-/// Longest stretch that is left out at once [s]: short against a manoeuvre, since a flight that never repeats
-/// one is predicted by what is before and after it.
+/// Length [s] of a block of the cross-fitting. Chosen: short compared to a manoeuvre, so that a manoeuvre
+/// that is flown once is still predicted by the rest of itself.
 constexpr double kBlock = 1.0;
 
-/// The motion of a vehicle follows its reference with some delay: shifts at which it predicts, s.
+/// Shifts of the reference among the regressors [s]: the vehicle follows it with a delay. Chosen: from one
+/// step ahead of the sample to two steps behind.
 constexpr double kReferenceStep = 0.075;
-constexpr int kReferenceShifts = 4;  ///< from one step ahead
+constexpr int kReferenceShifts = 4;
 
-/// Blocks of a prediction over `lag` samples, see LinearPrediction.
+/// Arguments `apart` and `block` of LinearPrediction, in rows.
 int rows_apart(double period, int lag) { return lag + static_cast<int>(std::lround(kApart / period)); }
 int rows_of_block(double period) { return std::max(1, static_cast<int>(std::lround(kBlock / period))); }
 
@@ -37,7 +38,8 @@ Vec6 acceleration_of(const physics::Situation& x) {
 
 constexpr Eigen::Index kState = 15;
 
-/// Attitude (by gravity), rates, velocity and place of the sample `lag` before: what a controller acts on.
+/// State `lag` samples before, on which a controller acts: rate (and one sample earlier), gravity direction,
+/// velocity (body axes), position (world).
 template <class Measured>
 Eigen::Matrix<double, 1, kState> state_before(const Measured& measured, int i, int lag) {
   const physics::Situation &a = measured(i - lag), &b = measured(i - lag - 1);
@@ -47,7 +49,8 @@ Eigen::Matrix<double, 1, kState> state_before(const Measured& measured, int i, i
   return out;
 }
 
-/// Speeds and accelerations of rotors as expected from their own past and from what a controller acts on.
+/// Replaces rotor speeds and accelerations in `out` by predictions from their own past, the past state and
+/// `asked`.
 template <class Measured>
 void predict_rotors(std::vector<physics::Situation>& out, int lag, int block, int apart,
                     const Measured& measured, const Eigen::MatrixXd& asked) {
@@ -76,7 +79,7 @@ void predict_rotors(std::vector<physics::Situation>& out, int lag, int block, in
   }
 }
 
-/// What the reference asks around each sample, shifted by multiples of kReferenceStep.
+/// The reference at shifts of multiples of kReferenceStep around each sample; n x (kReferenceShifts columns).
 Eigen::MatrixXd reference_around(const Eigen::MatrixXd& reference, Segment segment, double period) {
   const Eigen::Index n = segment.end - segment.begin, m = reference.cols();
   const int step = std::max(1, static_cast<int>(std::lround(kReferenceStep / period)));
@@ -107,7 +110,8 @@ LinearPrediction predict_from_commands(const Flight& f, Segment segment, const E
     return f.situation[static_cast<std::size_t>(segment.begin + std::max(0, i))];
   };
   const Eigen::MatrixXd asked = reference_around(f.reference, segment, period);
-  constexpr std::array<int, 5> kBefore{0, 1, 2, 4, 8};  // samples: a lag remembers some tenths of a second
+  constexpr std::array<int, 5> kBefore{0, 1, 2, 4,
+                                       8};  // samples; a motor lag remembers some tenths of a second
   Eigen::MatrixXd known(n, kState + asked.cols() + static_cast<Eigen::Index>(6 * kBefore.size()));
   known.middleCols(kState, asked.cols()) = asked;
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -128,7 +132,7 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
   const auto measured = [&](int i) -> const physics::Situation& {
     return f.situation[static_cast<std::size_t>(segment.begin + std::max(0, i))];
   };
-  std::vector<Vec6> rest, slow;  // wrench residual, and its average up to this sample
+  std::vector<Vec6> rest, slow;  // wrench residual, and its causal low pass
   const double keep = std::exp(-period / kResidualMemory);
   for (int i = 0; i < n; ++i) {
     rest.push_back(wrench_residual(measured(i), measured(i).a_WB_B - measured(i).g_B, center_of_mass));
@@ -142,25 +146,26 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
   for (int i = 0; i < n; ++i) {
     physics::Situation& s = out[static_cast<std::size_t>(i)];
     const physics::Situation &now = measured(i), &then = measured(i - lag), &last = measured(i - lag);
-    // acceleration: what the rotors are expected to do, and what was left over so far
+    // acceleration of the predicted rotors, and of the low-passed residual at the horizon
     const Vec6 modelled =
         acceleration_of(now) +
         mass.solve(physics::rotor_wrench(s) - physics::rotor_wrench(now) - rest[static_cast<std::size_t>(i)]);
     const Vec6& left = slow[static_cast<std::size_t>(std::max(0, i - lag))];
     const Vec6 mean = 0.5 * (acceleration_of(then) + modelled + mass.solve(left));
     const Vec3 w = last.body.w_WB_B + ahead * mean.tail<3>();
-    const Vec3 v = last.v_WB_B + ahead * mean.head<3>();  // along the axes of then
+    const Vec3 v = last.v_WB_B + ahead * mean.head<3>();  // in body axes of the sample at the horizon
     known.row(i).head<24>() << w.transpose(), v.transpose(), last.body.w_WB_B.transpose(),
         last.v_WB_B.transpose(), left.transpose(), modelled.transpose();
     targets.row(i) << measured(i).body.w_WB_B.transpose(),
         (last.R_WB.transpose() * measured(i).body.v_WB_W).transpose(), now.dw_WB_B.transpose();
-    // what loads remember of the motion is driven by the measured acceleration
+    // internal states of loads are driven by the measured acceleration (Situation::memory_acceleration)
     s.observed = true;
     s.observed_a_B = now.a_WB_B;
     s.observed_dw_B = now.dw_WB_B;
     s.a_WB_B = modelled.head<3>();
   }
-  // An angular acceleration that followed the residual so far would make an inertia of any sign predict it.
+  // The angular acceleration is predicted without the residual: otherwise an inertia error of any sign would
+  // predict the residual from its own past.
   Eigen::MatrixXd motion(n, 12 + asked.cols());
   motion << known.middleCols(6, 6), known.middleCols(18, 6), asked;
   const Eigen::MatrixXd predicted = predict_linearly(known, targets.leftCols(6), block, apart),
@@ -175,8 +180,8 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
     s.R_WB = s.body.q_WB.toRotationMatrix();
     s.v_WB_B = s.R_WB.transpose() * s.body.v_WB_W;
     s.dw_WB_B = turning.row(i).transpose();
-    // The specific force is that of the predicted rotors, and gravity turns with the predicted attitude. With
-    // what the residual lets expect, a mass of any sign would predict the residual.
+    // The specific force is that of the predicted rotors, with gravity in the predicted attitude, and again
+    // without the residual: otherwise a mass error of any sign would predict the residual from its own past.
     const Vec3 g_B = s.R_WB.transpose() * Vec3(0, 0, -s.environment.gravity);
     s.a_WB_B += g_B - measured(i).g_B;
     s.g_B = g_B;

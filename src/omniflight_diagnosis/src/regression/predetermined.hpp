@@ -1,4 +1,4 @@
-// States of one stretch as they can be predicted from the samples before.
+// Predetermined regressors: states of a stretch predicted from earlier samples.
 #pragma once
 
 #include <span>
@@ -8,24 +8,25 @@
 
 namespace omniflight::diagnosis {
 
-/// Situations of samples [begin, end) of the flight with body state, rotors and accelerations as the samples
-/// up to `lag` samples before predict them: measured state, rotor speeds and low-passed wrench residual of
-/// then, nominal wrench of the rotors in between. A disturbance within a sample moves the measured state
-/// of that sample and, through the controller, its rotors; regressors taken from it would correlate with the
-/// noise. `inertia`: nominal, about the body origin (6 x 6).
+/// Situations of the samples [begin, end) in which body state, rotors and accelerations are predicted from
+/// the samples up to `lag` samples before: measured state, rotor speeds and low-passed wrench residual at
+/// that time, and the nominal wrench of the predicted rotors since. Measured regressors would correlate with
+/// the noise under feedback: a disturbance moves the state and, through the controller, the rotors.
+/// `inertia`: nominal 6 x 6, about the body origin [kg, kg m, kg m^2]; center_of_mass [m, body]; period [s].
 std::vector<physics::Situation> predetermined(const Flight& flight, Segment segment, const Mat6& inertia,
                                               const Vec3& center_of_mass, double period, int lag);
 
-/// Prediction, over `lag` samples, of what follows commands: from the wrench that they ask for (N and Nm,
-/// rows of the segment x 6) then and before, and from what a controller acts on.
+/// Predictor over `lag` samples for signals that follow the commands. Regressors: the commanded wrench [N,
+/// Nm] (samples of the segment x 6) at the horizon and up to 8 samples earlier, the state at the horizon, and
+/// the reference.
 LinearPrediction predict_from_commands(const Flight& flight, Segment segment,
                                        const Eigen::MatrixXd& commanded, double period, int lag);
 
-/// Shortest horizon [s] over which nothing of the present sample is seen: the kernels under which signals
-/// reach their samples end after three standard deviations, then's and now's; and as far as interpolation
-/// between the samples of the slowest signal reads ahead of then and back from now.
+/// Shortest horizon [s] at which smoothing kernels of the past and the present sample do not overlap: three
+/// standard deviations (Flight::kernel_s) on both sides, and at least twice the look-ahead of interpolation
+/// (Flight::reach_s).
 double least_horizon(const Flight& flight);
-/// The longest of these.
+/// The largest over several flights.
 double least_horizon(std::span<const Flight* const> flights);
 
 }  // namespace omniflight::diagnosis

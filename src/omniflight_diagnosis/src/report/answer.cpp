@@ -15,13 +15,15 @@
 namespace omniflight::diagnosis {
 namespace {
 
+// Chosen, see docs/explanation/diagnosis_method.md, Numbers that are chosen.
 constexpr double kCredible = 0.95;  ///< posterior mass of a credible set
-constexpr double kExplained = 0.8;  ///< from which on something is taken as decided in the verdict
-/// Standard deviation over that of the prior from which on a flight says nothing of a parameter.
+constexpr double kExplained =
+    0.8;  ///< posterior probability from which on the verdict takes a question as decided
+/// Posterior over prior standard deviation from which on a flight does not inform a parameter.
 constexpr double kUninformed = 0.95;
-const std::string kUnknown = "unknown";  ///< any function of the state, outside the library
+const std::string kUnknown = "unknown";  ///< name of any pattern outside the library
 
-/// Effects by id: rotors of one effect are one.
+/// Ids of the effects; single-rotor hypotheses of one effect are one id.
 std::set<std::string> names_of(const Inference& in, const std::vector<int>& hypotheses) {
   std::set<std::string> out;
   for (const int h : hypotheses) {
@@ -31,14 +33,15 @@ std::set<std::string> names_of(const Inference& in, const std::vector<int>& hypo
   return out;
 }
 
-/// Probability of each set of names.
+/// Posterior probability of each set of ids.
 std::map<std::set<std::string>, double> by_names(const Inference& in) {
   std::map<std::set<std::string>, double> out;
   for (const SetPosterior& s : in.posterior.sets) out[names_of(in, s.hypotheses)] += s.probability;
   return out;
 }
 
-/// What stands in the place of `id` in sets without it, likeliest first, until the credible mass is reached.
+/// Effects that replace `id` in sets without it, most probable first, until sets with `id` or these hold
+/// kCredible.
 std::vector<std::string> replacements(const std::map<std::set<std::string>, double>& sets,
                                       const std::set<std::string>& named, const std::string& id) {
   std::map<std::string, double> mass;
@@ -115,7 +118,7 @@ Finding finding_of(const Inference& in, const SetMember& member,
   return f;
 }
 
-/// Parts of the first flight [s] in which a smoothed signal exceeds a level.
+/// Windows [s] of the first flight in which the RMS of x over 1 s exceeds `level`.
 std::vector<std::pair<double, double>> windows_above(const RegressionProblem& problem,
                                                      const Eigen::VectorXd& x, double level) {
   std::vector<std::pair<double, double>> out;
@@ -164,7 +167,7 @@ void add_remaining(const Inference& in, const Eigen::VectorXd& rest, Diagnosis& 
   for (int c = 0; c < 6; ++c) {
     const Eigen::VectorXd x = rest.segment(c * n, n);
     if (x.isZero(0)) continue;
-    // what one sample tells of the next beyond the innovation: slow noise, or physics nobody named
+    // share of the power beyond the one-step prediction error: coloured noise, or physics that is not found
     const double noise = in.noise->fast_part(c);
     d.remaining.push_back({kChannels[static_cast<std::size_t>(c)], channel_unit(c), rms(x), noise,
                            std::max(0.0, 1 - noise * noise / std::max(1e-300, x.squaredNorm() / n))});
@@ -237,8 +240,8 @@ void add_series(const Inference& in, std::span<const Flight* const> flights, con
   }
 }
 
-/// Whether all that is named holds together, and every further effect of the library is absent, each with
-/// kExplained. Physics outside the library is told where it is likelier than not.
+/// Whether sets with all of `named` hold kExplained, and no further effect of the library has more than 1 -
+/// kExplained. Patterns outside the library do not count here.
 bool is_decided(const std::map<std::set<std::string>, double>& sets, const std::set<std::string>& named) {
   double hold = 0;
   std::map<std::string, double> further;

@@ -1,4 +1,4 @@
-// From the posterior to the answer: verdict, findings with their credible sets, what remains, decisions.
+// Answer from the posterior: verdict, findings with credible sets, remaining residual, decisions.
 #pragma once
 
 #include "../search/named_set.hpp"
@@ -6,8 +6,8 @@
 
 namespace omniflight::diagnosis {
 
-/// Writes what the posterior, and the set that is named, say of the wrench into d: mismatch, findings,
-/// unexplained, model, fit in sample, series, decisions, remaining, and the verdict.
+/// Adds to d what the posterior and the `named` set (named_set()) give for the wrench: mismatch, findings,
+/// unexplained, model, in-sample fit, series, decisions, candidates, remaining, and the verdict.
 void add_posterior(const Inference& inference, const SetFit& named, std::span<const Flight* const> flights,
                    Diagnosis& d);
 

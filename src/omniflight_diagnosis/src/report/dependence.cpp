@@ -7,8 +7,8 @@ namespace omniflight::diagnosis {
 
 std::string dependence_of(const Eigen::VectorXd& y, const std::vector<StateVariable>& v, const char* unit,
                           double noise) {
-  constexpr double kLeast = 0.25;     ///< of the variance
-  constexpr double kClearly = 0.002;  ///< share by which a kink has to beat the straight line
+  constexpr double kLeast = 0.25;     ///< least share of the variance that is explained; chosen
+  constexpr double kClearly = 0.002;  ///< gain in that share required of a kink; chosen
   std::string text;
   if (std::abs(y.mean()) > 2 * noise) text = format("present throughout, mean %+.3g %s", y.mean(), unit);
   double best = kLeast;

@@ -1,11 +1,12 @@
-// The part of a diagnosis that is known before anything is fitted.
+// Intake: contents of a recording before anything is fitted.
 #pragma once
 
 #include "omniflight_diagnosis/diagnosis.hpp"
 
 namespace omniflight::diagnosis {
 
-/// Signals, clocks and notes of one flight.
+/// Signals, sensor statistics, missing signals, alignment and notes; excitation and detectability are left
+/// empty.
 Intake describe(const recording::Recording& recording, const Flight& flight);
 
 }  // namespace omniflight::diagnosis

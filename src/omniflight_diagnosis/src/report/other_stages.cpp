@@ -11,6 +11,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
+/// See judge_sizes(). A parameter that the library does not list has a prior as wide as its estimate.
 double probability_of(const Finding& f, const physics::VehicleSize& size) {
   const physics::Effect* effect = physics::find_effect(f.effect);
   if (!effect) return std::nan("");

@@ -1,4 +1,4 @@
-// What an answer may say: of parameters that a flight does not bound, and of a search that did not end.
+// Identifiability of parameters, and marking of answers whose search did not end.
 #include <algorithm>
 #include <cmath>
 

@@ -10,7 +10,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// Along the pattern's axis [N or Nm], a sample each; forces of the world's axes turned there.
+/// Component of a wrench along the axis of the pattern [N or Nm], one per sample.
 Eigen::VectorXd along_axis(const RegressionProblem& problem, const Pattern& p,
                            const Eigen::VectorXd& wrench) {
   const int n = problem.samples();
@@ -22,7 +22,7 @@ Eigen::VectorXd along_axis(const RegressionProblem& problem, const Pattern& p,
   return out;
 }
 
-/// Whether it takes energy from the motion, gives it, or neither.
+/// "dissipative", "driving" or "conservative", by net power over the sum of |power| (limit 0.5, chosen).
 std::string energy_of(const RegressionProblem& problem, const Pattern& p, const Eigen::VectorXd& does) {
   double power = 0, turnover = 1e-300;
   for (int i = 0; i < problem.samples(); ++i) {
@@ -36,8 +36,8 @@ std::string energy_of(const RegressionProblem& problem, const Pattern& p, const 
   return power < -0.5 * turnover ? "dissipative" : power > 0.5 * turnover ? "driving" : "conservative";
 }
 
-/// The straight line through what the pattern does over a variable of the state; none over one that no model
-/// file knows.
+/// Linear fit to the pattern over its state variable, as a term of a model file; empty for a variable that
+/// physics::quantities() does not contain.
 std::optional<CorrectionTerm> line_through(const RegressionProblem& problem, const Pattern& p,
                                            const Eigen::VectorXd& does) {
   const auto quantities = physics::quantities();
@@ -58,7 +58,7 @@ std::optional<CorrectionTerm> line_through(const RegressionProblem& problem, con
   return CorrectionTerm{p.variable, b[0], unit_per(p.channel, p.unit), 0, model};
 }
 
-/// What pulsates, as its amplitude and phase in the first flight.
+/// A sinusoid with amplitude and phase of the first flight.
 CorrectionTerm pulse(const RegressionProblem& problem, const Pattern& p, const Eigen::VectorXd& weights) {
   const double unit = p.raw.col(0).cwiseAbs2().sum() + p.raw.col(1).cwiseAbs2().sum();
   int samples = 0;

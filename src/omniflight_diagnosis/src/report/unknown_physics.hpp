@@ -1,4 +1,4 @@
-// Physics outside the library, in the terms of the answer.
+// Description of a fitted pattern outside the library.
 #pragma once
 
 #include "../search/inference.hpp"
@@ -6,8 +6,8 @@
 
 namespace omniflight::diagnosis {
 
-/// Channel, variable, share of the residual `before` [N, Nm, all rows], parity and energy of a pattern that
-/// was fitted; and, as the simulator flies it, the straight line through it.
+/// Channel, variable, share of the residual `before` (all rows, N and Nm), parity and energy of a fitted
+/// pattern, and a linear fit or sinusoid as a correction that the simulator can load.
 Unexplained unexplained_of(const Inference& inference, const SetMember& pattern,
                            const Eigen::VectorXd& before);
 

@@ -7,12 +7,12 @@
 namespace omniflight::diagnosis {
 
 std::vector<Mismatch> locate_allocation(const recording::Recording& recording) {
-  constexpr double kBlock = 0.5;  // s
+  constexpr double kBlock = 0.5;  // s, windows closer than this are joined; chosen
   std::vector<Mismatch> out;
   const recording::Signal* desired = recording.find("qddr");
   const recording::Signal* allocated = recording.find("qdd");
   if (!desired || !allocated || desired->width() != 6 || allocated->width() != 6) return out;
-  // an answer that is logged with the stamp of the next question is late, not short
+  // the result may be logged one period later than the request: take the nearer of both samples
   const double period = desired->median_period_s();
   std::vector<double> later = desired->t_s;
   for (double& t : later) t += period;

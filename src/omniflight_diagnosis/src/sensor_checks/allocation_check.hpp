@@ -1,12 +1,13 @@
-// What the allocator could not give of what the controller asked.
+// Accelerations that the control allocation could not realise.
 #pragma once
 
 #include "omniflight_diagnosis/diagnosis.hpp"
 
 namespace omniflight::diagnosis {
 
-/// Allocation (desired against allocated acceleration) of one recording, where logged: channels that miss by
-/// more than a tenth.
+/// Compares requested (`qddr`) with allocated (`qdd`) acceleration: m/s^2 in world, rad/s^2 in body axes.
+/// Returns the channels whose RMS difference exceeds 0.05 plus 10 % of the RMS request (chosen). Empty where
+/// not logged.
 std::vector<Mismatch> locate_allocation(const recording::Recording& recording);
 
 }  // namespace omniflight::diagnosis

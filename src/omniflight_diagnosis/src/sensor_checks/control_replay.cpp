@@ -14,44 +14,50 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr double kRate = 50, kCutoff = 4;  // Hz: below what estimators and delays make of the state
-constexpr double kReach = 0.3;             // s: how far the low pass carries a gap
-constexpr double kBlock = 5;               // s: with a mean of its own, since integrals stop at limits
+// Chosen, not measured, where nothing else is said.
+constexpr double kRate = 50,
+                 kCutoff = 4;   // Hz, grid and low pass: below the effects of estimators and delays
+constexpr double kReach = 0.3;  // s, length of the low pass: samples left out around a gap
+constexpr double kBlock = 5;    // s, block with its own mean: integrators saturate and are reset in between
 constexpr int kLeastBlocks = 4;
-constexpr double kLeastShare = 0.8;  // of the command's variance: else it is another law
-constexpr double kLeastSigmas = 4;
-constexpr double kLeastChange[] = {0.15, 0.15, 0.5};  // of the told gain; limits and resets move integrals
-constexpr double kWorst = 0.25;  // of the blocks: what only they show is a limit that was met, not a gain
-constexpr double kLate = 0.02;   // s: of the logged state against the one that was controlled
+constexpr double kLeastShare = 0.8;  // of the command's variance explained; below, another control law flew
+constexpr double kLeastSigmas = 4;   // standard errors by which a gain must differ
+// Relative difference of proportional, derivative and integral gain; saturation and resets bias the integral
+// gain.
+constexpr double kLeastChange[] = {0.15, 0.15, 0.5};
+constexpr double kWorst =
+    0.25;  // of the blocks: a difference in these alone is a limit that was hit, not a gain
+constexpr double kLate = 0.02;  // s, delay of the logged state that is tolerated
 
-/// Of a regression: proportional, derivative, integral, lag, late pose, that to second order.
+/// Unknowns of the regression: proportional, derivative and integral gain, and to absorb delays the
+/// derivative of the rate, the reference rate and its derivative.
 constexpr int kUnknowns = 6;
 using MatU = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 using VecU = Eigen::Matrix<double, kUnknowns, 1>;
 
-/// A command and what its gains multiply, n x 3 each, one column an axis.
+/// One control loop: command and the regressors of its gains, n x 3, one column per axis.
 struct Loop {
   std::array<const char*, 3> gain, unit;
-  std::array<Vec3*, 3> value;  ///< told before, flown after
+  std::array<Vec3*, 3> value;  ///< told gains; judge() replaces them by the estimates
   std::array<const char*, 3> axis;
   Eigen::MatrixXd command, error, rate;
-  Eigen::MatrixXd motion;  ///< rate of the reference: a pose that is logged late is behind by its multiple
+  Eigen::MatrixXd motion;  ///< rate of the reference; a delayed pose deviates by a multiple of it
   std::vector<char> valid;
 };
 
-/// By how much the stamps of the pose and of the measured rates are behind those of the command [s].
+/// Delay [s] of the logged pose and rates relative to the command.
 struct Lateness {
   double pose = 0, rate = 0;
 };
 
 struct Gains {
   Vec3 value, se;
-  Vec3 usual;        ///< the value without the blocks in which the told gains are off most
-  double share = 0;  ///< of the command's variance
-  double off = 0;    ///< RMS of the command less what the told gains ask for
+  Vec3 usual;        ///< estimate without the kWorst blocks, in which the told gains fit worst
+  double share = 0;  ///< explained share of the command's variance
+  double off = 0;    ///< RMS of command minus prediction by the told gains
 };
 
-/// Command and what its gains multiply, a matrix a block of kBlock seconds, each without its mean.
+/// Regressors and command of an axis in blocks of kBlock, each centred; samples x (kUnknowns + 1).
 std::vector<Eigen::MatrixXd> blocks_of(const Loop& loop, Eigen::Index axis) {
   const Eigen::Index n = loop.command.rows();
   Eigen::MatrixXd x(n, kUnknowns + 1);  // and the command
@@ -75,13 +81,13 @@ std::vector<Eigen::MatrixXd> blocks_of(const Loop& loop, Eigen::Index axis) {
   return blocks;
 }
 
-/// Energy of the command less what the told gains ask for.
+/// Squared norm of command minus prediction by the told gains.
 double off_in(const Eigen::MatrixXd& block, const Vec3& told) {
   return (block.col(kUnknowns) - block.leftCols<3>() * told).squaredNorm();
 }
 
-/// Regression of blocks, each with a mean of its own; the standard errors are those of blocks, which may be
-/// coloured.
+/// Least squares over centred blocks with cluster-robust standard errors (blocks as clusters; noise may be
+/// coloured). Empty where the regressors are collinear.
 std::optional<Gains> regress(const std::vector<Eigen::MatrixXd>& blocks, const Vec3& told) {
   if (blocks.size() < 2) return std::nullopt;
   MatU H = MatU::Zero();
@@ -95,7 +101,7 @@ std::optional<Gains> regress(const std::vector<Eigen::MatrixXd>& blocks, const V
     samples += b.rows();
   }
   for (const int k : {4, 5})
-    if (H(k, k) < 1e-12) H(k, k) = 1;  // a reference that stands still
+    if (H(k, k) < 1e-12) H(k, k) = 1;  // constant reference
   const VecU scale = H.diagonal().cwiseSqrt().cwiseMax(1e-12).cwiseInverse();
   const MatU scaled = scale.asDiagonal() * H * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<MatU> eigen(scaled);
@@ -120,7 +126,7 @@ std::optional<Gains> regress(const std::vector<Eigen::MatrixXd>& blocks, const V
   return out;
 }
 
-/// Of one axis.
+/// Gains of one axis; empty with fewer than kLeastBlocks blocks.
 std::optional<Gains> gains_of(const Loop& loop, Eigen::Index axis, const Vec3& told) {
   const std::vector<Eigen::MatrixXd> blocks = blocks_of(loop, axis);
   if (static_cast<int>(blocks.size()) < kLeastBlocks) return std::nullopt;
@@ -138,12 +144,14 @@ std::optional<Gains> gains_of(const Loop& loop, Eigen::Index axis, const Vec3& t
   return all;
 }
 
-/// The loop with its signals moved to where the command follows them best: to first order in a lag of 10 ms
-/// a gain on the rate came out a quarter too small.
+/// The loop with pose and rates shifted to the clock of the command, by the delays that leave the least
+/// residual. The first-order terms of the regression do not suffice: with a gyro 8 ms late, a rate gain came
+/// out a quarter too small (CHANGELOG).
 template <class Make>
 Loop on_one_clock(const Make& make) {
-  constexpr double kLatest = 0.05, kFirst = 0.008, kLast = 0.0005;  // s
-  constexpr double kWorth = 0.7;  // of what is left unexplained; less is what shifted noise does
+  constexpr double kLatest = 0.05, kFirst = 0.008, kLast = 0.0005;  // s, bound, first and last step; chosen
+  constexpr double kWorth =
+      0.7;  // least relative reduction of the residual: shifted noise alone reaches some; chosen
   const auto left_by = [&](const Lateness& late) {
     const Loop loop = make(late);
     double left = 0;
@@ -173,7 +181,8 @@ Loop on_one_clock(const Make& make) {
   return make(late);
 }
 
-/// Compares the gains of a loop with those told, and keeps what was flown.
+/// Compares the estimated gains of a loop with the told ones, adds differences to f and mismatch, and stores
+/// the estimates.
 void judge(const Loop& loop, const std::string& frame, Finding& f, std::vector<Mismatch>& mismatch) {
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const Vec3 told((*loop.value[0])[axis], (*loop.value[1])[axis], (*loop.value[2])[axis]);
@@ -182,8 +191,9 @@ void judge(const Loop& loop, const std::string& frame, Finding& f, std::vector<M
     std::string words;
     for (int k = 0; k < 3; ++k) {
       const double difference = gains->value[k] - told[k];
-      const double late = k == 1 ? kLate * told[0] : 0;  // a late error adds its gain times its rate
-      if (told[k] <= 0 ||  // an action that is not told, or off, cannot be told wrong by this
+      const double late =
+          k == 1 ? kLate * told[0] : 0;  // a delayed error adds kp times the delay to the rate gain
+      if (told[k] <= 0 ||                // nothing to compare
           std::abs(difference) <
               std::max(kLeastSigmas * gains->se[k], (kLeastChange[k] + 1 - gains->share) * told[k] + late) ||
           std::abs(gains->usual[k] - told[k]) < kLeastChange[k] * told[k])
@@ -217,7 +227,7 @@ void judge(const Loop& loop, const std::string& frame, Finding& f, std::vector<M
 
 bool attitude_is_free(const vehicle::Vehicle& vehicle,
                       const std::vector<const recording::Recording*>& recordings) {
-  constexpr double kParallel = 0.999;  // cosine: mounting errors of a degree or two do not count
+  constexpr double kParallel = 0.999;  // cosine of 2.6 deg: mounting errors are not counted; chosen
   const auto parallel_at = [&](double tilt) {
     for (int i = 1; i < vehicle.rotor_count(); ++i)
       if (std::abs(vehicle.rotor_axis(i, tilt).dot(vehicle.rotor_axis(0, tilt))) < kParallel) return false;
@@ -240,8 +250,7 @@ bool attitude_is_free(const vehicle::Vehicle& vehicle,
 
 void add_control(const recording::Recording& r, const ToldController& told, Diagnosis& d,
                  bool attitude_free) {
-  // the state as the controller had it, where it is recorded: noise of the measured one makes gains look
-  // small
+  // Prefer the estimate that the controller used: noise in measured regressors attenuates the gains.
   const auto seen = [&](const char* estimate, const char* measured) {
     const recording::Signal* s = r.find(estimate);
     return s ? s : r.find(measured);
@@ -254,16 +263,16 @@ void add_control(const recording::Recording& r, const ToldController& told, Diag
   for (double at = asked->t_s.front(); at < asked->t_s.back() && t.size() < 1000000; at += 1 / kRate)
     t.push_back(at);
   std::vector<char> valid(t.size(), 1);
-  const auto leave_out = [&](std::ptrdiff_t i) {  // as far as the low pass carries it
+  const auto leave_out = [&](std::ptrdiff_t i) {  // with the length of the low pass
     const auto reach = static_cast<std::ptrdiff_t>(kReach * kRate), n = static_cast<std::ptrdiff_t>(t.size());
     for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, i - reach); k <= std::min(n - 1, i + reach); ++k)
       valid[static_cast<std::size_t>(k)] = 0;
   };
-  // on the grid, with gaps bridged and left out
+  // resampled onto the grid; samples in gaps are bridged for the filter and left out of the regression
   const auto read = [&](recording::Signal s, double late = 0) {
     for (double& at : s.t_s) at -= late;
     if (recording::is_attitude(s.name)) make_continuous(s.values);
-    s = decimate(s, 1 / kRate);  // noise that folds back makes gains look small
+    s = decimate(s, 1 / kRate);  // aliased noise would attenuate the gains
     const Eigen::MatrixXd strict = recording::resample(s, t, std::max(0.1, 3 * s.median_period_s()));
     for (Eigen::Index i = 0; i < strict.rows(); ++i)
       if (!strict.row(i).allFinite()) leave_out(i);
@@ -278,7 +287,7 @@ void add_control(const recording::Recording& r, const ToldController& told, Diag
     return read(*s);
   };
   const Eigen::MatrixXd command = read(*asked);
-  if (const recording::Signal* phase = r.find("phase")) {  // a vehicle that is held answers no command
+  if (const recording::Signal* phase = r.find("phase")) {  // held vehicles are not controlled
     const std::vector<char> free = in_free_flight(*phase, t);
     for (std::size_t i = 0; i < free.size(); ++i)
       if (!free[i]) leave_out(static_cast<std::ptrdiff_t>(i));

@@ -1,25 +1,27 @@
-// Reference to controller: what the told gains would have asked for on the recorded state.
+// Check of the controller: gains estimated from the logged command against the told gains.
 #pragma once
 
 #include "omniflight_diagnosis/diagnosis.hpp"
 
 namespace omniflight::diagnosis {
 
-/// Fits, axis by axis below 4 Hz, the gains on error, its rate and its integral that the logged command
-/// `qddr` follows beyond the reference's own acceleration: position in the world, attitude in the body. Names
-/// controller_mismatch with the gains that differ from the told ones by more than 10 % and four standard
-/// errors, and sets Diagnosis::controller to what was flown. Adds nothing where the reference, the command or
-/// the state is not logged, or where the command follows another law (less than 80 % of it is explained).
-/// `attitude_free`: the attitude is commanded by the recorded reference alone. That of a vehicle whose rotors
-/// push along one axis follows from its position loop instead, so that its attitude gains cannot be replayed.
+/// Regresses, per axis and below 4 Hz, the logged command `qddr` minus the reference acceleration on error,
+/// its rate and its integral: position in world, attitude in body axes. Adds controller_mismatch with the
+/// gains that differ from the told ones by more than four standard errors and 15 % (integral: 50 %; more
+/// where the fit is worse or signals are late), and sets Diagnosis::controller to the estimated gains. Adds
+/// nothing where reference, command or state is not logged, or where less than 80 % of the command's variance
+/// is explained (another control law). `attitude_free`: the recorded reference alone commands the attitude.
+/// An underactuated vehicle takes it from its position loop instead, so that its attitude gains cannot be
+/// estimated here.
 void add_control(const recording::Recording& recording, const ToldController& told, Diagnosis& diagnosis,
                  bool attitude_free = true);
-/// At the tilts that were flown, where they were recorded.
+/// Whether the rotor axes, at the recorded tilts, are not all parallel, so that attitude and position are
+/// controlled independently. True where the rotors tilt and the tilt is not recorded.
 bool attitude_is_free(const vehicle::Vehicle& vehicle,
                       const std::vector<const recording::Recording*>& recordings);
 
-/// The same of every recording: what several show is one finding. Diagnosis::controller is that of the first,
-/// which is flown again.
+/// add_control() for every recording, equal findings merged. Diagnosis::controller is that of the first
+/// recording, which is the one that the closed-loop simulation repeats.
 void add_controls(const std::vector<const recording::Recording*>& recordings, const ToldController& told,
                   Diagnosis& diagnosis, bool attitude_free = true);
 

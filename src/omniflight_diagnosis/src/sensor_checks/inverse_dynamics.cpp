@@ -13,13 +13,15 @@ namespace {
 using recording::Recording;
 using recording::Signal;
 
-constexpr double kPoseRate = 100, kPoseCutoff = 6;  // Hz: a pose differentiated twice carries no more
+constexpr double
+    kPoseRate = 100,
+    kPoseCutoff = 6;  // Hz, grid and low pass; chosen: twice differentiated noise of a pose dominates above
 
 const Signal* first_of(const Recording& r, const char* measured, const char* estimated) {
   return r.find(measured) ? r.find(measured) : r.find(estimated);
 }
 
-/// On the grid, held through gaps and low-passed.
+/// Resampled onto t, held through gaps, low-passed.
 Eigen::MatrixXd smooth(const Signal& s, const std::vector<double>& t) {
   Eigen::MatrixXd x = recording::resample(s, t);
   for (Eigen::Index i = 1; i < x.rows(); ++i)
@@ -28,7 +30,7 @@ Eigen::MatrixXd smooth(const Signal& s, const std::vector<double>& t) {
   return low_pass(x, kPoseRate, kPoseCutoff);
 }
 
-/// The one direction in which all rotors push, whatever the tilt.
+/// Common axis of all rotors; empty where they tilt or are not parallel.
 std::optional<Vec3> only_axis(const vehicle::Vehicle& v) {
   if (v.tilt.kind != vehicle::TiltKind::none) return std::nullopt;
   for (int k = 1; k < v.rotor_count(); ++k)

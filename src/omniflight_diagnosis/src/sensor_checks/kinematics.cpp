@@ -14,26 +14,29 @@ namespace {
 using recording::Recording;
 using recording::Signal;
 
-constexpr double kHalf = 0.3;        // s, half a window: what is slower is in it several times
-constexpr double kEntry = 14;        // log-likelihood: well beyond what three numbers gain by chance
-constexpr double kCorrelated = 1.5;  // variance of a mean over that of independent windows
-constexpr double kWild =
-    0.08;  // m/s^2: of a window: then timing or filters differ by more than is to be found
-constexpr double kLeastLever = 0.004;  // m
-constexpr int kColumns = 10;           // bias, tilt, lever, two clocks
+// Chosen, not measured.
+constexpr double kHalf =
+    0.3;  // s, half width of a window; longer suppresses noise, shorter gives more windows
+constexpr double kEntry =
+    14;  // nat, least gain; half a chi-square of 3 degrees exceeds it with probability 4e-6
+constexpr double kCorrelated = 1.5;  // variance inflation, since adjacent windows overlap by half
+constexpr double kWild = 0.08;  // m/s^2, RMS misfit above which timing or axes are wrong: nothing is judged
+constexpr double kLeastLever = 0.004;  // m, about 3.5 prior deviations of the lever arm
+constexpr int kColumns = 10;  // bias (3), tilt (2), lever arm (3), clock of the pose, of the attitude
 
-/// Window of unit area over [-h, h] and its second derivative.
+/// Window phi of unit area on [-kHalf, kHalf] and its second time derivative, at u = t / kHalf.
 double window(double u) { return 315.0 / 256.0 * std::pow(1 - u * u, 4) / kHalf; }
 double curvature(double u) {
   const double v = 1 - u * u;
   return 315.0 / 256.0 * (-8 * std::pow(v, 3) + 48 * u * u * v * v) / (kHalf * kHalf * kHalf);
 }
 
-/// Samples of a signal inside a window, none missing; weights are trapezoids [s].
+/// Samples of a signal inside a window; weights [s] of the trapezoidal rule.
 struct Samples {
   Eigen::Index begin = 0, end = 0;
   std::vector<double> u, weight;
 
+  /// Selects the samples around `center`; false with fewer than 15 or a gap longer than `gap` (all s).
   bool take(const std::vector<double>& t, double shift, double center, double gap) {
     const auto first = std::lower_bound(t.begin(), t.end(), center - kHalf - shift);
     const auto last = std::upper_bound(t.begin(), t.end(), center + kHalf - shift);
@@ -55,7 +58,7 @@ struct Samples {
   }
 };
 
-/// Mean of x under the window.
+/// Weighted mean of x: integral of phi x.
 Eigen::RowVectorXd mean_under(const Samples& s, const Eigen::MatrixXd& x) {
   Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(x.cols());
   double all = 0;
@@ -67,8 +70,8 @@ Eigen::RowVectorXd mean_under(const Samples& s, const Eigen::MatrixXd& x) {
   return sum / all;
 }
 
-/// Mean of the second time derivative of x under the window. A parabola is taken out first and counted
-/// exactly, so that the sum over samples only sees what is small.
+/// Integral of phi'' x, the weighted mean of the second derivative of x. A fitted parabola is integrated
+/// exactly, so that quadrature errors affect the remainder only.
 Eigen::RowVectorXd curvature_under(const Samples& s, const Eigen::MatrixXd& x) {
   const auto n = static_cast<Eigen::Index>(s.u.size());
   Eigen::MatrixXd A(n, 3);
@@ -85,7 +88,7 @@ Eigen::RowVectorXd curvature_under(const Samples& s, const Eigen::MatrixXd& x) {
   return out;
 }
 
-/// Rows of the rotation matrices of quaternions (w, x, y, z), nine numbers a row, column by column.
+/// Rotation matrices of quaternion rows (w, x, y, z); n x 9, column-major.
 Eigen::MatrixXd rotations(const Eigen::MatrixXd& q) {
   Eigen::MatrixXd out(q.rows(), 9);
   for (Eigen::Index i = 0; i < q.rows(); ++i) {
@@ -95,16 +98,18 @@ Eigen::MatrixXd rotations(const Eigen::MatrixXd& q) {
   return out;
 }
 
-/// Motion of one recording as two clocks tell it.
+/// Pose and accelerometer of one recording, each on its clock.
 struct Motion {
   const Signal &position, &attitude, &force;
   Eigen::MatrixXd R_mocap;  ///< at the times of the position
   double gravity = 9.81;
-  double position_gap = std::min(5 * position.median_period_s(), 0.05);  ///< s, that may be read across
+  double position_gap =
+      std::min(5 * position.median_period_s(), 0.05);  ///< s, longest gap that is interpolated
   double force_gap = std::min(8 * force.median_period_s(), 0.05);
 
-  /// Second derivative of position less specific force and gravity [m/s^2], motion capture later by `shift`.
-  /// The attitude by itself may be later still.
+  /// Weighted mean of (d2p/dt2 - R f - g) [m/s^2, world] at `center`, with the pose delayed by `shift` and
+  /// the attitude by `attitude_shift` more (all s). Also, unless null, weighted means of R and of its second
+  /// derivative.
   std::optional<Vec3> mismatch(double center, double shift, double attitude_shift, Mat3* mean_R,
                                Mat3* bent_R) const {
     Samples p, f;
@@ -152,8 +157,7 @@ struct Solution {
   double log_likelihood = 0;  ///< with the prior
 };
 
-/// Weighted least squares; weights are those of an axis. `prior` is one over the variance of a column's
-/// number around nothing.
+/// Regularised least squares of whitened rows; `prior` is the prior precision of each parameter (mean zero).
 Solution solve(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Eigen::VectorXd& prior) {
   Eigen::MatrixXd H = X.transpose() * X / kCorrelated;
   H.diagonal() += prior;
@@ -169,6 +173,7 @@ Solution solve(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Eigen::
   return out;
 }
 
+/// Prior standard deviation of component k of a group that is not a finding.
 double tolerated(const Group& g, int k, const Options& o) {
   if (g.first == 3) return o.tolerance.world_force;
   if (g.first == 5) return kLeastLever / 3.5;
@@ -181,7 +186,7 @@ bool among(const std::vector<Group>& groups, const Group& g) {
   return std::any_of(groups.begin(), groups.end(), [&](const Group& c) { return c.first == g.first; });
 }
 
-/// What is found may have any size, everything else only what tolerances allow; `without` is nothing.
+/// Prior precisions: none for found groups, tolerances for the others, and fixed at zero for `without`.
 Eigen::VectorXd prior_of(const std::vector<Group>& found, const Options& o, const Group* without = nullptr) {
   constexpr double kNothing = 1e18;
   Eigen::VectorXd prior = Eigen::VectorXd::Zero(kColumns);
@@ -213,7 +218,7 @@ std::optional<Kinematics> judge_kinematics(const Recording& r, const Options& o)
     if (q.row(i).allFinite()) motion.R_mocap.row(i) = rotations(q.row(i));
   std::vector<Eigen::Matrix<double, 3, kColumns>> rows;
   std::vector<Vec3> left;
-  constexpr double kShift = 0.004;  // s, for the derivative by time
+  constexpr double kShift = 0.004;  // s, step of the numerical derivative
   for (double t = force->t_s.front() + kHalf; t < force->t_s.back() - kHalf; t += kHalf) {
     Mat3 mean_R, bent_R;
     const auto e = motion.mismatch(t, 0, 0, &mean_R, &bent_R);
@@ -242,7 +247,7 @@ std::optional<Kinematics> judge_kinematics(const Recording& r, const Options& o)
       X.row(c * n + k) = rows[static_cast<std::size_t>(k)].row(c);
       y[c * n + k] = left[static_cast<std::size_t>(k)][c];
     }
-  // an axis has its own noise: that which everything together leaves
+  // whiten each axis by the residual of the full model
   const Eigen::VectorXd all = prior_of({kGroups.begin(), kGroups.end()}, o);
   for (int round = 0; round < 2; ++round) {
     const Solution full = solve(X, y, all);
@@ -268,7 +273,7 @@ std::optional<Kinematics> judge_kinematics(const Recording& r, const Options& o)
     for (const Group& g : kGroups) {
       if (among(chosen, g)) continue;
       const double reaches = with(chosen, g);
-      const double beyond = reaches - reached;  // what tolerances allow
+      const double beyond = reaches - reached;  // gain over the tolerances
       const double seen = reaches - solve(X, y, prior_of(chosen, o, &g)).log_likelihood;
       if (seen > kEntry && beyond > 0.5 * chi_squared_quantile(kBeyondTold, g.width) && beyond > most)
         most = beyond, best = &g;

@@ -10,7 +10,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// What an accelerometer at r [m] measures beyond one at the origin [m/s^2, body].
+/// Lever-arm acceleration at r [m, body] [m/s^2, body].
 Vec3 lever_acceleration(const physics::Situation& s, const Vec3& r) {
   const Vec3& w = s.body.w_WB_B;
   return s.dw_WB_B.cross(r) + w.cross(w.cross(r));
@@ -20,19 +20,20 @@ struct Share {
   double value = 0, se = 0;
 };
 
-/// Of a window, in body axes: force of the lever [N], velocity [m/s], force left [N].
+/// Window means in body axes: mass times lever-arm acceleration [N], velocity [m/s], force residual [N].
 struct Means {
   Vec3 lever = Vec3::Zero(), speed = Vec3::Zero(), left = Vec3::Zero();
 };
 
-constexpr double kWindow = 0.2;  // s: angular acceleration is differentiated, its noise averages out
+constexpr double kWindow = 0.2;  // s, averages the noise of the differentiated rate; chosen
 
-/// Share of the lever in the forces that no model of rotors and weight explains. Steps from window to window,
-/// which are nearly white; speed stands for the drag that is not yet known.
+/// Coefficient of the lever-arm force in the force residual: 1 if the accelerometer is off the origin, 0 if
+/// the pose is. Regression of differences between adjacent windows, which are nearly white, with velocity for
+/// unmodelled drag. Empty with fewer than 30 differences.
 std::optional<Share> share_in_forces(const RegressionProblem& problem, double mass, const Vec3& r,
                                      double rate_hz) {
   const int n = problem.samples(), width = std::max(1, static_cast<int>(std::lround(kWindow * rate_hz)));
-  constexpr Eigen::Index kColumns = 4;  // lever and drag a axis
+  constexpr Eigen::Index kColumns = 4;  // lever arm, and drag per axis
   Eigen::MatrixXd X(3 * (n / width + 1), kColumns);
   Eigen::VectorXd y(X.rows());
   Eigen::Index rows = 0;

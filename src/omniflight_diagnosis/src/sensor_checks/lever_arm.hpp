@@ -1,4 +1,4 @@
-// Which of two sensors sits away from the body origin, and accelerations freed of what sensors add.
+// Attribution of a lever arm to accelerometer or motion capture, and compensation of accelerometer errors.
 #pragma once
 
 #include "kinematics.hpp"
@@ -6,14 +6,14 @@
 
 namespace omniflight::diagnosis {
 
-/// Kinematics tell where the inertial sensor lies in the body that motion capture follows, not which of the
-/// two is away from the origin of the vehicle. The forces tell: an accelerometer off the origin adds
-/// m (w' x r + w x (w x r)) [N, body] to what they leave. Where they do not add it, imu_lever_arm becomes
-/// mocap_offset, by -r; where they cannot tell, each is named as well as the other.
+/// Kinematics give the position r of the accelerometer relative to the tracked point, not which of the two is
+/// off the body origin. An accelerometer off the origin adds m (dw x r + w x (w x r)) [N, body] to the force
+/// residual. Where that term is absent, imu_lever_arm becomes mocap_offset with -r; where it is undecided (2
+/// standard errors), the other one is added as a rival.
 void attribute_lever(const Flight& flight, const vehicle::Vehicle& vehicle, const Options& options,
                      Kinematics& kinematics);
 
-/// Gives the flight the accelerations that a faultless accelerometer at the body origin would have measured.
+/// Subtracts the found bias and lever-arm acceleration from the accelerations of the flight.
 void compensate(const Kinematics& kinematics, Flight& flight);
 
 }  // namespace omniflight::diagnosis

@@ -5,7 +5,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// Two sensors of one kind are two findings.
+/// Findings of different sensors of one kind are not merged.
 bool same_sensor(const Finding& a, const Finding& b) {
   if (a.effect != b.effect || a.channels != b.channels || a.parameters.size() != b.parameters.size())
     return false;
@@ -17,7 +17,7 @@ bool same_place(const Mismatch& a, const Mismatch& b) {
   return a.stage == b.stage && a.channel == b.channel && a.frame == b.frame && a.unit == b.unit;
 }
 
-/// The entry that another recording has made of the same thing.
+/// Entry of another recording for the same sensor or channel; null if there is none.
 template <class Entry>
 Entry* merged(std::vector<Entry>& all, bool (*same)(const Entry&, const Entry&), const Entry& x) {
   const auto at = std::find_if(all.begin(), all.end(),

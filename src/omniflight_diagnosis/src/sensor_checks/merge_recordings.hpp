@@ -1,18 +1,19 @@
-// What each of several recordings says of its own sensors, told once.
+// Merging of per-recording findings.
 #pragma once
 
 #include "omniflight_diagnosis/diagnosis.hpp"
 
 namespace omniflight::diagnosis {
 
-/// File, hash, duration and signals; what was cut out is added by whoever cut it.
+/// File, hash, duration and signals; `excluded` is left empty.
 Input input_of(const recording::Recording& recording);
 
-/// Adds findings, mismatches and the pairs to separate that one recording shows. What another one has shown
-/// already becomes the same finding, with both named and the words of both; its effects join the model once.
+/// Adds findings, mismatches, effects and pairs to separate of the recording `file` to `all`. A finding that
+/// another recording has already is merged: both files are listed, sentences concatenated, the larger
+/// probability kept.
 void merge_recording(const Diagnosis& one, const std::string& file, Diagnosis& all);
 
-/// The answer about a recording that cannot be believed.
+/// The answer (verdict unusable) about a recording with these objections.
 Diagnosis unusable(const recording::Recording& recording, const std::vector<std::string>& against);
 
 }  // namespace omniflight::diagnosis

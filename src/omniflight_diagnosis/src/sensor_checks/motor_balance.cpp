@@ -24,9 +24,9 @@ struct Steady {
   std::vector<Window> excluded;
 };
 
-constexpr double kSameTilt = 0.05;  // rad: tilts at which the torques of one thrust hardly differ
+constexpr double kSameTilt = 0.05;  // rad, deviation from the median tilt that is still used; chosen
 
-/// Tilt of the rotors at these times [rad]: measured, else ordered, else as near to none as the vehicle can.
+/// Rotor tilt at t_s [rad]: measured, else commanded, else the admissible tilt nearest to zero (`unknown`).
 Eigen::VectorXd tilt_of(const Recording& r, const vehicle::Vehicle& v, const std::vector<double>& t_s,
                         bool& unknown) {
   const Signal* alpha = r.find("alpha") ? r.find("alpha") : r.find("alpha_command");
@@ -43,6 +43,8 @@ Eigen::VectorXd tilt_of(const Recording& r, const vehicle::Vehicle& v, const std
   return out;
 }
 
+/// Median thrusts over steady flight: total thrust within 40 % of its 75 % quantile, tilt near its median,
+/// away from the ground and slow where position and velocity tell. Thresholds chosen.
 Steady steady_thrust(const Recording& r, const Signal& speed, const vehicle::Vehicle& v) {
   Steady out;
   const Eigen::Index n = speed.size(), rotors = speed.width();
@@ -109,10 +111,10 @@ ParameterValue value_of(const physics::Effect* effect, std::size_t at, const cha
   return p;
 }
 
-/// Steady flight of some recordings, each weighed by how long it was.
+/// Mean over the steady flight of several recordings, weighted by duration.
 struct Balance {
   vehicle::AllocationMatrix allocation;  ///< mean over their tilts
-  Vec6 wrench = Vec6::Zero();            ///< mean, at thrusts that add up to one
+  Vec6 wrench = Vec6::Zero();            ///< mean, at thrusts normalised to sum one
   double seconds = 0;
   std::string notes;
 
@@ -126,15 +128,15 @@ struct Balance {
   }
   /// Torque about roll, pitch and yaw, each over weight times arm().
   Vec3 imbalance() const { return wrench.tail<3>().cwiseQuotient(lift() * arm()); }
-  /// What a rotor adds to imbalance() that gives all of its share again.
+  /// Change of imbalance() when rotor k commands twice its share.
   Vec3 of_rotor(int k) const {
     return allocation.block<3, 1>(3, k).cwiseQuotient(lift() * arm()) /
            static_cast<double>(allocation.cols());
   }
 };
 
-/// Adds one recording; what was not steady goes to `excluded`. The value: why it is left out, if it is.
-/// Error: no motor signal.
+/// Adds one recording; windows that are not steady go to `excluded`. The value is the reason why it was left
+/// out, if it was. Error: no motor signal.
 Result<std::optional<Error>> add_flight(const Recording& r, const vehicle::Vehicle& v, Balance& sum,
                                         std::vector<Window>& excluded) {
   Recording chosen = r;  // commanded power, where logged, is closer to thrust than the duty cycle
@@ -162,17 +164,17 @@ Result<std::optional<Error>> add_flight(const Recording& r, const vehicle::Vehic
   return std::optional<Error>();
 }
 
-constexpr int kFewestBaselines = 3;  ///< that tell a scatter of each axis
+constexpr int kFewestBaselines = 3;  ///< least number for a standard deviation; chosen
 
-/// How much more than its share the rotor needs that explains the imbalance best, and the 95 % interval of
-/// that by the likelihood.
+/// The rotor that explains the imbalance best, its relative excess of command over its share, the 95 %
+/// likelihood interval of that excess, and Yardstick::chi at the best fit.
 struct WeakRotor {
   int rotor = -1;
   double extra = 0, low = 0, high = 0, chi = 0;
 };
 
 WeakRotor weakest_rotor(const Balance& b, const Yardstick& y) {
-  constexpr double kMost = 3;  // a rotor that gives a quarter of its thrust: no vehicle flies on
+  constexpr double kMost = 3;  // largest excess tried: a rotor with a quarter of its thrust
   const Vec3 x = b.imbalance();
   WeakRotor best;
   best.chi = y.chi(x);
@@ -186,7 +188,7 @@ WeakRotor weakest_rotor(const Balance& b, const Yardstick& y) {
   }
   if (best.rotor < 0) return best;
   const Vec3 u = b.of_rotor(best.rotor);
-  const auto edge = [&](double far) {  // where twice the log-likelihood is 3.84 below its best
+  const auto edge = [&](double far) {  // 3.84: 95 % quantile of chi-square with one degree of freedom
     double in = best.extra, out = far;
     for (int i = 0; i < 50; ++i) {
       const double middle = 0.5 * (in + out);
@@ -198,10 +200,10 @@ WeakRotor weakest_rotor(const Balance& b, const Yardstick& y) {
   return best;
 }
 
-/// Probability of the one of two explanations that are as likely beforehand, whose chi is lower by so much.
+/// Posterior probability, at equal prior odds, of the explanation whose chi is lower by this much.
 double likelier_than(double chi_lower_by) { return 1 / (1 + std::exp(-0.5 * chi_lower_by)); }
 
-/// "Rotor 3 gives 17 % less thrust ...", with its numbers.
+/// The finding "Rotor 3 gives 17 % less thrust ...".
 Finding weak_rotor(const WeakRotor& weak, double without, const Yardstick& y, Diagnosis& d) {
   const auto thrust = [](double extra) { return 1 / (1 + std::max(-0.9, extra)) - 1; };
   const double scale = thrust(weak.extra), low = thrust(weak.high), high = thrust(weak.low);
@@ -232,7 +234,7 @@ Finding weak_rotor(const WeakRotor& weak, double without, const Yardstick& y, Di
   return f;
 }
 
-/// "The centre of mass lies beside the middle ...", with its numbers.
+/// The finding "The centre of mass lies beside the middle ...".
 Finding shifted_mass(const Balance& b, const Yardstick& y, double against, Diagnosis& d) {
   const Vec3 imbalance = b.imbalance() - y.expected, arm = b.arm();
   const physics::Effect* effect = physics::find_effect(physics::effect_id::com_offset);
@@ -242,7 +244,7 @@ Finding shifted_mass(const Balance& b, const Yardstick& y, double against, Diagn
   f.channels = {"Mx", "My"};
   f.probability = likelier_than(against);
   f.cannot_be_told_apart_from = {physics::effect_id::payload_mass, physics::effect_id::attachment_torque};
-  // the thrusts lean towards the centre of mass: roll torque tilts about x for an offset along y
+  // the centre of thrust lies above the centre of mass: roll torque for an offset along y, pitch for x
   const double at_y = imbalance.x() * arm.x(), at_x = -imbalance.y() * arm.y();
   const double half_y = 1.96 * y.sigma.x() * arm.x(), half_x = 1.96 * y.sigma.y() * arm.y();
   f.parameters.push_back(value_of(effect, 0, "x", "m", at_x, at_x - half_x, at_x + half_x));
@@ -299,7 +301,7 @@ Result<Diagnosis> diagnose_balance(std::span<const Recording> flown, const vehic
   Diagnosis d;
   Balance b;
   std::optional<Error> refused;
-  for (const Recording& r : flown) {  // every flight's own shares count as long as it was steady
+  for (const Recording& r : flown) {
     d.inputs.push_back(input_of(r));
     auto left_out = add_flight(r, v, b, d.inputs.back().excluded);
     if (!left_out) return Failure(left_out.error());
@@ -310,7 +312,7 @@ Result<Diagnosis> diagnose_balance(std::span<const Recording> flown, const vehic
   if (!(b.seconds > 0)) return Failure(*refused);
   const Vec3 imbalance = b.imbalance() - y.expected;
   const double none = y.chi(b.imbalance());
-  // a shifted centre of mass takes roll and pitch, and leaves yaw
+  // an offset of the centre of mass explains roll and pitch, not yaw
   Vec3 yaw_only = y.expected;
   yaw_only.z() = b.imbalance().z();
   const double centre = y.chi(yaw_only);

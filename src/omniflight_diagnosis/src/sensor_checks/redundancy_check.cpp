@@ -21,11 +21,13 @@ namespace {
 using recording::Recording;
 using recording::Signal;
 
-constexpr double kBlock = 3.0;         // s
+// Chosen, not measured.
+constexpr double kBlock = 3.0;         // s, block whose mean is one observation
 constexpr double kSurely = 5;          // standard errors
-constexpr double kLeastGain = 0.0012;  // of a rotor's speed: what timing of telemetry may do
-constexpr double kLeastServo = 0.02;   // s: as late as telemetry may be, with its clock, behind commands
+constexpr double kLeastGain = 0.0012;  // relative speed error that timing of the telemetry may cause
+constexpr double kLeastServo = 0.02;   // s, delay of telemetry and clocks that is not taken for a servo lag
 
+/// Mean with standard error and standard deviation of the observations.
 struct Estimate {
   double value = 0, se = 1e9, scatter = 1e9;
   bool is_not(double other, double least) const {
@@ -49,7 +51,7 @@ ParameterValue value_of(const char* name, const char* symbol, const char* unit, 
   return {name, symbol, unit, e.value, e.value - 1.96 * e.se, e.value + 1.96 * e.se};
 }
 
-/// By how much a straight line through x falls from the first to the last.
+/// Decrease of a fitted straight line from the first to the last element.
 Estimate fall_of(const std::vector<double>& x) {
   const auto n = static_cast<Eigen::Index>(x.size());
   if (n < 5) return {};
@@ -62,12 +64,12 @@ Estimate fall_of(const std::vector<double>& x) {
   return {-line[1], scatter * std::sqrt(inverse(1, 1)), scatter};
 }
 
-/// Of one rotor: mean speed over mean command, and by how much it falls during the flight.
+/// Mean of speed over command of one rotor, and its decrease during the flight.
 struct SpeedGain : Estimate {
   Estimate falls;
 };
 
-/// Of every rotor, in blocks in which it neither reverses nor stands.
+/// For every rotor, over blocks in which it neither reverses nor nearly stops.
 std::vector<SpeedGain> speed_gains(const Signal& speed, const Signal& command) {
   std::vector<SpeedGain> out;
   const Eigen::MatrixXd ordered = recording::resample(command, speed.t_s, 0.1);
@@ -97,7 +99,7 @@ std::vector<SpeedGain> speed_gains(const Signal& speed, const Signal& command) {
   return out;
 }
 
-/// Two causes that this recording cannot separate.
+/// Marks the last finding as indistinguishable from `rival`.
 void leave_open(Diagnosis& d, const char* rival) {
   d.findings.back().cannot_be_told_apart_from = {rival};
   d.findings.back().rivals = 1;
@@ -133,7 +135,7 @@ void judge_speeds(const Recording& r, Diagnosis& d) {
     se = std::max(se, gains[k].se);
   }
   if (2 * slow > static_cast<int>(known.size()) && common < 1 - kLeastGain) {
-    // a battery empties; a telemetry that reads low does so from the first second to the last
+    // a battery discharges, whereas a scale error of the telemetry is constant
     const bool empties = 2 * sinking > static_cast<int>(known.size());
     add_sensor(d, physics::effect_id::battery_sag, "rotor_speed", "1",
                format("The rotors turn %.2f %% slower than they were ordered to, %s", 100 * (1 - common),
@@ -156,12 +158,13 @@ void judge_speeds(const Recording& r, Diagnosis& d) {
   }
 }
 
-/// Exponent of the battery's voltage in the speed of rotor r beside its duty cycle: ln speed = a + b ln duty
-/// + c ln voltage, on means over half a second. Nothing where the voltage hardly moves.
+/// Exponent c of the battery voltage in the speed of rotor r: ln speed = a + b ln duty + c ln voltage, on
+/// means over 0.5 s. Empty where the voltage hardly varies independently of the duty cycle.
 std::optional<double> voltage_exponent(const Signal& speed, const Eigen::MatrixXd& duty,
                                        const Eigen::MatrixXd& voltage, Eigen::Index r) {
-  constexpr double kMean = 0.5, kMoves = 0.001;  // s; of ln voltage, beside its trend with the duty cycle
-  std::vector<Vec3> rows;                        // ln of speed, duty, voltage
+  // Chosen: s; least RMS of ln voltage after regression on ln duty.
+  constexpr double kMean = 0.5, kMoves = 0.001;
+  std::vector<Vec3> rows;  // ln of speed, duty, voltage
   for (std::size_t i = 0; i < speed.t_s.size();) {
     Vec3 sum = Vec3::Zero();
     std::size_t j = i;
@@ -196,7 +199,7 @@ void judge_voltage(const Recording& r, Diagnosis& d) {
   std::vector<double> exponents;
   for (Eigen::Index k = 0; k < speed->width(); ++k)
     if (const auto c = voltage_exponent(*speed, u, v, k)) exponents.push_back(*c);
-  const Estimate open_loop = mean_of(exponents);  // every rotor tells of the same battery
+  const Estimate open_loop = mean_of(exponents);  // one observation per rotor
   if (!open_loop.is_not(0, 0.3)) return;
   add_sensor(
       d, physics::effect_id::battery_sag, "rotor_speed", "1",
@@ -211,7 +214,7 @@ void judge_tilt(const Recording& r, const vehicle::Tilt& servo, Diagnosis& d) {
   const TiltLags lags = tilt_lags(r, servo, kBlock);
   const Estimate lag = mean_of(lags.lag);
   if (!lag.is_not(lags.told, kLeastServo)) return;
-  Estimate beyond = lag;  // as the effect has it: added to what the vehicle file tells
+  Estimate beyond = lag;  // the effect is an addition to the lag of the vehicle file
   beyond.value -= lags.told;
   const std::string text =
       lags.told > 0
@@ -223,10 +226,10 @@ void judge_tilt(const Recording& r, const vehicle::Tilt& servo, Diagnosis& d) {
              {value_of("time_constant", "tau_a", "s", beyond)}, std::abs(beyond.value), beyond.se);
 }
 
-/// What is left of `off` at no turning, when a gyro that is turned or scaled by up to a few hundredths also
-/// shows a share of the mean rate: one row a block.
+/// Gyro bias of one axis: intercept of the block means `off` (gyro minus attitude rate) over the mean rates
+/// `turned` (blocks x 3), which absorb scale and misalignment with prior deviation kSkewed.
 Estimate at_rest(const Eigen::VectorXd& off, const Eigen::MatrixXd& turned) {
-  constexpr double kSkewed = 0.03;
+  constexpr double kSkewed = 0.03;  // 1 or rad; chosen
   constexpr Eigen::Index kUnknowns = 4;
   Estimate out;
   if (off.size() < 2 * kUnknowns) return out;
@@ -290,7 +293,7 @@ void judge_gyro(const Recording& r, const Options& o, Diagnosis& d) {
   bool seen = false;
   for (std::size_t c = 0; c < 3; ++c) {
     const Estimate b = at_rest(all_off.col(static_cast<Eigen::Index>(c)), rates);
-    seen = seen || b.is_not(0, 3 * b.scatter);  // a bias stays
+    seen = seen || b.is_not(0, 3 * b.scatter);  // a bias is constant: it exceeds the scatter of the blocks
     from_told += b.value * b.value / (b.se * b.se + o.tolerance.gyro_bias * o.tolerance.gyro_bias);
     parameters.push_back(value_of(kNames[c], kSymbols[c], "rad/s", b));
     if (std::abs(b.value) > largest) largest = std::abs(b.value), noise = b.se;

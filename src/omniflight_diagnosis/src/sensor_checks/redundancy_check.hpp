@@ -1,4 +1,4 @@
-// What was measured against what was ordered, and against what another sensor says of the same thing.
+// Redundancy checks: measurements against commands, and against other sensors of the same quantity.
 #pragma once
 
 #include "kinematics.hpp"
@@ -6,15 +6,15 @@
 
 namespace omniflight::diagnosis {
 
-/// Findings actuator_saturation and thrust_dead_zone (limits of the rotors), battery_sag (all rotors turn
-/// slower than ordered, or their duty cycle sets a share of the voltage), rotor_speed_sensor_fault (one does,
-/// by its own telemetry), tilt_servo_lag, command_quantisation and gyro_error (a bias against the measured
-/// attitude), each with its mismatch. All are judged on means over blocks of some seconds, whose scatter
-/// gives the standard errors. Signals that are missing are passed over.
+/// Adds, with mismatches: actuator_saturation and thrust_dead_zone (limits of the rotors), battery_sag (all
+/// rotors slower than commanded, or speed dependent on voltage at equal duty cycle), rotor_speed_sensor_fault
+/// (one rotor deviates), tilt_servo_lag, command_quantisation and gyro_error (bias against the attitude).
+/// Means over blocks of 3 s are the observations, and their scatter gives the standard errors. Checks whose
+/// signals are missing, or whose effect is already among the findings of `diagnosis`, are skipped.
 void check_redundancy(const recording::Recording& recording, const vehicle::Vehicle& vehicle,
                       const Options& options, Diagnosis& diagnosis);
 
-/// Findings accelerometer_error, mocap_tilt, mocap_offset and imu_lever_arm of what does not fit one motion.
+/// Adds the parts of `kinematics` as findings: accelerometer_error, mocap_tilt, mocap_offset, imu_lever_arm.
 void add_kinematics(const Kinematics& kinematics, Diagnosis& diagnosis);
 
 }  // namespace omniflight::diagnosis

@@ -15,7 +15,7 @@ namespace {
 using recording::Recording;
 using recording::Signal;
 
-constexpr double kStillEnough = 5.0;  // s, before what a resting sensor reads is called its error
+constexpr double kStillEnough = 5.0;  // s at rest before a reading is judged as an error; chosen
 constexpr const char* kJudged[] = {"acc",      "gyro",         "position",     "attitude",
                                    "velocity", "est_position", "est_attitude", "est_velocity"};
 
@@ -26,9 +26,10 @@ double median(std::vector<double> x) {
   return *middle;
 }
 
-/// White noise of samples [from, to), the loudest component: motion is smooth over four samples.
+/// RMS white noise of the noisiest component in samples [from, to), from third differences, which cancel
+/// motion that is quadratic over four samples (variance 20 times that of the noise).
 double noise_of(const Signal& s, Eigen::Index from, Eigen::Index to) {
-  constexpr double kGaussian = 0.6745;
+  constexpr double kGaussian = 0.6745;  // median of |x| of a standard normal
   const double period = s.median_period_s();
   double most = 0;
   for (Eigen::Index c = 0; c < s.width(); ++c) {
@@ -66,7 +67,7 @@ double seconds(const std::vector<Window>& windows) {
   return sum;
 }
 
-/// Means of a resting inertial sensor over one second each.
+/// Means of accelerometer and gyro over seconds at rest.
 struct Still {
   std::vector<Vec3> acc, gyro;
   double seconds() const { return static_cast<double>(gyro.size()); }
@@ -86,7 +87,7 @@ Mean mean_of(const std::vector<Vec3>& x) {
   return out;
 }
 
-/// Mean over a second in which a signal shows nothing but its white noise.
+/// Mean over [from, to) if the scatter is that of white noise, and below `most`.
 std::optional<Vec3> quiet_mean(const Signal& s, double from, double to, double most) {
   const auto a = std::lower_bound(s.t_s.begin(), s.t_s.end(), from) - s.t_s.begin(),
              b = std::lower_bound(s.t_s.begin(), s.t_s.end(), to) - s.t_s.begin();
@@ -100,7 +101,8 @@ std::optional<Vec3> quiet_mean(const Signal& s, double from, double to, double m
   return mean;
 }
 
-/// A body that turns steadily shows in the direction of gravity, and one that accelerates does not for long.
+/// Seconds at rest: accelerometer and gyro show white noise only, and the direction of the specific force
+/// does not change between adjacent seconds, which excludes steady rotation. Limits chosen.
 Still still_of(const Recording& r) {
   constexpr double kAcc = 0.4, kGyro = 0.06, kTurns = 0.3;  // m/s^2, rad/s, rad/s
   Still out;
@@ -146,7 +148,8 @@ std::vector<SensorFact> sensor_facts(const Recording& r) {
     const Signal* s = r.find(name);
     if (!s || s->size() < 20) continue;
     const double span = s->t_s.back() - s->t_s.front();
-    const double turn = recording::is_attitude(s->name) ? 2 : 1;  // of a quaternion: half the angle
+    const double turn =
+        recording::is_attitude(s->name) ? 2 : 1;  // quaternion components change by half the angle
     out.push_back(
         {s->name, "white noise, RMS", turn > 1 ? "rad" : s->unit, turn * noise_of(*s, 0, s->size())});
     if (!(span > 0)) continue;

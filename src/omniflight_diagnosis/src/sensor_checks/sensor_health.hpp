@@ -1,16 +1,16 @@
-// What a sensor's own samples say of it, without any model of the vehicle.
+// Quality of each sensor from its own samples, without a vehicle model.
 #pragma once
 
 #include "omniflight_diagnosis/diagnosis.hpp"
 
 namespace omniflight::diagnosis {
 
-/// Of accelerometer, gyro and pose: noise (white, from third differences), share of time lost in gaps or
-/// frozen, magnitude of gravity, what is read while nothing moves, and, against a reference, the tracking.
+/// For accelerometer, gyro, pose and estimate: RMS white noise, share of time in gaps and frozen, median
+/// specific force, readings at rest, and tracking error where a reference was recorded.
 std::vector<SensorFact> sensor_facts(const recording::Recording& recording);
 
-/// Findings stale_samples (a signal that freezes and then jumps), gyro_error and accelerometer_error (what is
-/// read through five still seconds or more), each with its mismatch; gaps and frozen stretches as windows.
+/// Adds stale_samples (a signal that freezes and jumps), gyro_error and accelerometer_error (readings during
+/// at least 5 s at rest) with mismatches, and appends gaps and frozen stretches to `windows`.
 void add_sensor_health(const recording::Recording& recording, const Options& options, Diagnosis& diagnosis,
                        std::vector<Window>& windows);
 

@@ -11,10 +11,10 @@ namespace {
 
 using recording::Signal;
 
-constexpr double kLagStep = 0.0025;  // s
-constexpr int kLagSteps = 200;       // beyond the largest told lag
+constexpr double kLagStep = 0.0025;  // s, grid of lags tried; chosen
+constexpr int kLagSteps = 200;       // beyond the told lag: up to 0.5 s more
 
-/// Within [from, to) seconds.
+/// Lag [s] with the least squared error between the servo model and the tilt within [from, to) [s].
 double lag_in_block(const Signal& tilt, const Eigen::MatrixXd& ordered, vehicle::Tilt servo, double from,
                     double to) {
   double best = 1e300, chosen = 0;

@@ -1,4 +1,4 @@
-// How late the measured tilt angle follows its command.
+// Lag of the measured tilt angle behind its command.
 #pragma once
 
 #include <vector>
@@ -9,12 +9,12 @@
 namespace omniflight::diagnosis {
 
 struct TiltLags {
-  std::vector<double> lag;  ///< s, of every block of some seconds in which the command moves
-  double told = 0;          ///< s, lag of the vehicle file that the recorded angle is to show
+  std::vector<double> lag;  ///< s, one for every block in which the command moves
+  double told = 0;  ///< s, lag of the vehicle file; 0 where the recorded angle is an echo of the command
 };
 
-/// First-order lags that leave least between angle and command, behind the rate and, where the recorded angle
-/// shows the servo of the vehicle file, its play. Empty where a signal is missing.
+/// First-order lags that fit the angle best in blocks of block_s [s], with rate limit and play of `servo`
+/// (without play where the angle is an echo of the command). Empty where a signal is missing.
 TiltLags tilt_lags(const recording::Recording& recording, const vehicle::Tilt& servo, double block_s);
 
 }  // namespace omniflight::diagnosis

@@ -6,7 +6,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// What one standard deviation of each initial state of these laws' loads does, rows x states.
+/// Wrench per standard deviation of each initial state of the laws, rows x states.
 Eigen::MatrixXd start_columns(const RegressionProblem& problem, const std::vector<EffectTerm>& laws) {
   std::vector<Eigen::VectorXd> columns;
   Eigen::VectorXd value;
@@ -23,7 +23,8 @@ Eigen::MatrixXd start_columns(const RegressionProblem& problem, const std::vecto
   return out;
 }
 
-/// Residual at measured states beside these laws, the likeliest calibration and initial states.
+/// Residual after the laws, the calibration and the initial states, the latter two at their posterior mean
+/// given this recording. Evaluated at measured states.
 Eigen::VectorXd what_is_left(RegressionProblem& problem, const SlowColumns& slow,
                              const std::vector<EffectTerm>& laws) {
   problem.expect(laws);
@@ -43,7 +44,7 @@ Eigen::VectorXd what_is_left(RegressionProblem& problem, const SlowColumns& slow
          start * likeliest.tail(start.cols());
 }
 
-/// Channels that are not judged (torques where thrust is only modelled) are left out.
+/// Fits of all judged channels (no torques where thrust is modelled from duty cycles).
 std::vector<ChannelFit> before_and_after(const Flight& flight, const std::vector<EffectTerm>& laws,
                                          const Inference& inference, const vehicle::Vehicle& vehicle,
                                          const Options& o, const std::string& name) {
@@ -61,7 +62,7 @@ std::vector<ChannelFit> before_and_after(const Flight& flight, const std::vector
   return channel_fits(name, measured, before, after, problem.forces_only() ? 3 : 6, vehicle.mass);
 }
 
-/// Their loads begin at rest.
+/// The effects of the members at their parameters, initial states at rest.
 std::vector<EffectTerm> laws_of(const std::vector<Hypothesis>& hypotheses,
                                 const std::vector<SetMember>& members) {
   std::vector<EffectTerm> out;
@@ -70,7 +71,7 @@ std::vector<EffectTerm> laws_of(const std::vector<Hypothesis>& hypotheses,
   return out;
 }
 
-/// Members that are laws.
+/// Members that are effects of the library.
 std::vector<SetMember> laws_among(const Inference& in, const SetFit& set) {
   std::vector<SetMember> out;
   for (const SetMember& m : set.members)
@@ -78,7 +79,7 @@ std::vector<SetMember> laws_among(const Inference& in, const SetFit& set) {
   return out;
 }
 
-/// These laws fitted to another flight, from the values they have.
+/// The members fitted to another flight, starting from their values.
 std::vector<EffectTerm> refitted(const Inference& in, std::vector<SetMember> members, const Flight& flight,
                                  const vehicle::Vehicle& vehicle, const Options& o) {
   const Flight* one[] = {&flight};
@@ -114,7 +115,7 @@ std::vector<ChannelFit> on_unseen_flights(const Inference& inference, const SetF
 
 std::vector<ChannelFit> on_thirds(const Inference& inference, const SetFit& set, const Flight& flight,
                                   const vehicle::Vehicle& vehicle, const Options& o) {
-  constexpr double kLeast_s = 3;  ///< of a part: less has no noise spectrum to speak of
+  constexpr double kLeast_s = 3;  ///< s, of a part; chosen: a shorter one determines no noise spectrum
   const std::vector<SetMember> laws = laws_among(inference, set);
   std::vector<ChannelFit> out;
   for (int k = 0; k < kThirds && !laws.empty() && !o.stopped(); ++k) {

@@ -1,4 +1,4 @@
-// How well what was found predicts recordings, and parts of a recording, that it was not fitted to.
+// Cross-validation: prediction of recordings, or parts of one, that were not fitted.
 #pragma once
 
 #include "../search/inference.hpp"
@@ -6,14 +6,16 @@
 
 namespace omniflight::diagnosis {
 
-/// RMS and share explained of body wrench and specific force [m/s^2], without and with the laws of a set, at
-/// the values they were fitted to. What belongs to a recording is taken from it, with and without the laws:
-/// calibration within its tolerances, and initial states of loads.
+/// RMS and coefficient of determination of wrench [N, Nm, body] and specific force [m/s^2], without and with
+/// the laws of a set at the fitted parameters. Calibration (within its tolerances) and initial states of
+/// loads are specific to a recording and therefore estimated from each, both without and with the laws.
+/// Unknown physics is not predicted.
 std::vector<ChannelFit> on_unseen_flights(const Inference& inference, const SetFit& set,
                                           const std::vector<Flight>& unseen, const vehicle::Vehicle& vehicle,
                                           const Options& options);
 
-/// The same on thirds of a single flight, each predicted by the laws fitted to the other two.
+/// The same for each third of a single flight, predicted by the laws refitted to the other two; thirds, or
+/// rests, with less than 3 s of usable samples are skipped.
 std::vector<ChannelFit> on_thirds(const Inference& inference, const SetFit& set, const Flight& flight,
                                   const vehicle::Vehicle& vehicle, const Options& options);
 

@@ -1,33 +1,34 @@
-// How much better a model predicts with the effects than without: always before beside after, a channel each.
+// Prediction errors without and with the effects, per channel.
 #pragma once
 
 #include "omniflight_diagnosis/diagnosis.hpp"
 
 namespace omniflight::diagnosis {
 
-/// The flight with only the samples inside (or only those outside) [from_s, to_s).
+/// The flight restricted to samples inside (or outside) of [from_s, to_s) [s]; segments of 0.5 s or less are
+/// dropped.
 Flight part_of(const Flight& flight, double from_s, double to_s, bool inside);
 
 inline constexpr int kThirds = 3;
 
-/// A third of a flight, and what is left without it.
+/// A third of a flight, and the flight without it.
 struct Third {
   std::string name;
   Flight block, rest;
 };
-/// The third k of 0, 1 and 2; nothing where it or the rest has less than so many usable seconds.
+/// Third k = 0, 1, 2; empty where it or the rest has fewer usable seconds than required.
 std::optional<Third> third_of(const Flight& flight, int k, double least_block_s, double least_rest_s);
 
-/// Mass and inertia times measured acceleration: what all forces and torques on the body come to. N and Nm.
+/// Measured wrench [N, Nm, body]: mass times specific force, J dw + w x J w.
 Vec6 measured_wrench(const physics::Situation& situation);
 
-/// RMS and share explained of the first so many channels of a measured wrench, then of the specific force
-/// [m/s^2], by what is left of it before and after. Rows are channel-major.
+/// RMS and coefficient of determination of the first `channels` channels of the wrench, then of the specific
+/// force [m/s^2], from the measured wrench and the residuals before and after (channel-major); mass [kg].
 std::vector<ChannelFit> channel_fits(const std::string& name, const Eigen::VectorXd& measured,
                                      const Eigen::VectorXd& before, const Eigen::VectorXd& after,
                                      int channels, double mass);
 
-/// RMS of the tracking error [m] by axis; empty where none was recorded.
+/// RMS tracking error [m] by axis ("px", ...); empty without a reference.
 std::map<std::string, double> tracking_rms_of(const Flight& flight);
 
 }  // namespace omniflight::diagnosis

@@ -5,7 +5,8 @@ namespace {
 
 using physics::Situation;
 
-/// Body accelerations of the model at a state; rotors, tilt and vehicle are those of the situation.
+/// Acceleration (m/s^2, rad/s^2, body axes) of the model at a state, with rotors, tilt and vehicle of the
+/// situation.
 Vec6 acceleration(Situation& s, const RigidState& body, const OpenLoopModel& model) {
   s.body = body;
   s.R_WB = body.q_WB.toRotationMatrix();

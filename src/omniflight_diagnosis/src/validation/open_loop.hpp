@@ -1,4 +1,4 @@
-// The body flown from recorded rotor speeds alone.
+// Open-loop simulation of the body from recorded rotor speeds.
 #pragma once
 
 #include "omniflight_diagnosis/flight.hpp"
@@ -6,14 +6,14 @@
 
 namespace omniflight::diagnosis {
 
-/// What acts besides the rotors' nominal law.
+/// Model besides the nominal rotors.
 struct OpenLoopModel {
   Vec3 center_of_mass = Vec3::Zero();  ///< m, of the vehicle file
   std::vector<physics::ActiveEffect> effects = {};
 };
 
-/// Advances x from grid sample k of the flight to the next, rotors interpolated, by the midpoint rule in
-/// `parts` equal steps. Effects with memory are left out. False when it ran away.
+/// Integrates x from grid sample k to k + 1 with `parts` steps of the midpoint rule, rotors interpolated.
+/// Effects with memory are ignored. Returns false when the state is not finite.
 bool advance(const Flight& flight, int k, const OpenLoopModel& model, int parts, RigidState& x);
 
 }  // namespace omniflight::diagnosis

@@ -13,8 +13,8 @@ struct Sum {
   int count = 0;
 };
 
-/// Flies from grid index `from` for `steps` grid samples and adds the squared error at the end of each
-/// horizon.
+/// One rollout from grid index `from`; adds the squared error after each number of `steps` to `sums`, up to
+/// index `last`.
 void fly(const Flight& f, int from, const std::array<int, 3>& steps, const OpenLoopModel& model,
          std::array<Sum, 3>& sums, int last) {
   constexpr int kParts = 4;
