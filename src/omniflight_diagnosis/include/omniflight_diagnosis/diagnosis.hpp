@@ -205,7 +205,8 @@ struct Decision {
 /// What the best model leaves of a channel.
 struct Remaining {
   std::string channel, unit;
-  /// RMS of the residual and of its one-step prediction error, in `unit`; predictable share of its power [1].
+  /// RMS of the residual; root of the noise spectrum near its highest frequencies, temperature included, both
+  /// in `unit`; share of the power of the residual beyond that of such noise, which is still predictable [1].
   double rms = 0, noise_rms = 0, predictable_share = 0;
 };
 

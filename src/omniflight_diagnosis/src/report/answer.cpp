@@ -167,7 +167,7 @@ void add_remaining(const Inference& in, const Eigen::VectorXd& rest, Diagnosis& 
   for (int c = 0; c < 6; ++c) {
     const Eigen::VectorXd x = rest.segment(c * n, n);
     if (x.isZero(0)) continue;
-    // share of the power beyond the one-step prediction error: coloured noise, or physics that is not found
+    // power beyond that of white noise at the level of high frequencies: coloured noise, or physics not found
     const double noise = in.noise->fast_part(c);
     d.remaining.push_back({kChannels[static_cast<std::size_t>(c)], channel_unit(c), rms(x), noise,
                            std::max(0.0, 1 - noise * noise / std::max(1e-300, x.squaredNorm() / n))});
