@@ -28,9 +28,12 @@ struct Mismatch {
   physics::Stage stage = physics::Stage::wrench;
   std::string channel, frame, unit;
   std::vector<std::pair<double, double>> windows_s;  ///< in the first flight that shows it
-  std::string where;              ///< for the reader: "grows with height above 0.62 m: -2.45 N per m"
-  double p_value = 1;             ///< valid under coloured noise; 0 where two noise-free values are compared
-  double rms = 0, noise_rms = 0;  ///< in `unit`: of the nominal residual; of what no effect explains
+  std::string where;  ///< for the reader: "grows with height above 0.62 m: -2.45 N per m"
+  /// Wrench: posterior probability of the empty set. Drives: inverse Bayes factor, at most 1. Sensors:
+  /// two-sided normal p-value of deviation over standard error. Faults and allocation: 0 (no noise). Control:
+  /// 1e-6, a nominal value.
+  double p_value = 1;
+  double rms = 0, noise_rms = 0;        ///< in `unit`: of the nominal residual; of what no effect explains
   std::vector<std::string> recordings;  ///< files of a sensor mismatch; empty: over all fitted recordings
 };
 
@@ -110,12 +113,12 @@ struct FitReport {
   Power power;                          ///< likewise
 };
 
-/// Residuals over time, for plots of the report; not part of diagnosis.json.
+/// Residuals over the used samples, for plots of the report; not part of diagnosis.json.
 struct Series {
   std::string file;
   std::vector<double> t_s, height_m;
   std::vector<std::string> channels;               ///< Fx ... Mz body, Fz_world
-  std::vector<std::vector<double>> before, after;  ///< channels x samples [N, Nm]; NaN where excluded
+  std::vector<std::vector<double>> before, after;  ///< channels x samples [N, Nm]
 };
 /// How strongly the flight speaks for an effect by itself; not part of diagnosis.json.
 struct CandidateGain {

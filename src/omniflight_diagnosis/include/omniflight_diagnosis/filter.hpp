@@ -7,7 +7,8 @@
 namespace omniflight::diagnosis {
 
 /// Forward-backward Butterworth low pass (4th order each way) of every column of a uniformly sampled matrix.
-/// The ends are extended by point reflection. cutoff_hz must be in (0, 0.49 rate_hz); otherwise x is returned.
+/// The ends are extended by point reflection. cutoff_hz must be in (0, 0.49 rate_hz); otherwise x is
+/// returned.
 Eigen::MatrixXd low_pass(const Eigen::MatrixXd& x, double rate_hz, double cutoff_hz);
 
 /// Centred moving average of every column over `length` samples (both end samples count half where `length`

@@ -74,12 +74,12 @@ struct Flight {
   bool speed_from_command = false;  ///< no measured rotor speeds: they are commands through the nominal lag
   CommandTrack commands;            ///< set with speed_from_command
   bool thrust_modelled = false;  ///< thrust is modelled from duty cycles; its scale is fitted to this flight
-  Eigen::VectorXd log_drive,
-      log_voltage;  ///< n, set with thrust_modelled: ln(mean rotor speed / its mean), ln(voltage / its mean)
+  /// n, set with thrust_modelled: ln(mean rotor speed / its mean), ln(voltage / its mean)
+  Eigen::VectorXd log_drive, log_voltage;
   std::vector<Alignment> alignment;
   double floor_z = 0;  ///< m, world height of the floor that is used
-  std::optional<double>
-      stood_at;  ///< m, world height of the body origin while standing; empty: floor told, or never stood
+  /// m, world height of the body origin while standing; empty: floor told, or never stood
+  std::optional<double> stood_at;
 
   int size() const { return static_cast<int>(t.size()); }
   int usable() const;  ///< samples in all segments

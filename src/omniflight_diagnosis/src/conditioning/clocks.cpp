@@ -10,8 +10,8 @@ namespace omniflight::diagnosis {
 namespace {
 
 // Chosen, not measured.
-constexpr double kFar =
-    0.15;  // s, lag taken for a clock error; lags of motors, radios and filters are shorter
+// s, lag taken for a clock error; lags of motors, radios and filters are shorter
+constexpr double kFar = 0.15;
 constexpr double kAlike = 0.1;      // s, two lags that differ by less have one cause
 constexpr double kSure = 0.7;       // least correlation of a lag that is acted upon
 constexpr double kWorthIt = 1e-3;   // s, least drift over the recording that is corrected

@@ -10,8 +10,8 @@ namespace {
 /// Distance over its local mean above which a sample is an outlier. Chosen: the mean distance of white noise
 /// is about 0.6 standard deviations, so that this is about 6 of them.
 constexpr double kFar = 10;
-constexpr Eigen::Index kLocal =
-    50;  ///< samples of a block of the local mean: the motion changes along a flight
+/// Samples of a block of the local mean: the motion changes along a flight
+constexpr Eigen::Index kLocal = 50;
 
 /// Smallest distance of a sample from its interpolation by both neighbours and from its linear extrapolations
 /// from the two samples before and the two after. It is small on slopes, on both sides of a step, and next to

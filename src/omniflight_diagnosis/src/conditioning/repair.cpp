@@ -101,8 +101,8 @@ void drop_copies(Repaired& r) {
 bool ordered(const Recording& r, const Signal& s, const Rows& run) {
   const Signal* command = s.name == "rotor_speed" ? r.find("rotor_command") : nullptr;
   if (!command) return false;
-  constexpr double kStill =
-      0.01;  // relative range of a constant command; chosen: some motors quantise that coarsely
+  // Relative range of a constant command; chosen: some motors quantise that coarsely
+  constexpr double kStill = 0.01;
   const auto from = std::lower_bound(command->t_s.begin(), command->t_s.end(), time_of(s, run.begin)),
              to = std::upper_bound(from, command->t_s.end(), time_of(s, run.end - 1));
   const Eigen::MatrixXd asked =

@@ -11,8 +11,8 @@ constexpr int kBasis = 5;  ///< radial basis functions over the range of a varia
 struct Variable {
   const char* name;
   const char* unit;
-  double
-      least;  ///< least range (1 % to 99 % quantile) that is used, in `unit`; 0: 10 % of the weight. Chosen
+  /// Least range (1 % to 99 % quantile) that is used, in `unit`; 0: 10 % of the weight. Chosen
+  double least;
   double (*of)(const physics::Situation&);
 };
 

@@ -7,8 +7,8 @@ namespace omniflight::diagnosis {
 
 struct Pulsation {
   Pattern pattern;  ///< cosine and sine per flight, rows x (2 flights) [N, Nm], not whitened
-  double distinct =
-      1;  ///< resolvable frequencies among which this is the strongest (look-elsewhere correction)
+  /// Resolvable frequencies among which this is the strongest (look-elsewhere correction)
+  double distinct = 1;
 };
 
 /// One per axis, at the frequency [Hz] with the largest gain in log-likelihood under this noise; between 8

@@ -12,8 +12,8 @@ namespace {
 using physics::Effect;
 using Law = physics::ParameterPrior::Law;
 
-constexpr double kRival =
-    3;  ///< nat below the best set within which sets have rivals: 5 % of its mass; chosen
+/// nat below the best set within which sets have rivals: 5 % of its mass; chosen
+constexpr double kRival = 3;
 constexpr double kLeastOffset = 0.004;  ///< s, least delay that is mentioned; chosen
 
 bool has(const DriveSet& set, const Effect* e) {

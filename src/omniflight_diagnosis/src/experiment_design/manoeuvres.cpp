@@ -109,8 +109,8 @@ std::vector<ProposedFlight> manoeuvres(const vehicle::Vehicle& vehicle, double a
                               const std::vector<double>& tilts = {}) {
     double spare = spare_acceleration(vehicle, tilt);
     for (const double other : tilts) spare = std::min(spare, spare_acceleration(vehicle, other));
-    constexpr double kStroke =
-        0.5;  // s, one way; peak acceleration of a quintic stroke: 5.78 length / time^2
+    // s, one way; peak acceleration of a quintic stroke: 5.78 length / time^2
+    constexpr double kStroke = 0.5;
     ProposedFlight& f = add(tilt, name, words, survey(spare * kStroke * kStroke / 5.78, tilts));
     f.speed = 0.8, f.acceleration = spare;
     f.rate = 3.7, f.angular_acceleration = 23;

@@ -110,8 +110,8 @@ LinearPrediction predict_from_commands(const Flight& f, Segment segment, const E
     return f.situation[static_cast<std::size_t>(segment.begin + std::max(0, i))];
   };
   const Eigen::MatrixXd asked = reference_around(f.reference, segment, period);
-  constexpr std::array<int, 5> kBefore{0, 1, 2, 4,
-                                       8};  // samples; a motor lag remembers some tenths of a second
+  // Samples; a motor lag remembers some tenths of a second
+  constexpr std::array<int, 5> kBefore{0, 1, 2, 4, 8};
   Eigen::MatrixXd known(n, kState + asked.cols() + static_cast<Eigen::Index>(6 * kBefore.size()));
   known.middleCols(kState, asked.cols()) = asked;
   for (Eigen::Index i = 0; i < n; ++i) {

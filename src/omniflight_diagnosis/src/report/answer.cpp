@@ -17,8 +17,8 @@ namespace {
 
 // Chosen, see docs/explanation/diagnosis_method.md, Numbers that are chosen.
 constexpr double kCredible = 0.95;  ///< posterior mass of a credible set
-constexpr double kExplained =
-    0.8;  ///< posterior probability from which on the verdict takes a question as decided
+/// Posterior probability from which on the verdict takes a question as decided
+constexpr double kExplained = 0.8;
 /// Posterior over prior standard deviation from which on a flight does not inform a parameter.
 constexpr double kUninformed = 0.95;
 const std::string kUnknown = "unknown";  ///< name of any pattern outside the library

@@ -15,8 +15,8 @@ namespace omniflight::diagnosis {
 namespace {
 
 // Chosen, not measured, where nothing else is said.
-constexpr double kRate = 50,
-                 kCutoff = 4;   // Hz, grid and low pass: below the effects of estimators and delays
+// Hz, grid and low pass: below the effects of estimators and delays
+constexpr double kRate = 50, kCutoff = 4;
 constexpr double kReach = 0.3;  // s, length of the low pass: samples left out around a gap
 constexpr double kBlock = 5;    // s, block with its own mean: integrators saturate and are reset in between
 constexpr int kLeastBlocks = 4;
@@ -25,8 +25,8 @@ constexpr double kLeastSigmas = 4;   // standard errors by which a gain must dif
 // Relative difference of proportional, derivative and integral gain; saturation and resets bias the integral
 // gain.
 constexpr double kLeastChange[] = {0.15, 0.15, 0.5};
-constexpr double kWorst =
-    0.25;  // of the blocks: a difference in these alone is a limit that was hit, not a gain
+// Of the blocks: a difference in these alone is a limit that was hit, not a gain
+constexpr double kWorst = 0.25;
 constexpr double kLate = 0.02;  // s, delay of the logged state that is tolerated
 
 /// Unknowns of the regression: proportional, derivative and integral gain, and to absorb delays the
@@ -150,8 +150,8 @@ std::optional<Gains> gains_of(const Loop& loop, Eigen::Index axis, const Vec3& t
 template <class Make>
 Loop on_one_clock(const Make& make) {
   constexpr double kLatest = 0.05, kFirst = 0.008, kLast = 0.0005;  // s, bound, first and last step; chosen
-  constexpr double kWorth =
-      0.7;  // least relative reduction of the residual: shifted noise alone reaches some; chosen
+  // Least relative reduction of the residual: shifted noise alone reaches some; chosen
+  constexpr double kWorth = 0.7;
   const auto left_by = [&](const Lateness& late) {
     const Loop loop = make(late);
     double left = 0;

@@ -23,8 +23,8 @@ struct InverseDynamics {
   double torque_Nm = 0;           ///< RMS; 0 without a gyro or an attitude
   double sideways_N = 0;          ///< RMS force normal to the common rotor axis; 0 without one_axis
   bool one_axis = false;          ///< all rotors are parallel, and the force is known in body axes
-  std::vector<std::pair<double, double>>
-      falls_s;  ///< free fall: specific force below 10 % of gravity for 0.1 s
+  /// Free fall: specific force below 10 % of gravity for 0.1 s
+  std::vector<std::pair<double, double>> falls_s;
 };
 
 /// Of motion_on_grid(); empty where that is.

@@ -15,10 +15,10 @@ using recording::Recording;
 using recording::Signal;
 
 // Chosen, not measured.
-constexpr double kHalf =
-    0.3;  // s, half width of a window; longer suppresses noise, shorter gives more windows
-constexpr double kEntry =
-    14;  // nat, least gain; half a chi-square of 3 degrees exceeds it with probability 4e-6
+// s, half width of a window; longer suppresses noise, shorter gives more windows
+constexpr double kHalf = 0.3;
+// nat, least gain; half a chi-square of 3 degrees exceeds it with probability 4e-6
+constexpr double kEntry = 14;
 constexpr double kCorrelated = 1.5;  // variance inflation, since adjacent windows overlap by half
 constexpr double kWild = 0.08;  // m/s^2, RMS misfit above which timing or axes are wrong: nothing is judged
 constexpr double kLeastLever = 0.004;  // m, about 3.5 prior deviations of the lever arm
@@ -103,8 +103,8 @@ struct Motion {
   const Signal &position, &attitude, &force;
   Eigen::MatrixXd R_mocap;  ///< at the times of the position
   double gravity = 9.81;
-  double position_gap =
-      std::min(5 * position.median_period_s(), 0.05);  ///< s, longest gap that is interpolated
+  /// s, longest gap that is interpolated
+  double position_gap = std::min(5 * position.median_period_s(), 0.05);
   double force_gap = std::min(8 * force.median_period_s(), 0.05);
 
   /// Weighted mean of (d2p/dt2 - R f - g) [m/s^2, world] at `center`, with the pose delayed by `shift` and
