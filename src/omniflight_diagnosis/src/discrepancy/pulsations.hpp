@@ -12,7 +12,7 @@ struct Pulsation {
 };
 
 /// One per axis, at the frequency [Hz] with the largest gain in log-likelihood under this noise; between 8
-/// periods per flight and 10 Hz (at most half the Nyquist frequency).
+/// periods in the longest flight and 10 Hz (at most half the Nyquist frequency).
 std::vector<Pulsation> make_pulsations(const RegressionProblem& problem, const NoiseModel& noise);
 
 }  // namespace omniflight::diagnosis

@@ -15,7 +15,7 @@ namespace {
 constexpr double kResidualMemory = 0.1;
 
 /// Distance [s], beyond the horizon, of the samples that train the prediction of another one (cross-fitting).
-/// Chosen: about the correlation time of turbulence at a multirotor.
+/// Chosen: turbulence at a multirotor is mostly decorrelated after that time.
 constexpr double kApart = 0.3;
 /// Length [s] of a block of the cross-fitting. Chosen: short compared to a manoeuvre, so that a manoeuvre
 /// that is flown once is still predicted by the rest of itself.
