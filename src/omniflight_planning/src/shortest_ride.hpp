@@ -10,10 +10,15 @@ namespace omniflight::planning {
 inline constexpr int kShapeSamples = 400;      // knots at which a duration is judged
 inline constexpr double kLongestRide = 600.0;  // s
 
-inline bool within(const MotionPeaks& p, const MotionLimits& limits) {
+/// Every limit but the rate of thrust, which is one of knots a period apart.
+inline bool within_at_places(const MotionPeaks& p, const MotionLimits& limits) {
   return p.rotor_load <= 1.0 - limits.rotor_headroom && p.speed <= limits.speed &&
          p.acceleration <= limits.acceleration && p.rate <= limits.rate &&
          p.angular_acceleration <= limits.angular_acceleration;
+}
+
+inline bool within(const MotionPeaks& p, const MotionLimits& limits) {
+  return within_at_places(p, limits) && p.thrust_rate.share <= 1.0 - limits.rotor_headroom;
 }
 
 /// The shortest duration [s] from `low` on at which fits(duration), bracketed and halved.
@@ -38,10 +43,17 @@ Result<double> shortest_time(double low, const Fits& fits, const Deadline& deadl
 template <class Knots, class Keeps>
 Result<std::vector<TrajectoryKnot>> first_ride(double least, const Knots& knots, const Keeps& keeps,
                                                const Deadline& deadline) {
-  for (int intervals = static_cast<int>(std::ceil(least / kKnotPeriod - 1e-9));
-       intervals * kKnotPeriod < kLongestRide; ++intervals) {
+  const auto periods = [](double seconds) {
+    return static_cast<int>(std::ceil(seconds / kKnotPeriod - 1e-9));
+  };
+  const auto at = [&](int intervals) { return knots(intervals, intervals * kKnotPeriod); };
+  // the lag of the motors shows at the knots only, and may ask for much more time than the other limits
+  const auto enough = shortest_time(
+      least, [&](double seconds) { return keeps(at(periods(seconds))); }, deadline);
+  if (!enough) return Failure(enough.error());
+  for (int intervals = periods(*enough); intervals * kKnotPeriod < kLongestRide; ++intervals) {
     if (deadline.passed()) return out_of_time(deadline, "finding the shortest time of a ride");
-    auto found = knots(intervals, intervals * kKnotPeriod);
+    auto found = at(intervals);
     if (keeps(found)) return found;
   }
   return fail(ErrorCode::incomplete, "no ride of less than 600 s keeps the limits", "limits",

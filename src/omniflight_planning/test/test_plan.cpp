@@ -5,7 +5,7 @@
 #include <fstream>
 #include <iostream>
 
-#include "bench.hpp"
+#include "missions.hpp"
 #include "omniflight_core/random.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/octree_file.hpp"
@@ -20,7 +20,6 @@ Result<Plan> planned(const std::string& name) {
   const auto mission = load_mission((kConfigs / "missions" / (name + ".yaml")).string());
   return mission ? plan_mission(*mission) : Result<Plan>(Failure(mission.error()));
 }
-void use_shipped_configs() { setenv("OMNIFLIGHT_CONFIGS", kConfigs.c_str(), 1); }
 
 /// Least distance of the true rotor rims to any occupied voxel along a trajectory, by brute force.
 double closest_rim(const Trajectory& trajectory, const vehicle::Vehicle& v) {
