@@ -180,6 +180,9 @@ Result<Mission> load_mission(const std::string& spec) {
   m.seed = static_cast<std::uint64_t>(root->integer("seed", 0, 1'000'000'000, 1));
   m.budget_s = 1e-3 * root->number("budget_ms", files::between(1.0, 600e3, "ms"), 1e3 * m.budget_s);
   read_limits(*root, m.limits);
+  m.timing =
+      root->choice<Timing>("timing", {{"minimum_jerk", Timing::minimum_jerk}, {"shortest", Timing::shortest}},
+                           Timing::minimum_jerk);
   read_tracking(*root, m);
   m.tether = read_tether(*root);
   m.payload = read_payload(*root);

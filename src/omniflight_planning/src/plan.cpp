@@ -202,7 +202,7 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
     if (path_length(*part) > 1e-6) leg.push_back(*part);
     if (!goal.stop) continue;
     if (!leg.empty()) {
-      auto ridden = ride_leg(leg, **here, mission.limits, deadline);
+      auto ridden = ride_leg(leg, **here, mission.limits, mission.timing, deadline);
       if (!ridden) {
         Error error = ridden.error();
         error.message = goal.name + ": " + error.message;
@@ -227,6 +227,8 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   const auto axis = axis_of_motion(mission, c.alpha, tilts);
   if (!axis) return Failure(axis.error());
   c.leans = axis->has_value();
+  if (c.leans && mission.timing == Timing::shortest)
+    c.reason += "timing: shortest does not apply to vehicles that lean into their motion; ";
   c.thrust_axis_B = axis->value_or(Vec3::Zero());
   if (knots.size() < 2) return bad_input("the mission neither moves nor holds", mission.file);
 

@@ -37,6 +37,12 @@ Result<Rotors> Rotors::create(const vehicle::Vehicle& vehicle, double alpha, dou
   return out;
 }
 
+double Rotors::slowest() const {
+  double out = 0.0;
+  for (const vehicle::Rotor& rotor : rotors_) out = std::max(out, rotor.time_constant);
+  return out;
+}
+
 vehicle::RotorVector Rotors::Thrusts::of(const Vec6& wrench_B) {
   const auto found = solver_.solve(-kWrenchWeight * rotors_.B_.transpose() * wrench_B, rotors_.lower_,
                                    rotors_.upper_, warm_);

@@ -1,6 +1,8 @@
 // The rate of thrust that the lag of the motors allows: the bound, rides that keep it, and its verification.
 #include <gtest/gtest.h>
 
+#include <iostream>
+
 #include "missions.hpp"
 #include "omniflight_core/random.hpp"
 #include "omniflight_planning/plan.hpp"
@@ -95,13 +97,18 @@ TEST(Ride, IsSlowerForMotorsThatLagAndKeepsTheirRate) {
   }
 }
 
-TEST(Verify, NamesTheRotorThatWouldHaveToBeFasterThanItsLag) {
-  use_shipped_configs();
-  std::string yaml = files::read_file(kConfigs / "missions/trajectory_2.yaml", 1 << 20).value();
+/// The YAML of trajectory_2 with limits that leave it to the rotors, and further keys.
+std::string fast_trajectory_2(const std::string& keys) {
+  std::string yaml = trajectory_2_with(keys);
   const std::size_t at = yaml.find("limits:");
-  yaml.replace(
+  return yaml.replace(
       at, yaml.find('\n', at) - at,
       "limits: {speed_mps: 5, acceleration_mps2: 20, rate_dps: 600, angular_acceleration_dps2: 6000}");
+}
+
+TEST(Verify, NamesTheRotorThatWouldHaveToBeFasterThanItsLag) {
+  use_shipped_configs();
+  const std::string yaml = fast_trajectory_2("");
   const auto mission = mission_of(yaml, "fast");
   ASSERT_TRUE(mission) << mission.error().text();
   auto plan = plan_mission(*mission);
@@ -126,6 +133,29 @@ TEST(Verify, NamesTheRotorThatWouldHaveToBeFasterThanItsLag) {
   ASSERT_FALSE(refused);
   for (const char* part : {"rotor ", "of the rate of thrust that its lag allows", " s with the vehicle at ("})
     EXPECT_NE(refused.error().message.find(part), std::string::npos) << refused.error().text();
+}
+
+TEST(Plan, ShortestTimingIsShorterAndVerifies) {
+  use_shipped_configs();
+  std::string yaml = files::read_file(kConfigs / "missions/around_frame.yaml", 1 << 20).value();
+  const auto smooth = plan_mission(mission_of(yaml, "smooth").value());
+  yaml.insert(yaml.find("start: {position"), "timing: shortest\n");
+  const auto shortest = plan_mission(mission_of(yaml, "shortest").value());
+  ASSERT_TRUE(shortest) << shortest.error().text();
+  EXPECT_LT(shortest->certificate.duration, 0.8 * smooth->certificate.duration);
+  std::cout << smooth->certificate.duration << " s by minimum jerk\n" << explain(shortest);
+  EXPECT_LE(shortest->certificate.peak.speed, shortest->certificate.limits.speed);
+  EXPECT_LE(shortest->certificate.peak.thrust_rate.share, 0.9);
+  const auto dir = std::filesystem::path(testing::TempDir()) / "shortest";
+  ASSERT_TRUE(write_plan(*shortest, dir));
+  const auto report = verify(dir);
+  EXPECT_TRUE(report) << report.error().text();
+}
+
+TEST(Plan, AnUnknownTimingIsRefusedWithTheKnownOnes) {
+  const auto mission = mission_of(fast_trajectory_2("timing: fastest"), "unknown_timing");
+  ASSERT_FALSE(mission);
+  EXPECT_NE(mission.error().text().find("minimum_jerk"), std::string::npos) << mission.error().text();
 }
 
 }  // namespace

@@ -36,6 +36,7 @@ struct Mission {
   std::optional<Payload> payload;
   std::vector<Waypoint> waypoints;  ///< the first one is the start
   MotionLimits limits;
+  Timing timing = Timing::minimum_jerk;  ///< of vehicles that do not lean into their motion
   std::optional<double>
       tracking_position;  ///< m, position error that the flight may reach; nothing: see tube_of
   std::optional<double> tracking_attitude;  ///< rad, likewise

@@ -34,6 +34,7 @@ class Rotors {
   static Result<Rotors> create(const vehicle::Vehicle& vehicle, double alpha, double headroom);
 
   const allocation::RotorLoad& load() const { return load_; }
+  double slowest() const;  ///< s, the largest time constant of a motor
 
   /// Thrusts [N] for wrenches one after the other: least squares within the range less the headroom (the
   /// flight's allocator may share them out differently). One thread; the Rotors must live as long.

@@ -21,6 +21,12 @@ struct MotionLimits {
   double rotor_headroom = 0.1;
 };
 
+/// The law of time by which a curve is ridden.
+enum class Timing {
+  minimum_jerk,  ///< one polynomial for the whole curve: smooth
+  shortest,      ///< as fast as limits, rotors and the lag of their motors allow (time_optimal.hpp)
+};
+
 /// A curve through poses: natural cubic spline in the chord parameter, of the position and of the rotation
 /// vector from the first attitude. Between two poses it is the straight line and the shortest rotation.
 class PoseCurve {
