@@ -8,25 +8,37 @@ namespace omniflight::planning {
 namespace {
 
 constexpr int kSteps = 200;
+constexpr int kLooks = 2000;         // at a ride, each time that it is slowed down
 constexpr int kIterations = 25;      // of local slowing
 constexpr double kFirstWidth = 2.0;  // time constants of the slowest motor, and a knot's period at least
 constexpr double kWider = 1.25;
 constexpr int kMisses = 2;  // widths that gain nothing, after which wider ones do not either
 
-std::vector<TrajectoryKnot> sample(const PoseCurve& curve, const SpeedProfile& profile, double width,
-                                   double alpha, int intervals) {
-  const double duration = intervals * kKnotPeriod, slower = duration / (profile.duration() + width);
-  std::vector<TrajectoryKnot> knots;
-  knots.reserve(static_cast<std::size_t>(intervals) + 1);
-  for (int i = 0; i <= intervals; ++i) {
-    const double t = duration * i / intervals;
+/// A ride by the average of a profile, a whole number of knot periods long.
+struct Averaged {
+  const PoseCurve& curve;
+  const SpeedProfile& profile;
+  double width;  // s
+  int intervals;
+  double slower;  // than the average
+
+  Averaged(const PoseCurve& c, const SpeedProfile& p, double w, int n)
+      : curve(c), profile(p), width(w), intervals(n), slower(n * kKnotPeriod / (p.duration() + w)) {}
+
+  TrajectoryKnot knot(int k, double alpha) const {
+    const double t = k * kKnotPeriod;
     const auto law = profile.averaged(t / slower, width);
-    Reference r = curve.at(law.u, law.du / slower, law.ddu / (slower * slower));
-    r.alpha = alpha;
-    knots.push_back({t, r});
+    TrajectoryKnot out{t, curve.at(law.u, law.du / slower, law.ddu / (slower * slower))};
+    out.reference.alpha = alpha;
+    return out;
   }
-  return knots;
-}
+  std::vector<TrajectoryKnot> knots(double alpha) const {
+    std::vector<TrajectoryKnot> out;
+    out.reserve(static_cast<std::size_t>(intervals) + 1);
+    for (int k = 0; k <= intervals; ++k) out.push_back(knot(k, alpha));
+    return out;
+  }
+};
 
 /// The largest share of a limit; 1 where it is just kept.
 double use_of(const MotionPeaks& p, const MotionLimits& limits) {
@@ -54,22 +66,22 @@ class LocalSlowing {
 
  private:
   bool slow(const SpeedProfile& profile, double width, std::vector<double>& shares) const {
-    const double duration = profile.duration() + width;
-    const int intervals = static_cast<int>(std::ceil(duration / kKnotPeriod));
-    const auto knots = sample(curve_, profile, width, rotors_.load().alpha(), intervals);
+    const Averaged ride(curve_, profile, width,
+                        static_cast<int>(std::ceil((profile.duration() + width) / kKnotPeriod)));
+    const int stride = 1 + ride.intervals / kLooks;
+    const double alpha = rotors_.load().alpha();
     const auto place_at = [&](double t) {
-      return profile.averaged(t, 1e-9).u / curve_.length() * places_.steps();
+      return profile.averaged(t / ride.slower, 1e-9).u / curve_.length() * places_.steps();
     };
     std::vector<double> less(shares.size(), 1.0);
-    for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
-      const double use = use_of(peaks({knots[k], knots[k + 1]}, rotors_), limits_);
+    for (int k = 0; k < ride.intervals; k += stride) {
+      const double use = use_of(peaks({ride.knot(k, alpha), ride.knot(k + 1, alpha)}, rotors_), limits_);
       if (use <= 1.0) continue;
-      // what is averaged there
-      const double t = duration * static_cast<double>(k) / intervals;
-      const auto last =
-          static_cast<std::size_t>(std::min<double>(std::ceil(place_at(t + kKnotPeriod)), places_.steps()));
-      for (auto i = static_cast<std::size_t>(place_at(t - width)); i <= last; ++i)
-        less[i] = std::min(less[i], 1.0 / use);
+      // what is averaged there, and up to the next look
+      const auto first = static_cast<std::size_t>(place_at(k * kKnotPeriod - width * ride.slower));
+      const auto last = std::min(shares.size() - 1,
+                                 static_cast<std::size_t>(std::ceil(place_at((k + stride) * kKnotPeriod))));
+      for (std::size_t i = first; i <= last; ++i) less[i] = std::min(less[i], 1.0 / use);
     }
     bool any = false;
     for (std::size_t i = 0; i < shares.size(); ++i) any = any || less[i] < 1.0, shares[i] *= less[i];
@@ -106,7 +118,7 @@ Result<std::vector<TrajectoryKnot>> ride_shortest(const PoseCurve& curve, const 
     auto found = first_ride(
         least,
         [&](int intervals, double) {
-          return sample(curve, *profile, width, rotors.load().alpha(), intervals);
+          return Averaged(curve, *profile, width, intervals).knots(rotors.load().alpha());
         },
         keeps, deadline);
     if (!found) return best;

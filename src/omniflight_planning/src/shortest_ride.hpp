@@ -38,23 +38,30 @@ Result<double> shortest_time(double low, const Fits& fits, const Deadline& deadl
   return high;
 }
 
-/// The first knots(intervals, duration) that pass keeps(knots), a whole number of knot periods long and
-/// `least` [s] at least.
+/// Shortest knots(intervals, duration), bracketed and halved, that pass keeps(knots), a whole number of knot
+/// periods long and `least` [s] at least.
 template <class Knots, class Keeps>
 Result<std::vector<TrajectoryKnot>> first_ride(double least, const Knots& knots, const Keeps& keeps,
                                                const Deadline& deadline) {
-  const auto periods = [](double seconds) {
-    return static_cast<int>(std::ceil(seconds / kKnotPeriod - 1e-9));
-  };
   const auto at = [&](int intervals) { return knots(intervals, intervals * kKnotPeriod); };
-  // the lag of the motors shows at the knots only, and may ask for much more time than the other limits
-  const auto enough = shortest_time(
-      least, [&](double seconds) { return keeps(at(periods(seconds))); }, deadline);
-  if (!enough) return Failure(enough.error());
-  for (int intervals = periods(*enough); intervals * kKnotPeriod < kLongestRide; ++intervals) {
-    if (deadline.passed()) return out_of_time(deadline, "finding the shortest time of a ride");
-    auto found = at(intervals);
-    if (keeps(found)) return found;
+  const auto late = [&] { return out_of_time(deadline, "finding the shortest time of a ride"); };
+  const int first = static_cast<int>(std::ceil(least / kKnotPeriod - 1e-9));
+  int low = first - 1, high = first;
+  // a few periods more as a rule; the lag of the motors, which shows here first, may ask for many
+  for (int step = 1; high * kKnotPeriod < kLongestRide; step *= 2) {
+    if (deadline.passed()) return late();
+    if (auto found = at(high); keeps(found)) {
+      for (; high - low > 1;) {
+        if (deadline.passed()) return late();
+        const int middle = low + (high - low) / 2;
+        auto shorter = at(middle);
+        const bool kept = keeps(shorter);
+        (kept ? high : low) = middle;
+        if (kept) found = std::move(shorter);
+      }
+      return found;
+    }
+    low = high, high += step;
   }
   return fail(ErrorCode::incomplete, "no ride of less than 600 s keeps the limits", "limits",
               "Allow more speed or acceleration, or shorten the way");
