@@ -9,10 +9,11 @@ namespace {
 
 constexpr int kSteps = 200;
 constexpr int kLooks = 2000;         // at a ride, each time that it is slowed down
-constexpr int kIterations = 25;      // of local slowing
+constexpr int kIterations = 40;      // of local slowing
+constexpr double kGentle = 0.5;      // share of an excess that one takes away
 constexpr double kFirstWidth = 2.0;  // time constants of the slowest motor, and a knot's period at least
 constexpr double kWider = 1.25;
-constexpr int kMisses = 2;  // widths that gain nothing, after which wider ones do not either
+constexpr int kMisses = 3;  // widths that gain nothing, after which wider ones do not either
 
 /// A ride by the average of a profile, a whole number of knot periods long.
 struct Averaged {
@@ -81,7 +82,7 @@ class LocalSlowing {
       const auto first = static_cast<std::size_t>(place_at(k * kKnotPeriod - width * ride.slower));
       const auto last = std::min(shares.size() - 1,
                                  static_cast<std::size_t>(std::ceil(place_at((k + stride) * kKnotPeriod))));
-      for (std::size_t i = first; i <= last; ++i) less[i] = std::min(less[i], 1.0 / use);
+      for (std::size_t i = first; i <= last; ++i) less[i] = std::min(less[i], std::pow(use, -kGentle));
     }
     bool any = false;
     for (std::size_t i = 0; i < shares.size(); ++i) any = any || less[i] < 1.0, shares[i] *= less[i];

@@ -86,7 +86,7 @@ TEST(RideShortest, KeepsEveryLimitNearTheBoundAndIsNeverSlowerThanMinimumJerk) {
     EXPECT_LE(fast->back().t, slow->back().t);
     const double bound = time_optimal(curve, rotors.load(), kRotorsAlone)->duration();
     EXPECT_GE(fast->back().t, bound);
-    EXPECT_LE(fast->back().t, 1.2 * bound);
+    EXPECT_LE(fast->back().t, 1.15 * bound);
     for (const auto* end : {&fast->front().reference, &fast->back().reference})
       EXPECT_LT(end->v_WB_W.norm() + end->a_WB_W.norm() + end->w_WB_B.norm() + end->dw_WB_B.norm(), 1e-6);
   }
