@@ -182,6 +182,7 @@ Result<Mission> load_mission(const std::string& spec) {
   m.clearance = root->number("clearance_m", files::between(0.0, 5.0, "m"), m.clearance);
   m.seed = static_cast<std::uint64_t>(root->integer("seed", 0, 1'000'000'000, 1));
   m.budget_s = 1e-3 * root->number("budget_ms", files::between(1.0, 600e3, "ms"), 1e3 * m.budget_s);
+  m.anytime = root->choice<bool>("search", {{"first", false}, {"anytime", true}}, false);
   read_limits(*root, m.limits);
   m.timing =
       root->choice<Timing>("timing", {{"minimum_jerk", Timing::minimum_jerk}, {"shortest", Timing::shortest}},

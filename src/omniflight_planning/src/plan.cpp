@@ -83,20 +83,28 @@ std::size_t expected_knots(const std::vector<Waypoint>& waypoints) {
 }
 
 /// A path that keeps more clearance than asked for where there is room: a curve needs some to round its
-/// corners, and a vehicle that is blown aside likes it, too.
+/// corners, and a vehicle that is blown aside likes it, too. Once there is one, shorter ones with the same
+/// room are looked for in `shorter_s` [s].
 PathResult<Path> find_roomy_path(const StateCheck& check, const Pose& start, const Pose& goal,
-                                 const PathOptions& options) {
+                                 const PathOptions& options, double shorter_s) {
+  const auto search = [&](const StateCheck& roomy, const PathOptions& part) -> PathResult<Path> {
+    auto path = find_path(roomy, start, goal, part);
+    if (!path || shorter_s <= 0.0) return path;
+    PathOptions more = part;
+    more.budget_s = shorter_s;
+    return find_shorter_path(roomy, std::move(*path), more);
+  };
   for (const double extra : {0.10, 0.04}) {
     const StateCheck roomy = check.with_margin(check.margin() + extra);
     if (!roomy.valid(start) || !roomy.valid(goal)) continue;
     PathOptions part = options;
     part.budget_s = 0.2 * options.budget_s;
     part.brief = true;
-    if (auto path = find_path(roomy, start, goal, part)) return path;
+    if (auto path = search(roomy, part)) return path;
   }
   PathOptions part = options;
   part.budget_s = 0.6 * options.budget_s;
-  return find_path(check, start, goal, part);
+  return search(check, part);
 }
 
 /// Says of a search without a path whether the vehicle alone would have one.
@@ -192,7 +200,12 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
     path_options.budget_s = kShareOfSearch * deadline.left();
     const auto here = tilts.at(alpha);
     if (!here) return Failure(here.error());
-    const auto part = find_roomy_path((*here)->check, mission.waypoints[i - 1].pose, goal.pose, path_options);
+    // what is left is shared by the legs that are still to be planned
+    const double shorter_s =
+        mission.anytime ? kShareOfSearch * deadline.left() / static_cast<double>(mission.waypoints.size() - i)
+                        : 0.0;
+    const auto part =
+        find_roomy_path((*here)->check, mission.waypoints[i - 1].pose, goal.pose, path_options, shorter_s);
     if (!part) {
       PathProblem why = part.error();
       if (mission.tether)

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <octomap/OcTree.h>
 
+#include <chrono>
 #include <ctime>
 #include <fstream>
 #include <iostream>
@@ -295,6 +296,24 @@ struct Refusal {
   const char *what, *from, *to, *reason;
   ErrorCode code;
 };
+
+TEST_F(Plans, AnytimeUsesTheBudgetForShorterPathsAndKeepsIt) {
+  std::string yaml = files::read_file(kConfigs / "missions/around_frame.yaml", 1 << 20).value();
+  const auto first = plan_mission(mission_of(yaml, "first").value());
+  yaml.insert(yaml.find("start: {position"), "search: anytime\n");
+  const auto mission = mission_of(yaml, "anytime");
+  ASSERT_TRUE(mission) << mission.error().text();
+  PlanOptions options;
+  options.budget_s = 1.0;
+  const auto begin = std::chrono::steady_clock::now();
+  const auto best = plan_mission(*mission, options);
+  const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  ASSERT_TRUE(best) << best.error().text();
+  EXPECT_GE(took, 0.5) << "what is left of the budget is used";
+  EXPECT_LE(took, 1.1);
+  EXPECT_LE(best->certificate.duration, 1.02 * first->certificate.duration);
+  EXPECT_FALSE(mission_of(yaml.replace(yaml.find("anytime"), 7, "forever"), "forever"));
+}
 
 TEST_F(Plans, BadMissionsNameFileFieldAndNextStep) {
   const std::string good = files::read_file(kConfigs / "missions/trajectory_2.yaml", 1 << 20).value();

@@ -45,6 +45,7 @@ struct Mission {
   double clearance = 0.05;  ///< m that every point of the vehicle keeps from the map's voxels
   std::uint64_t seed = 1;
   double budget_s = 10.0;  ///< s for the whole plan, see plan()
+  bool anytime = false;    ///< the whole budget is used to look for shorter paths
   std::string file;        ///< where it was read from
   std::string sha256;      ///< of that file
 };
