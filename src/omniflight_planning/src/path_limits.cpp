@@ -30,8 +30,9 @@ class Place {
   }
   /// How far along an axis the limits let the point go: at least that, and no more than twice as far.
   double reach(const SpeedPoint& axis) const {
-    constexpr double kNear = 1e-6, kFar = 1e12;
-    double r = kNear;
+    constexpr double kNear = 1e-9, kFar = 1e12;
+    double r = 1.0;
+    while (r > kNear && use(r * axis) > 1.0) r *= 0.5;
     while (r < kFar && use(r * axis) <= 1.0) r *= 2.0;
     return r;
   }

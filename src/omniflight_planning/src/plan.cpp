@@ -17,7 +17,8 @@
 namespace omniflight::planning {
 namespace {
 
-constexpr double kShareOfSearch = 0.9;  // of the time that is left; the rest is for timing and certificate
+constexpr double kShareOfRestarts = 0.7;  // of the time that is left, once there is a path
+constexpr double kShareOfSearch = 0.9;    // of the time that is left; the rest is for timing and certificate
 
 Error to_error(const PathProblem& problem, const Waypoint& waypoint, const std::string& mission_file) {
   Error error;
@@ -201,9 +202,9 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
     const auto here = tilts.at(alpha);
     if (!here) return Failure(here.error());
     // what is left is shared by the legs that are still to be planned
-    const double shorter_s =
-        mission.anytime ? kShareOfSearch * deadline.left() / static_cast<double>(mission.waypoints.size() - i)
-                        : 0.0;
+    const double shorter_s = mission.anytime ? kShareOfRestarts * deadline.left() /
+                                                   static_cast<double>(mission.waypoints.size() - i)
+                                             : 0.0;
     const auto part =
         find_roomy_path((*here)->check, mission.waypoints[i - 1].pose, goal.pose, path_options, shorter_s);
     if (!part) {

@@ -43,15 +43,16 @@ struct Candidate {
 
 Result<Candidate> candidate(const std::vector<Path>& parts, const AtTilt& tilt, const MotionLimits& limits,
                             Timing timing, const Deadline& deadline) {
+  constexpr int kRoughSteps = 50;  // enough to tell which is quicker
   Candidate out;
   for (const Path& part : parts) {
     out.curves.emplace_back(part);
     const auto least = least_time(out.curves.back(), *tilt.rotors, limits, deadline);
     if (!least) return Failure(least.error());
     out.least.push_back(*least);
-    const auto fastest = timing == Timing::shortest
-                             ? time_optimal(out.curves.back(), tilt.rotors->load(), limits, 100, deadline)
-                             : Result<SpeedProfile>(fail(ErrorCode::incomplete, ""));
+    const auto fastest = timing == Timing::shortest ? time_optimal(out.curves.back(), tilt.rotors->load(),
+                                                                   limits, kRoughSteps, deadline)
+                                                    : Result<SpeedProfile>(fail(ErrorCode::incomplete, ""));
     out.total += fastest ? fastest->duration() : *least;
   }
   return out;
@@ -87,6 +88,21 @@ bool is_free(const Knots& knots, const AtTilt& tilt, const Deadline& deadline) {
   return trajectory && tilt.check.advance_along(*trajectory, deadline).free;
 }
 
+/// The curves of a candidate ridden by the shortest timing that is found in a share of what is left of the
+/// time; empty where there is not enough of it.
+Knots ridden_fast(const Candidate& c, const AtTilt& tilt, const MotionLimits& limits,
+                  const Deadline& deadline) {
+  constexpr double kShare = 0.3;
+  const Deadline end = deadline.within(kShare * deadline.left());
+  Knots knots;
+  for (const PoseCurve& curve : c.curves) {
+    const auto part = ride_shortest(curve, *tilt.rotors, limits, end);
+    if (!part) return {};
+    append(knots, *part);
+  }
+  return knots;
+}
+
 /// See ride_leg. The times of all candidates are cheap; the quickest whose curve is free is the best.
 Result<Ridden> ride_attitude(const std::vector<Path>& paths, const AtTilt& tilt, const MotionLimits& limits,
                              Timing timing, const Deadline& deadline) {
@@ -108,13 +124,16 @@ Result<Ridden> ride_attitude(const std::vector<Path>& paths, const AtTilt& tilt,
     if (deadline.passed()) break;
     Knots knots;
     for (std::size_t i = 0; i < c.curves.size(); ++i) {
-      auto part = timing == Timing::shortest
-                      ? ride_shortest(c.curves[i], *tilt.rotors, limits, deadline)
-                      : ride_from(c.least[i], c.curves[i], *tilt.rotors, limits, deadline);
+      auto part = ride_from(c.least[i], c.curves[i], *tilt.rotors, limits, deadline);
       if (!part) return Failure(part.error());
       append(knots, *part);
     }
-    if (is_free(knots, tilt, deadline)) return Ridden{std::move(knots), c.curves.size() > 1};
+    if (!is_free(knots, tilt, deadline)) continue;
+    if (timing == Timing::shortest) {
+      auto faster = ridden_fast(c, tilt, limits, deadline);
+      if (is_free(faster, tilt, deadline)) knots = std::move(faster);
+    }
+    return Ridden{std::move(knots), c.curves.size() > 1};
   }
   if (deadline.passed()) return out_of_time(deadline, "timing a ride");
   if (problem) return Failure(*problem);
