@@ -20,7 +20,8 @@ Action add_plan(CLI::App& verb, Common& common) {
     std::vector<std::string> set;
   };
   auto o = std::make_shared<PlanOptions>();
-  verb.add_option("mission", o->words, "MISSION | verify FOLDER | explain MISSION")
+  verb.add_option("mission", o->words,
+                  "MISSION | verify FOLDER | explain MISSION; a mission's test_bed names a map, .bt or .ot")
       ->required()
       ->expected(1, 2);
   verb.add_option("--seed", o->seed, "Instead of the mission's seed");

@@ -1,7 +1,7 @@
-// Figures of the 6D planner, one line of JSON each: checks of poses and motions, windows, plans round a frame
-// and missions without a plan. FCL (libfcl-dev) and stock OMPL answer the same in the same run, turn by turn;
-// they are left out where FCL is not installed. Run from the workspace's top folder. `bench_planner WORD`
-// runs what has WORD in its name.
+// Figures of the 6D planner, one line of JSON each: checks of poses and motions, windows, plans round a
+// frame, missions without a plan, and durations. FCL (libfcl-dev) and stock OMPL answer the same in the same
+// run, turn by turn; they are left out where FCL is not installed. Run from the workspace's top folder.
+// `bench_planner WORD` runs what has WORD in its name.
 #include <octomap/OcTree.h>
 
 #include <algorithm>
@@ -15,6 +15,7 @@
 #include "omniflight_planning/octree_file.hpp"
 #include "omniflight_planning/plan.hpp"
 #include "omniflight_planning/planner.hpp"
+#include "omniflight_planning/time_optimal.hpp"
 
 #ifdef OMNIFLIGHT_HAVE_FCL
 #include "fcl_vehicle.hpp"
@@ -41,15 +42,16 @@ void line(const std::string& what, double ours, const std::string& peer, double 
   std::fflush(stdout);
 }
 
-Quat any_attitude(Random& random) {
-  return Quat(random.normal(), random.normal(), random.normal(), random.normal()).normalized();
-}
-
 struct Bed {
   std::shared_ptr<const octomap::OcTree> tree = read_octree("configs/test_beds/pyramid.bt").value().tree;
   DistanceMap map = DistanceMap::create(*tree, "").value();
   StateCheck check = make_check(map, 45, 1e-3);
 };
+
+#ifdef OMNIFLIGHT_HAVE_FCL
+Quat any_attitude(Random& random) {
+  return Quat(random.normal(), random.normal(), random.normal(), random.normal()).normalized();
+}
 
 /// Poses uniform in the map, or those of them whose centre is 0.12 to 0.36 m from an obstacle.
 std::vector<Pose> poses(const Bed& bed, bool near, std::size_t count) {
@@ -79,7 +81,6 @@ std::pair<double, double> by_turns(const std::function<void()>& ours, const std:
   return {1e9 * median(a) / static_cast<double>(n), 1e9 * median(b) / static_cast<double>(n)};
 }
 
-#ifdef OMNIFLIGHT_HAVE_FCL
 void state_checks() {
   const Bed bed;
   const FclVehicle fcl(bed.check.spheres(), bed.tree);
@@ -250,6 +251,79 @@ void lengths() {
   line(what, median(in_time), "goal", 6.5, "m", 1, 1.04);
 }
 
+/// What the budget's rest is worth: a path and a plan round the frame, the first that is found and the
+/// shortest.
+void anytime() {
+  const Bed bed;
+  const auto check = make_check(bed.map, 48, 0.08);
+  const Quat rolled = from_roll_pitch_yaw(Vec3(to_radians(60), 0, 0));
+  const Pose start{Vec3(1.9, 1.9, 1.0), rolled}, goal{Vec3(-1.9, -1.9, 1.0), rolled};
+  auto mission = load_mission("around_frame").value();
+  const auto vehicle = vehicle::load_vehicle("omnimorph").value();
+  for (const double seconds : {0.1, 0.5, 2.0}) {
+    std::vector<double> firsts, paths, plans, quick;
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      const PathOptions options{.seed = seed, .budget_s = seconds, .name_of = {}};
+      const auto first = find_path(check, start, goal, options);
+      if (!first) continue;
+      firsts.push_back(path_length(*first));
+      paths.push_back(path_length(find_shorter_path(check, *first, options)));
+      PlanOptions of_plan;
+      of_plan.seed = seed;
+      of_plan.budget_s = seconds;
+      for (const bool all : {false, true}) {
+        mission.anytime = all;
+        if (const auto made = plan(mission, vehicle, bed.map, of_plan))
+          (all ? plans : quick).push_back(made->certificate.duration);
+      }
+    }
+    char what[120];
+    std::snprintf(what, sizeof what, "length of a path round the frame, %.1f s of restarts (%zu of 10)",
+                  seconds, paths.size());
+    line(what, median(paths), "first found", median(firsts), "m", 1, 1.05);
+    std::snprintf(what, sizeof what, "duration of the plan round the frame, anytime in %.1f s (%zu of 10)",
+                  seconds, plans.size());
+    line(what, median(plans), "search: first", median(quick), "s", 1, 1.05);
+  }
+}
+
+/// Rides of 30 curves through 6 poses 0.5 m and 0.5 rad apart, the motion limited by the rotors alone: their
+/// durations over that of the fastest ride within the rotors' range, which no motor with a lag can do.
+void durations() {
+  const MotionLimits rotors_alone{
+      .speed = 1e6, .acceleration = 1e6, .rate = 1e6, .angular_acceleration = 1e6};
+  const auto vehicle = vehicle::load_vehicle("omnimorph").value();
+  auto ideal = vehicle;
+  for (auto& rotor : ideal.rotors) rotor.time_constant = 0.0;
+  const Rotors rotors = rotors_of(vehicle, to_radians(50)), no_lag = rotors_of(ideal, to_radians(50));
+  Random random(5);
+  const auto draw = [&](double size) -> Vec3 {
+    return size * Vec3(random.normal(), random.normal(), random.normal()).normalized();
+  };
+  std::vector<double> shortest, without_lag, smooth, took;
+  for (int trial = 0; trial < 30; ++trial) {
+    std::vector<Pose> poses{{Vec3(0, 0, 1), Quat::Identity()}};
+    for (int k = 0; k < 5; ++k)
+      poses.push_back(
+          {poses.back().p_WB + draw(0.5), (poses.back().q_WB * exp_rotation(draw(0.5))).normalized()});
+    const PoseCurve curve(poses);
+    const double bound = time_optimal(curve, rotors.load(), rotors_alone, 800).value().duration();
+    const double begin = cpu_seconds();
+    shortest.push_back(ride_shortest(curve, rotors, rotors_alone).value().back().t / bound);
+    took.push_back(1e3 * (cpu_seconds() - begin));
+    without_lag.push_back(ride_shortest(curve, no_lag, rotors_alone).value().back().t / bound);
+    smooth.push_back(ride(curve, rotors, rotors_alone).value().back().t / bound);
+  }
+  char what[160];
+  std::snprintf(what, sizeof what,
+                "duration over the bound of the rotors' range, lag of 15 ms kept: at most %.3f, median",
+                *std::max_element(shortest.begin(), shortest.end()));
+  line(what, median(shortest), "goal", 1.15, "1", 1, 1.08);
+  line("the same of motors without lag", median(without_lag), "goal", 1.15, "1", 1, 1.08);
+  line("the same with the lag", median(shortest), "minimum jerk", median(smooth), "1", 1.3, 1.7);
+  line("processor time of such a ride", median(took), "goal", 100, "ms", 1, 4);
+}
+
 }  // namespace
 }  // namespace omniflight::planning
 
@@ -268,5 +342,7 @@ int main(int argc, char** argv) {
   run("around", around_frame);
   run("map", map_loading);
   run("length", lengths);
+  run("duration", durations);
+  run("anytime", anytime);
   return 0;
 }

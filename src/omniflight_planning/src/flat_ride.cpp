@@ -42,21 +42,27 @@ std::vector<TrajectoryKnot> sample(const FlatCurve& curve, const FlatVehicle& ve
 }  // namespace
 
 Result<std::vector<TrajectoryKnot>> ride(const FlatCurve& curve, const FlatVehicle& vehicle,
-                                         const allocation::RotorLoad& rotors, const MotionLimits& limits,
+                                         const Rotors& rotors, const MotionLimits& limits,
                                          const Deadline& deadline) {
+  const auto leans_little = [&](const std::vector<TrajectoryKnot>& knots) {
+    return largest_lean(knots, vehicle) <= limits.lean;
+  };
+  const auto keeps_places = [&](const std::vector<TrajectoryKnot>& knots) {
+    return within_at_places(peaks(knots, rotors), limits) && leans_little(knots);
+  };
   const auto keeps = [&](const std::vector<TrajectoryKnot>& knots) {
-    return within(peaks(knots, rotors), limits) && largest_lean(knots, vehicle) <= limits.lean;
+    return within(peaks(knots, rotors), limits) && leans_little(knots);
   };
   const auto knots = [&](int intervals, double duration) {
-    return sample(curve, vehicle, rotors.alpha(), intervals, duration);
+    return sample(curve, vehicle, rotors.load().alpha(), intervals, duration);
   };
   // slower rides lean less, turn slower and need less of the rotors, down to hovering
   const auto least = shortest_time(
-      0.1, [&](double T) { return keeps(knots(kShapeSamples, T)); }, deadline);
+      0.1, [&](double T) { return keeps_places(knots(kShapeSamples, T)); }, deadline);
   if (!least) return Failure(least.error());
   auto found = first_ride(*least, knots, keeps, deadline);
   if (!found) return found;
-  if (auto ok = check_actuation(*found, rotors); !ok) return Failure(ok.error());
+  if (auto ok = check_actuation(*found, rotors.load()); !ok) return Failure(ok.error());
   return found;
 }
 

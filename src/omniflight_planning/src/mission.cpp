@@ -132,17 +132,20 @@ std::optional<Payload> read_payload(files::YamlReader& root) {
 
 /// A path beside the mission, an absolute one, or a name under configs/test_beds.
 Result<fs::path> find_test_bed(const std::string& value, const fs::path& mission, const std::string& where) {
-  std::vector<fs::path> places{mission.parent_path() / value,
-                               mission.parent_path() / "../test_beds" / (value + ".bt")};
-  if (const auto configs = files::config_dir()) places.push_back(*configs / "test_beds" / (value + ".bt"));
-  for (fs::path place : places) {
-    if (place.extension() == ".yaml") place.replace_extension(".bt");
+  std::vector<fs::path> folders{mission.parent_path() / "../test_beds"};
+  if (const auto configs = files::config_dir()) folders.push_back(*configs / "test_beds");
+  std::vector<fs::path> places{mission.parent_path() / value};
+  for (const fs::path& folder : folders)
+    for (const char* kind : {".bt", ".ot"}) places.push_back(folder / (value + kind));
+  if (places[0].extension() == ".yaml")  // the description beside a map
+    places = {fs::path(places[0]).replace_extension(".bt"), fs::path(places[0]).replace_extension(".ot")};
+  for (const fs::path& place : places) {
     std::error_code ignored;
     if (fs::is_regular_file(place, ignored)) return fs::weakly_canonical(place, ignored);
   }
-  return bad_input(
-      "there is no test bed map " + files::shown(value), where,
-      "Give a .bt file or a name under configs/test_beds; omniflight_make_test_bed makes one from a YAML");
+  return bad_input("there is no test bed map " + files::shown(value), where,
+                   "Give a .bt or .ot file or a name under configs/test_beds; omniflight_make_test_bed makes "
+                   "one from a YAML");
 }
 
 Result<fs::path> find_mission(const std::string& spec) {
@@ -179,7 +182,11 @@ Result<Mission> load_mission(const std::string& spec) {
   m.clearance = root->number("clearance_m", files::between(0.0, 5.0, "m"), m.clearance);
   m.seed = static_cast<std::uint64_t>(root->integer("seed", 0, 1'000'000'000, 1));
   m.budget_s = 1e-3 * root->number("budget_ms", files::between(1.0, 600e3, "ms"), 1e3 * m.budget_s);
+  m.anytime = root->choice<bool>("search", {{"first", false}, {"anytime", true}}, false);
   read_limits(*root, m.limits);
+  m.timing =
+      root->choice<Timing>("timing", {{"minimum_jerk", Timing::minimum_jerk}, {"shortest", Timing::shortest}},
+                           Timing::minimum_jerk);
   read_tracking(*root, m);
   m.tether = read_tether(*root);
   m.payload = read_payload(*root);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "certify.hpp"
 #include "knot_figures.hpp"
 #include "octree_boxes.hpp"
 #include "omniflight_files/files.hpp"
@@ -11,13 +12,13 @@
 #include "pace.hpp"
 #include "ride_leg.hpp"
 #include "text.hpp"
-#include "tilt.hpp"
 #include "upright.hpp"
 
 namespace omniflight::planning {
 namespace {
 
-constexpr double kShareOfSearch = 0.9;  // of the time that is left; the rest is for timing and certificate
+constexpr double kShareOfRestarts = 0.7;  // of the time that is left, once there is a path
+constexpr double kShareOfSearch = 0.9;    // of the time that is left; the rest is for timing and certificate
 
 Error to_error(const PathProblem& problem, const Waypoint& waypoint, const std::string& mission_file) {
   Error error;
@@ -83,20 +84,28 @@ std::size_t expected_knots(const std::vector<Waypoint>& waypoints) {
 }
 
 /// A path that keeps more clearance than asked for where there is room: a curve needs some to round its
-/// corners, and a vehicle that is blown aside likes it, too.
+/// corners, and a vehicle that is blown aside likes it, too. Once there is one, shorter ones with the same
+/// room are looked for in `shorter_s` [s].
 PathResult<Path> find_roomy_path(const StateCheck& check, const Pose& start, const Pose& goal,
-                                 const PathOptions& options) {
+                                 const PathOptions& options, double shorter_s) {
+  const auto search = [&](const StateCheck& roomy, const PathOptions& part) -> PathResult<Path> {
+    auto path = find_path(roomy, start, goal, part);
+    if (!path || shorter_s <= 0.0) return path;
+    PathOptions more = part;
+    more.budget_s = shorter_s;
+    return find_shorter_path(roomy, std::move(*path), more);
+  };
   for (const double extra : {0.10, 0.04}) {
     const StateCheck roomy = check.with_margin(check.margin() + extra);
     if (!roomy.valid(start) || !roomy.valid(goal)) continue;
     PathOptions part = options;
     part.budget_s = 0.2 * options.budget_s;
     part.brief = true;
-    if (auto path = find_path(roomy, start, goal, part)) return path;
+    if (auto path = search(roomy, part)) return path;
   }
   PathOptions part = options;
   part.budget_s = 0.6 * options.budget_s;
-  return find_path(check, start, goal, part);
+  return search(check, part);
 }
 
 /// Says of a search without a path whether the vehicle alone would have one.
@@ -109,91 +118,6 @@ PathProblem blame_tether(PathProblem problem, const StateCheck& check, const Pos
     problem.message += "; the vehicle alone has a path, so the bottleneck is the tether";
   }
   return problem;
-}
-
-/// Limits of the tether that poses do not show, and the rotors when it carries itself.
-Status certify_tether(const Mission& mission, const vehicle::Vehicle& without_tether, const Knots& all,
-                      Certificate& c) {
-  c.tether = tether_use(*mission.tether, all);
-  if (const auto twisted = twist_conflict(*mission.tether, *c.tether))
-    return fail(ErrorCode::incomplete, "tether_twisted: " + *twisted, mission.file,
-                "Turn back on the way, or allow more twist_deg");
-  const auto load = load_alone(without_tether, all);
-  if (!load) return Failure(load.error());
-  if (*load > 1.0 - mission.limits.rotor_headroom)
-    return fail(ErrorCode::incomplete,
-                text("tether_unloaded: without the tether's weight the rotors need %.0f %% of their range",
-                     100.0 * *load),
-                mission.file, "Attach the tether nearer to the centre of mass, or ask for less headroom");
-  return {};
-}
-
-/// What the motion of a piece asks at most; nothing when the deadline has passed.
-std::optional<MotionPeaks> peaks_until(const Deadline& deadline, const Knots& all, const AtTilt& here) {
-  constexpr std::size_t kKnotsAtOnce = 20'000;  // between looks at the clock: 5 ms
-  MotionPeaks most;
-  for (std::size_t from = 0; from < all.size(); from += kKnotsAtOnce) {
-    if (deadline.passed()) return {};
-    const Knots some(all.begin() + static_cast<std::ptrdiff_t>(from),
-                     all.begin() + static_cast<std::ptrdiff_t>(std::min(from + kKnotsAtOnce, all.size())));
-    MotionPeaks part = peaks(some, *here.rotors);
-    if (here.flat) part.lean = largest_lean(some, *here.flat);
-    most = larger(part, most, 0.0);
-  }
-  return most;
-}
-
-/// Checks the finished curve, every piece at its own tilt, and fills in what the certificate says of it.
-Status certify(const Trajectory& trajectory, const vehicle::Vehicle& vehicle, Tilts& tilts, double headroom,
-               const Deadline& deadline, Certificate& c) {
-  c.min_clearance = c.clearance_horizon;
-  c.alpha_lowest = c.alpha_highest = c.alpha;
-  const Knots& all = trajectory.knots();
-  const auto late = [&] { return out_of_time(deadline, "checking the finished curve"); };
-  for (const TiltPiece& piece : tilt_pieces(all)) {
-    if (deadline.passed()) return late();
-    const double tilt = all[piece.first].reference.alpha, start = all[piece.first].t;
-    c.alpha_lowest = std::min(c.alpha_lowest, tilt), c.alpha_highest = std::max(c.alpha_highest, tilt);
-    if (piece.moves) {  // its room was checked when it was made
-      const auto most = peaks_while_tilting(vehicle, all, piece);
-      if (!most) return Failure(most.error());
-      if (most->rotor_load > 1.0 - headroom)
-        return fail(ErrorCode::incomplete,
-                    text("tilt_blocked: moving the tilt needs %.0f %% of the rotors' range at %.2f s",
-                         100.0 * most->rotor_load, most->rotor_load_at),
-                    c.mission_file, "Move the tilt less, or at another attitude");
-      c.peak = larger(c.peak, *most, 0.0);
-      continue;
-    }
-    // hours of holds have millions of knots, which are copied only where the tilt cuts the curve into pieces
-    std::optional<Trajectory> cut;
-    if (piece.first > 0 || piece.last + 1 < all.size() || start != 0.0) {
-      Knots knots(all.begin() + static_cast<std::ptrdiff_t>(piece.first),
-                  all.begin() + static_cast<std::ptrdiff_t>(piece.last) + 1);
-      for (TrajectoryKnot& knot : knots) knot.t -= start;
-      auto made = Trajectory::create(std::move(knots));
-      if (!made) return Failure(made.error());
-      cut.emplace(std::move(*made));
-    }
-    const Trajectory& part = cut ? *cut : trajectory;
-    if (deadline.passed()) return late();
-    const auto here = tilts.at(tilt);
-    if (!here) return Failure(here.error());
-    const CurveCheck curve = (*here)->check.curve(part, deadline);
-    if (curve.out_of_time) return late();
-    if (!curve.free)
-      return fail(ErrorCode::incomplete,
-                  text("curve_blocked: the curve comes within %.3f m at %.2f s", curve.min_clearance,
-                       start + curve.at),
-                  c.mission_file, "Reduce clearance_m or add waypoints");
-    c.witnesses += curve.witnesses;
-    if (curve.min_clearance < c.min_clearance)
-      c.min_clearance = curve.min_clearance, c.min_clearance_at = start + curve.at;
-    const auto most = peaks_until(deadline, part.knots(), **here);
-    if (!most) return late();
-    c.peak = larger(c.peak, *most, start);
-  }
-  return {};
 }
 
 Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const vehicle::Vehicle& empty,
@@ -254,7 +178,7 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
         return Failure(ok.error());
     if (auto ok = check_end((*here)->check, waypoint.pose, i == 0, path_options); !ok) {
       Error error = to_error(ok.error(), waypoint, mission.file);
-      if (const double load = (*here)->rotors->hover_load(waypoint.pose.q_WB);
+      if (const double load = (*here)->rotors->load().hover_load(waypoint.pose.q_WB);
           load > 1.0 - mission.limits.rotor_headroom)
         error.message += text(": %s of %.4g kg needs %.0f %% of its rotors' range, %.0f %% are allowed",
                               files::shown(vehicle.name).c_str(), vehicle.mass, 100.0 * load,
@@ -277,7 +201,12 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
     path_options.budget_s = kShareOfSearch * deadline.left();
     const auto here = tilts.at(alpha);
     if (!here) return Failure(here.error());
-    const auto part = find_roomy_path((*here)->check, mission.waypoints[i - 1].pose, goal.pose, path_options);
+    // what is left is shared by the legs that are still to be planned
+    const double shorter_s = mission.anytime ? kShareOfRestarts * deadline.left() /
+                                                   static_cast<double>(mission.waypoints.size() - i)
+                                             : 0.0;
+    const auto part =
+        find_roomy_path((*here)->check, mission.waypoints[i - 1].pose, goal.pose, path_options, shorter_s);
     if (!part) {
       PathProblem why = part.error();
       if (mission.tether)
@@ -287,7 +216,7 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
     if (path_length(*part) > 1e-6) leg.push_back(*part);
     if (!goal.stop) continue;
     if (!leg.empty()) {
-      auto ridden = ride_leg(leg, **here, mission.limits, deadline);
+      auto ridden = ride_leg(leg, **here, mission.limits, mission.timing, deadline);
       if (!ridden) {
         Error error = ridden.error();
         error.message = goal.name + ": " + error.message;
@@ -312,6 +241,8 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   const auto axis = axis_of_motion(mission, c.alpha, tilts);
   if (!axis) return Failure(axis.error());
   c.leans = axis->has_value();
+  if (c.leans && mission.timing == Timing::shortest)
+    c.reason += "timing: shortest does not apply to vehicles that lean into their motion; ";
   c.thrust_axis_B = axis->value_or(Vec3::Zero());
   if (knots.size() < 2) return bad_input("the mission neither moves nor holds", mission.file);
 
@@ -347,7 +278,7 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
     if (auto ok = certify_tether(mission, loaded.without_tether, trajectory->knots(), c); !ok)
       return Failure(ok.error());
   if (options.figures) {
-    auto figures = figures_of(trajectory->knots(), vehicle, tilts, deadline);
+    auto figures = figures_of(trajectory->knots(), tilts, deadline);
     if (!figures) return Failure(figures.error());
     out.figures = std::move(*figures);
   }

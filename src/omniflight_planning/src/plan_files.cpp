@@ -79,7 +79,10 @@ Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
            {"rotors",
             {{"headroom_asked", c.limits.rotor_headroom},
              {"min_headroom", 1.0 - c.peak.rotor_load},
-             {"min_headroom_at_s", c.peak.rotor_load_at}}},
+             {"min_headroom_at_s", c.peak.rotor_load_at},
+             {"max_thrust_rate", c.peak.thrust_rate.share},  // share of what the motors' lag allows
+             {"max_thrust_rate_at_s", c.peak.thrust_rate_at},
+             {"max_thrust_rate_rotor", c.peak.thrust_rate.rotor}}},
            {"limits",
             {{"speed_mps", c.limits.speed},
              {"acceleration_mps2", c.limits.acceleration},
@@ -281,6 +284,12 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
   o.limits.rotor_headroom = c.number(rotors, "headroom_asked", 0.0, 1.0);
   o.peak.rotor_load = 1.0 - c.number(rotors, "min_headroom", -1e6, 1.0);
   o.peak.rotor_load_at = c.number(rotors, "min_headroom_at_s", 0.0, 1e5);
+  if (rotors.contains("max_thrust_rate")) {  // not in plans made before the motors' lag was a limit
+    o.peak.thrust_rate.share = c.number(rotors, "max_thrust_rate", 0.0, 1e6);
+    o.peak.thrust_rate.rotor =
+        static_cast<int>(c.number(rotors, "max_thrust_rate_rotor", 0.0, vehicle::kMaxRotors));
+    o.peak.thrust_rate_at = c.number(rotors, "max_thrust_rate_at_s", 0.0, 1e5);
+  }
   o.limits.speed = c.number(limits, "speed_mps", 0.0, 1e3);
   o.limits.acceleration = c.number(limits, "acceleration_mps2", 0.0, 1e4);
   o.limits.rate = to_radians(c.number(limits, "rate_dps", 0.0, 1e5));

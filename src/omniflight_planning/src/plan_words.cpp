@@ -50,6 +50,9 @@ std::string explain(const Result<Plan>& plan) {
   out += text("At most %.2f m/s, %.2f m/s2, %.1f deg/s; the rotors need %.0f %% of their range at %.2f s.\n",
               c.peak.speed, c.peak.acceleration, to_degrees(c.peak.rate), 100.0 * c.peak.rotor_load,
               c.peak.rotor_load_at);
+  if (c.peak.thrust_rate.rotor > 0)
+    out += text("Rotor %d needs %.0f %% of the rate of thrust that its lag allows, at %.2f s.\n",
+                c.peak.thrust_rate.rotor, 100.0 * c.peak.thrust_rate.share, c.peak.thrust_rate_at);
   if (c.tether)
     out += text(
         "The tether of %.2f m is used to %.2f m and twisted by %.1f deg at most; the rotors can carry "

@@ -220,4 +220,22 @@ PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& sta
   return finished(check, start, goal, std::move(*path), options);
 }
 
+std::vector<Pose> find_shorter_path(const StateCheck& check, std::vector<Pose> path,
+                                    const PathOptions& options) {
+  constexpr std::uint64_t kNextSeed = 1'000'003;  // missions count theirs from 1
+  const Deadline end = options.deadline.within(options.budget_s);
+  PathOptions again = options;
+  again.brief = true;
+  again.deadline = end;
+  double best = path_length(path);
+  while (path.size() > 2 && !end.passed()) {
+    again.seed += kNextSeed;
+    again.budget_s = end.left();
+    auto found = find_path(check, path.front(), path.back(), again);
+    if (!found) continue;
+    if (const double length = path_length(*found); length < best) best = length, path = std::move(*found);
+  }
+  return path;
+}
+
 }  // namespace omniflight::planning

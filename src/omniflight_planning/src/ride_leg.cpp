@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "omniflight_planning/time_optimal.hpp"
+
 namespace omniflight::planning {
 namespace {
 
@@ -35,19 +37,23 @@ Path cut_corners(const Path& path, int times) {
 /// One way of riding a leg: a curve, or several with a stop between two.
 struct Candidate {
   std::vector<PoseCurve> curves;
-  std::vector<double> least;  // s, of each
-  double total = 0.0;         // s
+  std::vector<double> least;  // s, of each, by the minimum-jerk law
+  double total = 0.0;         // s, by the law that is asked for: a lower bound
 };
 
 Result<Candidate> candidate(const std::vector<Path>& parts, const AtTilt& tilt, const MotionLimits& limits,
-                            const Deadline& deadline) {
+                            Timing timing, const Deadline& deadline) {
+  constexpr int kRoughSteps = 50;  // enough to tell which is quicker
   Candidate out;
   for (const Path& part : parts) {
     out.curves.emplace_back(part);
     const auto least = least_time(out.curves.back(), *tilt.rotors, limits, deadline);
     if (!least) return Failure(least.error());
     out.least.push_back(*least);
-    out.total += *least;
+    const auto fastest = timing == Timing::shortest ? time_optimal(out.curves.back(), tilt.rotors->load(),
+                                                                   limits, kRoughSteps, deadline)
+                                                    : Result<SpeedProfile>(fail(ErrorCode::incomplete, ""));
+    out.total += fastest ? fastest->duration() : *least;
   }
   return out;
 }
@@ -82,15 +88,30 @@ bool is_free(const Knots& knots, const AtTilt& tilt, const Deadline& deadline) {
   return trajectory && tilt.check.advance_along(*trajectory, deadline).free;
 }
 
+/// The curves of a candidate ridden by the shortest timing that is found in a share of what is left of the
+/// time; empty where there is not enough of it.
+Knots ridden_fast(const Candidate& c, const AtTilt& tilt, const MotionLimits& limits,
+                  const Deadline& deadline) {
+  constexpr double kShare = 0.3;
+  const Deadline end = deadline.within(kShare * deadline.left());
+  Knots knots;
+  for (const PoseCurve& curve : c.curves) {
+    const auto part = ride_shortest(curve, *tilt.rotors, limits, end);
+    if (!part) return {};
+    append(knots, *part);
+  }
+  return knots;
+}
+
 /// See ride_leg. The times of all candidates are cheap; the quickest whose curve is free is the best.
 Result<Ridden> ride_attitude(const std::vector<Path>& paths, const AtTilt& tilt, const MotionLimits& limits,
-                             const Deadline& deadline) {
+                             Timing timing, const Deadline& deadline) {
   const std::vector<Path> shapes = shapes_of(paths);
   std::vector<Candidate> candidates;
   std::optional<Error> problem;
   const auto offer = [&](const std::vector<Path>& parts) {
     if (deadline.passed()) return;
-    if (auto made = candidate(parts, tilt, limits, deadline))
+    if (auto made = candidate(parts, tilt, limits, timing, deadline))
       candidates.push_back(std::move(*made));
     else
       problem = made.error();
@@ -107,7 +128,12 @@ Result<Ridden> ride_attitude(const std::vector<Path>& paths, const AtTilt& tilt,
       if (!part) return Failure(part.error());
       append(knots, *part);
     }
-    if (is_free(knots, tilt, deadline)) return Ridden{std::move(knots), c.curves.size() > 1};
+    if (!is_free(knots, tilt, deadline)) continue;
+    if (timing == Timing::shortest) {
+      auto faster = ridden_fast(c, tilt, limits, deadline);
+      if (is_free(faster, tilt, deadline)) knots = std::move(faster);
+    }
+    return Ridden{std::move(knots), c.curves.size() > 1};
   }
   if (deadline.passed()) return out_of_time(deadline, "timing a ride");
   if (problem) return Failure(*problem);
@@ -161,8 +187,8 @@ void append(Knots& all, const Knots& more) {
 }
 
 Result<Ridden> ride_leg(const std::vector<Path>& paths, const AtTilt& tilt, const MotionLimits& limits,
-                        const Deadline& deadline) {
-  if (!tilt.flat) return ride_attitude(paths, tilt, limits, deadline);
+                        Timing timing, const Deadline& deadline) {
+  if (!tilt.flat) return ride_attitude(paths, tilt, limits, timing, deadline);
   auto ridden = ride_leaning(paths, tilt, limits, deadline);
   MotionLimits slower = limits;
   for (int halvings = 0; !ridden && ridden.error().message == kBlocked && halvings < 4; ++halvings) {

@@ -47,12 +47,21 @@ double rim_travel(const vehicle::Vehicle& vehicle, double angle) {
 }
 
 Result<MotionPeaks> peaks_while_tilting(const vehicle::Vehicle& vehicle,
-                                        const std::vector<TrajectoryKnot>& knots, const TiltPiece& piece) {
+                                        const std::vector<TrajectoryKnot>& knots, const TiltPiece& piece,
+                                        double headroom) {
   MotionPeaks out;
+  vehicle::RotorVector before;
   for (std::size_t k = piece.first; k <= piece.last; ++k) {
-    const auto rotors = allocation::RotorLoad::create(vehicle, knots[k].reference.alpha);
+    const auto rotors = Rotors::create(vehicle, knots[k].reference.alpha, headroom);
     if (!rotors) return Failure(rotors.error());
-    out = larger(out, peaks({knots[k]}, *rotors), 0.0);
+    MotionPeaks here = peaks({knots[k]}, *rotors);
+    const auto now = Rotors::Thrusts(*rotors).of(rotors->load().required_wrench(knots[k].reference));
+    if (k > piece.first) {
+      here.thrust_rate = rotors->rate(before, now, knots[k].t - knots[k - 1].t);
+      here.thrust_rate_at = knots[k].t;
+    }
+    before = now;
+    out = larger(out, here, 0.0);
   }
   return out;
 }
@@ -61,7 +70,7 @@ Result<double> load_alone(const vehicle::Vehicle& vehicle, const std::vector<Tra
   double most = 0.0;
   for (const TiltPiece& piece : tilt_pieces(knots)) {
     if (piece.moves) {
-      const auto moving = peaks_while_tilting(vehicle, knots, piece);
+      const auto moving = peaks_while_tilting(vehicle, knots, piece, 0.0);
       if (!moving) return Failure(moving.error());
       most = std::max(most, moving->rotor_load);
       continue;

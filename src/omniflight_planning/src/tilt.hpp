@@ -19,9 +19,11 @@ std::vector<TrajectoryKnot> move_tilt(const Pose& pose, double from, double to, 
 /// How far [m] no point of a rotor disc moves beyond when every tilting rotor turns by `angle` [rad].
 double rim_travel(const vehicle::Vehicle& vehicle, double angle);
 
-/// What a move of the tilt asks of the rotors, every knot at its own tilt.
+/// What a move of the tilt asks of the rotors, every knot at its own tilt; headroom as Rotors::create takes
+/// it.
 Result<MotionPeaks> peaks_while_tilting(const vehicle::Vehicle& vehicle,
-                                        const std::vector<TrajectoryKnot>& knots, const TiltPiece& piece);
+                                        const std::vector<TrajectoryKnot>& knots, const TiltPiece& piece,
+                                        double headroom);
 
 /// Largest share of the rotors' range that a whole flight of a vehicle needs, every piece at its own tilt.
 Result<double> load_alone(const vehicle::Vehicle& vehicle, const std::vector<TrajectoryKnot>& knots);

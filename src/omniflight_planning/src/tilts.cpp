@@ -20,17 +20,18 @@ double margin_of(const Tube& tube, const VehicleSpheres& spheres, const std::opt
 
 Result<const AtTilt*> Tilts::at(double alpha) {
   if (const auto known = known_.find(alpha); known != known_.end()) return &known->second;
-  auto load = allocation::RotorLoad::create(vehicle_, alpha);
-  if (!load) return Failure(load.error());
-  auto rotors = std::make_shared<const allocation::RotorLoad>(std::move(*load));
+  auto made = Rotors::create(vehicle_, alpha, mission_.limits.rotor_headroom);
+  if (!made) return Failure(made.error());
+  auto rotors = std::make_shared<const Rotors>(std::move(*made));
+  const std::shared_ptr<const allocation::RotorLoad> load(rotors, &rotors->load());
   const VehicleSpheres spheres = cover_with_spheres(vehicle_, alpha);
   const double margin = margin_of(tube_, spheres, mission_.tether);
-  const StateCheck alone(map_, spheres, rotors, mission_.limits.rotor_headroom, mission_.clearance + margin);
+  const StateCheck alone(map_, spheres, load, mission_.limits.rotor_headroom, mission_.clearance + margin);
   std::optional<Tether> tether = mission_.tether;
   if (tether) tether->reserve = margin;
   StateCheck check = tether ? alone.with_tether(tether) : alone;
   std::optional<FlatVehicle> flat;
-  if (rotors->rank() < 6) {
+  if (load->rank() < 6) {
     auto found = flat_vehicle(vehicle_, alpha);
     if (!found) return Failure(found.error());
     flat = *found;

@@ -11,7 +11,7 @@ namespace omniflight::planning {
 
 /// What a state is checked with while the rotors stand at one tilt.
 struct AtTilt {
-  std::shared_ptr<const allocation::RotorLoad> rotors;
+  std::shared_ptr<const Rotors> rotors;
   StateCheck check;
   std::optional<FlatVehicle> flat;  ///< set where the attitude follows from the acceleration
 };

@@ -86,24 +86,39 @@ Reference PoseCurve::at(double u, double du, double ddu) const {
   return r;
 }
 
-MotionPeaks peaks(const std::vector<TrajectoryKnot>& knots, const allocation::RotorLoad& rotors) {
+MotionPeaks peaks(const std::vector<TrajectoryKnot>& knots, const Rotors& rotors) {
   MotionPeaks out;
-  for (const auto& knot : knots) {
+  Rotors::Thrusts thrusts(rotors);
+  vehicle::RotorVector before;
+  Vec6 wrench_before = Vec6::Zero();
+  for (std::size_t k = 0; k < knots.size(); ++k) {
+    const auto& knot = knots[k];
     const Reference& r = knot.reference;
     out.speed = std::max(out.speed, r.v_WB_W.norm());
     out.acceleration = std::max(out.acceleration, r.a_WB_W.norm());
     out.rate = std::max(out.rate, r.w_WB_B.norm());
     out.angular_acceleration = std::max(out.angular_acceleration, r.dw_WB_B.norm());
-    if (const double load = rotors.motion_load(r); load > out.rotor_load) {
+    const Vec6 wrench = rotors.load().required_wrench(r);
+    if (k > 0 && wrench == wrench_before) continue;  // a hold asks nothing new
+    if (const double load = rotors.load().load(wrench); load > out.rotor_load) {
       out.rotor_load = load;
       out.rotor_load_at = knot.t;
     }
+    const vehicle::RotorVector now = thrusts.of(wrench);
+    if (k > 0)
+      if (const auto rate = rotors.rate(before, now, knot.t - knots[k - 1].t);
+          rate.share > out.thrust_rate.share)
+        out.thrust_rate = rate, out.thrust_rate_at = knot.t;
+    before = now, wrench_before = wrench;
   }
   return out;
 }
 
 MotionPeaks larger(const MotionPeaks& a, MotionPeaks b, double start) {
   b.rotor_load_at += start;
+  b.thrust_rate_at += start;
+  if (a.thrust_rate.share > b.thrust_rate.share)
+    b.thrust_rate = a.thrust_rate, b.thrust_rate_at = a.thrust_rate_at;
   if (a.rotor_load > b.rotor_load) b.rotor_load = a.rotor_load, b.rotor_load_at = a.rotor_load_at;
   b.speed = std::max(a.speed, b.speed);
   b.acceleration = std::max(a.acceleration, b.acceleration);
@@ -142,50 +157,51 @@ Failure unhoverable(const Quat& q_WB, double load, double allowed, double alpha)
 
 }  // namespace
 
-Result<double> least_time(const PoseCurve& curve, const allocation::RotorLoad& rotors,
-                          const MotionLimits& limits, const Deadline& deadline) {
+Result<double> least_time(const PoseCurve& curve, const Rotors& rotors, const MotionLimits& limits,
+                          const Deadline& deadline) {
   const double allowed = 1.0 - limits.rotor_headroom;
   // With the shape fixed, speeds go with 1/T and accelerations with 1/T^2, so the kinematic limits give T at
   // once; the required wrench is that of hovering plus a part that goes with 1/T^2, so its load falls with T.
-  const std::vector<TrajectoryKnot> in_a_second = sample(curve, rotors.alpha(), kShapeSamples, 1.0);
+  const std::vector<TrajectoryKnot> in_a_second = sample(curve, rotors.load().alpha(), kShapeSamples, 1.0);
   std::vector<Vec6> hover, beyond;
   MotionPeaks unit;
   for (const TrajectoryKnot& knot : in_a_second) {
     const Reference& r = knot.reference;
     Reference still;
     still.q_WB = r.q_WB;
-    hover.push_back(rotors.required_wrench(still));
-    beyond.push_back(rotors.required_wrench(r) - hover.back());
-    if (const double load = rotors.load(hover.back()); load > allowed)
-      return unhoverable(r.q_WB, load, allowed, rotors.alpha());
+    hover.push_back(rotors.load().required_wrench(still));
+    beyond.push_back(rotors.load().required_wrench(r) - hover.back());
+    if (const double load = rotors.load().load(hover.back()); load > allowed)
+      return unhoverable(r.q_WB, load, allowed, rotors.load().alpha());
     unit.speed = std::max(unit.speed, r.v_WB_W.norm());
     unit.acceleration = std::max(unit.acceleration, r.a_WB_W.norm());
     unit.rate = std::max(unit.rate, r.w_WB_B.norm());
     unit.angular_acceleration = std::max(unit.angular_acceleration, r.dw_WB_B.norm());
   }
-  if (auto ok = check_actuation(in_a_second, rotors); !ok) return Failure(ok.error());
+  if (auto ok = check_actuation(in_a_second, rotors.load()); !ok) return Failure(ok.error());
   const double low = std::max({unit.speed / limits.speed, unit.rate / limits.rate,
                                std::sqrt(unit.acceleration / limits.acceleration),
                                std::sqrt(unit.angular_acceleration / limits.angular_acceleration), 0.1});
   const auto fits = [&](double T) {
     for (std::size_t i = 0; i < hover.size(); ++i)
-      if (rotors.load(hover[i] + beyond[i] / (T * T)) > allowed) return false;
+      if (rotors.load().load(hover[i] + beyond[i] / (T * T)) > allowed) return false;
     return true;
   };
   return shortest_time(low, fits, deadline);
 }
 
-Result<std::vector<TrajectoryKnot>> ride_from(double least, const PoseCurve& curve,
-                                              const allocation::RotorLoad& rotors, const MotionLimits& limits,
-                                              const Deadline& deadline) {
+Result<std::vector<TrajectoryKnot>> ride_from(double least, const PoseCurve& curve, const Rotors& rotors,
+                                              const MotionLimits& limits, const Deadline& deadline) {
   return first_ride(
       least,
-      [&](int intervals, double duration) { return sample(curve, rotors.alpha(), intervals, duration); },
+      [&](int intervals, double duration) {
+        return sample(curve, rotors.load().alpha(), intervals, duration);
+      },
       [&](const std::vector<TrajectoryKnot>& knots) { return within(peaks(knots, rotors), limits); },
       deadline);
 }
 
-Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const allocation::RotorLoad& rotors,
+Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const Rotors& rotors,
                                          const MotionLimits& limits, const Deadline& deadline) {
   const auto least = least_time(curve, rotors, limits, deadline);
   if (!least) return Failure(least.error());

@@ -171,16 +171,17 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
   for (const TiltPiece& piece : pieces) {
     if (piece.moves) {
       if (auto ok = check_move(bare, knots, piece); !ok) return reject(ok.error().message);
-      const auto most = peaks_while_tilting(loaded, knots, piece);
+      const auto most = peaks_while_tilting(loaded, knots, piece, mission->limits.rotor_headroom);
       if (!most) return Failure(most.error());
       out.peak = larger(out.peak, *most, 0.0);
     } else {
-      const auto rotors = allocation::RotorLoad::create(loaded, knots[piece.first].reference.alpha);
+      const auto rotors =
+          Rotors::create(loaded, knots[piece.first].reference.alpha, mission->limits.rotor_headroom);
       if (!rotors) return Failure(rotors.error());
       const auto from = knots.begin() + static_cast<std::ptrdiff_t>(piece.first);
       const auto to = knots.begin() + static_cast<std::ptrdiff_t>(piece.last) + 1;
       const std::vector<TrajectoryKnot> part(from, to);
-      if (auto ok = check_actuation(part, *rotors); !ok) return reject(ok.error().message);
+      if (auto ok = check_actuation(part, rotors->load()); !ok) return reject(ok.error().message);
       MotionPeaks most = peaks(part, *rotors);
       if (flat) most.lean = largest_lean(part, *flat);
       out.peak = larger(out.peak, most, 0.0);
@@ -209,6 +210,15 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
       std::snprintf(line, sizeof line, "the %s reaches %.4g, %.4g is allowed", b.what, b.value, b.limit);
       return reject(line);
     }
+
+  if (const ThrustRate& rate = out.peak.thrust_rate;
+      !(rate.share <= (1.0 - limits.rotor_headroom) * (1.0 + kTolerance))) {
+    const Vec3 p = plan->trajectory.sample(out.peak.thrust_rate_at).p_WB;
+    return reject(text(
+        "rotor %d needs %.4g of the rate of thrust that its lag allows, %.4g is allowed, at "
+        "%.2f s with the vehicle at (%.3f, %.3f, %.3f) m",
+        rate.rotor, rate.share, 1.0 - limits.rotor_headroom, out.peak.thrust_rate_at, p.x(), p.y(), p.z()));
+  }
 
   OctreeBoxes boxes(*map->tree);
   out.min_clearance = kBoxHorizon;

@@ -8,6 +8,7 @@
 #include "omniflight_planning/map.hpp"
 #include "omniflight_planning/state_check.hpp"
 #include "omniflight_planning/test_bed.hpp"
+#include "omniflight_planning/timing.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
 
 namespace omniflight::planning {
@@ -55,6 +56,9 @@ inline DistanceMap pole_room(double width) {
 }
 inline allocation::RotorLoad rotor_load(const vehicle::Vehicle& v, double alpha) {
   return allocation::RotorLoad::create(v, alpha).value();
+}
+inline Rotors rotors_of(const vehicle::Vehicle& v, double alpha) {
+  return Rotors::create(v, alpha, MotionLimits{}.rotor_headroom).value();
 }
 inline StateCheck make_check(const DistanceMap& map, double alpha_deg, double margin) {
   const auto v = omnimorph();

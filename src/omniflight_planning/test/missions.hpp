@@ -12,6 +12,7 @@
 
 namespace omniflight::planning {
 
+inline void use_shipped_configs() { setenv("OMNIFLIGHT_CONFIGS", kConfigs.c_str(), 1); }
 /// The YAML of trajectory_2 with further keys; its heights are 0.9 to 2.0 m over a counter of 0.58 m.
 inline std::string trajectory_2_with(const std::string& keys) {
   std::string bytes = files::read_file(kConfigs / "missions/trajectory_2.yaml", 1 << 20).value();

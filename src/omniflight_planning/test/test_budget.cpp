@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kGrace = 0.1;  // s beyond the budget
 
-constexpr int kMissions = 6;
+constexpr int kMissions = 7;
 
 /// Of each mission; 200 in all at each budget in the long tests, see CMakeLists.txt.
 int repetitions() {
@@ -51,6 +51,11 @@ std::vector<Mission> missions() {
   holds.name = "long holds";
   for (int k = 0; k < 14; ++k) holds.waypoints[1 + k % 6].hold_s = 600;
   out.push_back(holds);
+  Mission shortest = load_mission("around_frame").value();
+  shortest.name = "shortest";
+  shortest.timing = Timing::shortest;
+  shortest.anytime = true;
+  out.push_back(shortest);
   return out;
 }
 

@@ -108,7 +108,7 @@ TEST(FlatCurve, PassesThroughItsPosesAndIsSmooth) {
 
 TEST(FlatRide, KeepsEveryLimitAndStartsAndEndsAtRest) {
   const auto v = quadrotor();
-  const auto rotors = rotor_load(v, 0);
+  const auto rotors = rotors_of(v, 0);
   const FlatVehicle flat = flat_vehicle(v, 0).value().value();
   std::vector<Pose> poses{{Vec3(0, 0, 1), flat.upright(0)},
                           {Vec3(1, 0.5, 1.2), flat.upright(0.5)},
@@ -134,7 +134,7 @@ TEST(FlatRide, KeepsEveryLimitAndStartsAndEndsAtRest) {
     const auto trajectory = Trajectory::create(*knots);
     ASSERT_TRUE(trajectory);
     for (double t = 0.005; t < trajectory->duration(); t += 0.1) {  // between the knots, too
-      const auto inertial = rotors.inertial_wrench(trajectory->sample(t));
+      const auto inertial = rotors.load().inertial_wrench(trajectory->sample(t));
       EXPECT_LT(inertial.unreachable_B.norm(), 1e-3 * (1 + inertial.size)) << t;
     }
   }

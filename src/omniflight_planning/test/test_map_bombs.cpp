@@ -1,4 +1,5 @@
-// Small .bt files that unfold to much: refused within 100 MB and 0.5 s, measured in a process of their own.
+// Small .bt and .ot files that unfold to much: refused within 100 MB and 0.5 s, measured in a process of
+// their own.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -66,6 +67,15 @@ void full(int depth, std::string& out) {
   for (int child = 0; depth > 1 && child < 8; ++child) full(depth - 1, out);
 }
 
+std::string full_header(std::uint64_t size) {
+  return "# Octomap OcTree file\nid OcTree\nsize " + std::to_string(size) + "\nres 0.05\ndata\n";
+}
+/// The same with log-odds, an .ot file's nodes of `depth` levels below the first.
+void full_nodes(int depth, std::string& out) {
+  out += std::string("\x00\x00\x80\x3f", 4) + (depth == 0 ? '\0' : '\xff');
+  for (int child = 0; depth > 0 && child < 8; ++child) full_nodes(depth - 1, out);
+}
+
 std::uint64_t nodes_of(int depth) { return depth == 0 ? 1 : 1 + 8 * nodes_of(depth - 1); }
 
 /// Two occupied voxels in opposite corners of the tree: 65536 voxels apart along every axis.
@@ -90,10 +100,15 @@ TEST(MapBombs, AreRefusedWithin100MegabytesAndHalfASecond) {
   full(7, million);
   full(8, millions);
   for (int k = 0; k < 2'500'000; ++k) chain += std::string("\xff\xff", 2);
+  std::string full_million = full_header(nodes_of(7)), endless = full_header(1'000'000);
+  full_nodes(7, full_million);
+  while (endless.size() < 15'000'000) endless += std::string("\x00\x00\x80\x3f\xff", 5);
   const struct {
     const char* what;
     std::string bytes;
-  } bombs[] = {{"2.4 million nodes in 0.6 MB", million},
+  } bombs[] = {{"2.4 million nodes with log-odds", full_million},
+               {"inner nodes with log-odds without an end", endless},
+               {"2.4 million nodes in 0.6 MB", million},
                {"19 million nodes in 4.8 MB", millions},
                {"inner nodes without an end, 5 MB", chain},
                {"two voxels 3.3 km apart in 130 bytes", two_corners()},
@@ -126,6 +141,16 @@ TEST(MapBombs, WhatIsAcceptedStaysWithinTheSameMemory) {
   std::cout << "0.3 million nodes: " << cost.megabytes << " MB, " << cost.seconds << " s\n";
   EXPECT_TRUE(cost.loaded);
   EXPECT_LT(cost.megabytes, 100);
+
+  std::string full_bytes = full_header(nodes_of(6) + 10);
+  for (int level = 0; level < 10; ++level) full_bytes += std::string("\x00\x00\x80\x3f\x01", 5);
+  full_nodes(6, full_bytes);
+  std::ofstream(path, std::ios::binary) << full_bytes;
+  const Cost with_log_odds = load_in_a_child(path);
+  std::cout << "the same with log-odds: " << with_log_odds.megabytes << " MB, " << with_log_odds.seconds
+            << " s\n";
+  EXPECT_TRUE(with_log_odds.loaded);
+  EXPECT_LT(with_log_odds.megabytes, 100);
 }
 
 }  // namespace

@@ -1,11 +1,12 @@
 #include <gtest/gtest.h>
 #include <octomap/OcTree.h>
 
+#include <chrono>
 #include <ctime>
 #include <fstream>
 #include <iostream>
 
-#include "bench.hpp"
+#include "missions.hpp"
 #include "omniflight_core/random.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/octree_file.hpp"
@@ -20,7 +21,6 @@ Result<Plan> planned(const std::string& name) {
   const auto mission = load_mission((kConfigs / "missions" / (name + ".yaml")).string());
   return mission ? plan_mission(*mission) : Result<Plan>(Failure(mission.error()));
 }
-void use_shipped_configs() { setenv("OMNIFLIGHT_CONFIGS", kConfigs.c_str(), 1); }
 
 /// Least distance of the true rotor rims to any occupied voxel along a trajectory, by brute force.
 double closest_rim(const Trajectory& trajectory, const vehicle::Vehicle& v) {
@@ -296,6 +296,24 @@ struct Refusal {
   const char *what, *from, *to, *reason;
   ErrorCode code;
 };
+
+TEST_F(Plans, AnytimeUsesTheBudgetForShorterPathsAndKeepsIt) {
+  std::string yaml = files::read_file(kConfigs / "missions/around_frame.yaml", 1 << 20).value();
+  const auto first = plan_mission(mission_of(yaml, "first").value());
+  yaml.insert(yaml.find("start: {position"), "search: anytime\n");
+  const auto mission = mission_of(yaml, "anytime");
+  ASSERT_TRUE(mission) << mission.error().text();
+  PlanOptions options;
+  options.budget_s = 1.0;
+  const auto begin = std::chrono::steady_clock::now();
+  const auto best = plan_mission(*mission, options);
+  const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  ASSERT_TRUE(best) << best.error().text();
+  EXPECT_GE(took, 0.3) << "legs that are not straight use their share of what is left";
+  EXPECT_LE(took, 1.1);
+  EXPECT_LE(best->certificate.duration, 1.02 * first->certificate.duration);
+  EXPECT_FALSE(mission_of(yaml.replace(yaml.find("anytime"), 7, "forever"), "forever"));
+}
 
 TEST_F(Plans, BadMissionsNameFileFieldAndNextStep) {
   const std::string good = files::read_file(kConfigs / "missions/trajectory_2.yaml", 1 << 20).value();

@@ -35,6 +35,29 @@ TEST(Planner, FindsAWayRoundTheFrameAndTheSameSeedGivesTheSameOne) {
   EXPECT_EQ(first->back().p_WB, goal.p_WB);
 }
 
+TEST(Planner, WhatIsLeftOfTheBudgetMakesPathsShorterAndIsKept) {
+  const auto check = make_check(pyramid(), 48, 0.08);
+  const Pose start{Vec3(1.9, 1.9, 1.0), kTilted}, goal{Vec3(-1.9, -1.9, 1.0), kTilted};
+  int shorter = 0;
+  for (const std::uint64_t seed : {1, 2, 3, 4}) {
+    const auto first = find_path(check, start, goal, named(seed));
+    ASSERT_TRUE(first) << first.error().message;
+    const auto begin = std::chrono::steady_clock::now();
+    const auto best = find_shorter_path(check, *first, named(seed, 0.2));
+    const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    EXPECT_GE(took, 0.19);
+    EXPECT_LE(took, 0.3);
+    EXPECT_LE(path_length(best), path_length(*first));
+    shorter += path_length(best) < path_length(*first);
+    EXPECT_EQ(best.front().p_WB, start.p_WB);
+    EXPECT_EQ(best.back().p_WB, goal.p_WB);
+    for (std::size_t i = 0; i + 1 < best.size(); ++i) EXPECT_TRUE(check.motion_valid(best[i], best[i + 1]));
+  }
+  EXPECT_GE(shorter, 3);
+  const std::vector<Pose> straight{start, start};
+  EXPECT_EQ(find_shorter_path(check, straight, named(1, 10.0)).size(), 2u) << "at once";
+}
+
 TEST(Planner, EveryPlannerByNameGoesRoundAPole) {
   const DistanceMap map = pole_room(0.24);
   const auto check = make_check(map, 30, 0.05);

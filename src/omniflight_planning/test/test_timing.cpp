@@ -56,7 +56,7 @@ TEST(PoseCurve, TwoPosesGiveTheStraightLineAndTheShortestRotation) {
 
 TEST(Ride, KeepsEveryLimitAndOneOfThemTightly) {
   const auto v = omnimorph();
-  const auto rotors = rotor_load(v, to_radians(50));
+  const auto rotors = rotors_of(v, to_radians(50));
   Random random(12);
   for (int trial = 0; trial < 30; ++trial) {
     MotionLimits limits{.speed = random.uniform(0.2, 4),
@@ -77,7 +77,7 @@ TEST(Ride, KeepsEveryLimitAndOneOfThemTightly) {
 }
 
 TEST(Ride, AnAttitudeThatCannotBeHoveredIsNamed) {
-  const auto rotors = rotor_load(omnimorph(), to_radians(15));
+  const auto rotors = rotors_of(omnimorph(), to_radians(15));
   const Pose level{Vec3(0, 0, 1), Quat::Identity()}, steep{Vec3(0, 0, 1), exp_rotation(Vec3(0, 1.3, 0))};
   const auto knots = ride(PoseCurve({level, steep}), rotors, {});
   ASSERT_FALSE(knots);

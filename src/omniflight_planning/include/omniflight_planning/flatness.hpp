@@ -62,7 +62,7 @@ class FlatCurve {
 /// the fourth derivative at both ends, in the shortest time (a whole number of knot periods) that keeps every
 /// limit, the lean among them, at every knot. Fails as `ride` does.
 Result<std::vector<TrajectoryKnot>> ride(const FlatCurve& curve, const FlatVehicle& vehicle,
-                                         const allocation::RotorLoad& rotors, const MotionLimits& limits,
+                                         const Rotors& rotors, const MotionLimits& limits,
                                          const Deadline& deadline = {});
 
 /// Largest angle [rad] of the thrust axis from upright on the knots.

@@ -29,13 +29,14 @@ struct Waypoint {
 struct Mission {
   std::string name;
   std::string vehicle;                ///< name or path, as load_vehicle takes it
-  std::filesystem::path test_bed;     ///< the .bt file, resolved
+  std::filesystem::path test_bed;     ///< the .bt or .ot file, resolved
   std::filesystem::path description;  ///< the test bed's YAML beside it, empty when there is none
   std::optional<double> alpha;        ///< rad, at the start; nothing = search
   std::optional<Tether> tether;
   std::optional<Payload> payload;
   std::vector<Waypoint> waypoints;  ///< the first one is the start
   MotionLimits limits;
+  Timing timing = Timing::minimum_jerk;  ///< of vehicles that do not lean into their motion
   std::optional<double>
       tracking_position;  ///< m, position error that the flight may reach; nothing: see tube_of
   std::optional<double> tracking_attitude;  ///< rad, likewise
@@ -44,6 +45,7 @@ struct Mission {
   double clearance = 0.05;  ///< m that every point of the vehicle keeps from the map's voxels
   std::uint64_t seed = 1;
   double budget_s = 10.0;  ///< s for the whole plan, see plan()
+  bool anytime = false;    ///< the whole budget is used to look for shorter paths
   std::string file;        ///< where it was read from
   std::string sha256;      ///< of that file
 };

@@ -1,4 +1,4 @@
-// OctoMap .bt files of unknown origin: scanned without recursion before OctoMap itself reads a byte.
+// OctoMap .bt and .ot files of unknown origin: scanned without recursion before OctoMap itself reads a byte.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,9 @@ class OcTree;
 
 namespace omniflight::planning {
 
-/// What the scan of a .bt file found.
+/// What the scan of a file found.
 struct OctreeHeader {
+  bool full = false;           ///< .ot: every node has its log-odds; .bt: free, occupied or unknown
   std::uint64_t nodes = 0;     ///< inner nodes and leaves
   double resolution = 0.0;     ///< m
   std::size_t data_begin = 0;  ///< offset of the first node byte
@@ -28,12 +29,13 @@ struct OctreeHeader {
 // A map within these limits takes less than 100 MB and is known to be within them before anything is
 // allocated.
 inline constexpr std::uint64_t kMaxOctreeNodes = 1'000'000;  ///< 41 bytes each (OctoMap 1.9)
-inline constexpr std::size_t kMaxOctreeBytes = 16u << 20;    ///< of a .bt file
+inline constexpr std::size_t kMaxOctreeBytes = 16u << 20;    ///< of a file
 inline constexpr std::uint64_t kMaxMapVoxels = 10'000'000;   ///< 5 bytes each: a distance and a flag
 
-/// Checks a whole .bt file held in memory: header of at most 64 kB, id OcTree, resolution in [1e-3, 10] m, at
-/// most 16 levels, node count equal to the header's, nothing missing and nothing left over, at least one
-/// occupied node, no more nodes and voxels than the limits above. `name` appears in errors.
+/// Checks a whole .bt or .ot file held in memory, told apart by the first line: header of at most 64 kB, id
+/// OcTree, resolution in [1e-3, 10] m, at most 16 levels, node count equal to the header's, nothing missing
+/// and nothing left over, finite log-odds, at least one occupied node, no more nodes and voxels than the
+/// limits above. `name` appears in errors.
 Result<OctreeHeader> scan_octree(std::string_view bytes, const std::string& name);
 
 struct OctreeFile {
@@ -41,8 +43,9 @@ struct OctreeFile {
   std::string sha256;  ///< of the file's bytes
 };
 
-/// The tree of a whole .bt file held in memory, handed out only when everything agrees. `name` appears in
-/// errors.
+/// The tree of a whole .bt or .ot file held in memory, handed out only when everything agrees; that of an .ot
+/// file in maximum-likelihood form, a voxel of probability 0.5 (log-odds 0) or more being occupied, as
+/// OctoMap has it by default. `name` appears in errors.
 Result<std::shared_ptr<const octomap::OcTree>> octree_of(std::string bytes, const std::string& name);
 
 /// The same of a file of at most kMaxOctreeBytes.

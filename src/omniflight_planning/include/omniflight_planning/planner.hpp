@@ -66,6 +66,12 @@ tl::expected<void, PathProblem> check_end(const StateCheck& check, const Pose& p
 PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& start, const Pose& goal,
                                         const PathOptions& options);
 
+/// The shortest path (path_length) of `path` and those that find_path() finds with further seeds in
+/// options.budget_s [s], all of which is used unless `path` is the straight motion. How many there are in
+/// that time depends on the machine, so that results need not repeat.
+std::vector<Pose> find_shorter_path(const StateCheck& check, std::vector<Pose> path,
+                                    const PathOptions& options);
+
 /// True when no attitude whatever lets the body origin get from a to b: a flood fill of the ball that is
 /// solid vehicle at every attitude (inscribed_radius, plus the margin) does not connect them. Never true by
 /// mistake, and never after the deadline.

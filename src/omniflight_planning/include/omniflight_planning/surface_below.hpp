@@ -29,7 +29,7 @@ class SurfaceBelow {
  public:
   /// Refuses, as DistanceMap, a map without occupied voxels and one of more than kMaxMapVoxels.
   static Result<SurfaceBelow> create(const octomap::OcTree& tree);
-  /// Reads a .bt file with the checks of octree_file.hpp.
+  /// Reads a .bt or .ot file with the checks of octree_file.hpp.
   static Result<SurfaceBelow> load(const std::filesystem::path& path);
 
   /// m, world: the highest top of an occupied voxel below the voxel of p, with a free voxel on it. What
