@@ -68,6 +68,9 @@ struct Flight {
   /// Recorded reference in its own body axes, n x k: velocity [m/s], specific force [m/s^2], rate [rad/s] and
   /// angular acceleration [rad/s^2], as far as recorded. It is exogenous: no disturbance moves it.
   Eigen::MatrixXd reference;
+  /// n x 6, N and Nm: what noise of the sensors, one draw of it of the size that is told, does to the wrench
+  /// residual. Empty where the noise of what the residual follows from is not told.
+  Eigen::MatrixXd sensor_noise;
   Eigen::MatrixXd tracking_error;  ///< n x 3, m, position minus reference; empty without reference
   std::vector<Segment> segments;
   bool has_accelerometer = false, has_gyro = false, has_alpha = false, has_position = false;

@@ -24,7 +24,10 @@ struct Tolerance {
   /// RegressionProblem::calibration().kinds). Of others a flight may show that they were measured better or
   /// worse than is assumed below.
   std::set<std::string> told;
-  double thrust_scale = 0.01;            ///< 1, thrust coefficient and mass together
+  double thrust_scale = 0.01;  ///< 1, thrust coefficient and mass together
+  /// rad, about each axis: axes of the body against those whose attitude is measured. Where forces come from
+  /// an accelerometer, its bias and alignment stand for it.
+  double attitude_trim = 0.015;
   double accelerometer_lateral = 0.15;   ///< m/s^2, bias and mounting tilt
   double accelerometer_vertical = 0.05;  ///< m/s^2
   /// Scale [1] and alignment [rad] of the accelerometer's axes. They follow the force, a bias stays: a
@@ -57,6 +60,18 @@ struct Tolerance {
   double value(const std::string& kind) const { return const_cast<Tolerance&>(*this).value(kind); }
 };
 
+/// What is told of disturbances that are no effect. 0: not told.
+struct ToldNoise {
+  double force = 0, torque = 0;  ///< N, Nm: RMS of turbulence along and about each axis of the body
+  double correlation_time = 0;   ///< s, of turbulence
+  double accelerometer = 0;      ///< m/s^2, RMS a sample and axis
+  double gyro = 0;               ///< rad/s
+  double position = 0;           ///< m
+  double attitude = 0;           ///< rad, about each axis
+
+  bool of_turbulence() const { return force > 0 && torque > 0 && correlation_time > 0; }
+};
+
 /// Gains that a controller is said to have; its command is then replayed on the recorded state.
 struct ToldController {
   Vec3 kp = Vec3::Zero(), kv = Vec3::Zero(), ki = Vec3::Zero();  ///< 1/s^2, 1/s, 1/s^3: position, world
@@ -69,6 +84,7 @@ struct Options {
   physics::Environment environment;
   Vec3 imu_position = Vec3::Zero();  ///< m, body: where the accelerometer is
   Tolerance tolerance;
+  ToldNoise noise;
   double grid_hz = 40.0;             ///< regression grid: signals are averaged over its periods
   double max_gap_s = 0.08;           ///< longer gaps in a needed signal are cut out
   double margin_s = 0.25;            ///< cut on both sides of every gap and of the ends

@@ -11,6 +11,7 @@
 #include "omniflight_physics/effect_ids.hpp"
 #include "segments.hpp"
 #include "sensor_faults.hpp"
+#include "sensor_noise.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -223,7 +224,9 @@ Result<Flight> prepare_flight(const Recording& recording, const vehicle::Vehicle
   return prepare_repaired(repaired(recording), vehicle, o);
 }
 
-Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle& vehicle, const Options& o) {
+namespace {
+
+Result<Flight> conditioned(const Repaired& repaired, const vehicle::Vehicle& vehicle, const Options& o) {
   const Recording& recording = repaired.recording;
   Flight f;
   f.notes = repaired.notes;
@@ -271,6 +274,18 @@ Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle
   f.segments = long_runs(good, f.rate_hz);
   if (f.usable() < 2 * f.rate_hz) return too_little_left(f);
   return f;
+}
+
+}  // namespace
+
+Result<Flight> prepare_repaired(const Repaired& repaired, const vehicle::Vehicle& vehicle, const Options& o) {
+  Result<Flight> flight = conditioned(repaired, vehicle, o);
+  if (!flight || !noise_is_told(*flight, o.noise)) return flight;
+  Repaired noisier = repaired;
+  add_noise(o.noise, noisier.recording);
+  if (const Result<Flight> again = conditioned(noisier, vehicle, o); again && again->size() == flight->size())
+    flight->sensor_noise = residual_between(*flight, *again, vehicle.center_of_mass);
+  return flight;
 }
 
 }  // namespace omniflight::diagnosis

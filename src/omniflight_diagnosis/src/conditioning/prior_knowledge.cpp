@@ -56,6 +56,7 @@ constexpr Known kKnown[] = {
     {"tolerance.rotor_place", 0, 1, "1"},
     {"tolerance.drag_torque", 0, 1, "1"},
     {"tolerance.imu_position", 0, 1, "1"},
+    {"tolerance.attitude_trim_rad", 0, 1, "rad"},
     {"environment.floor_z_m", -1e4, 1e4, "m"},
     {"environment.air_density_kgpm3", 0.01, 10, "kg/m3"},
 };
@@ -75,7 +76,8 @@ constexpr ToldTolerance kTolerances[] = {
     {"tolerance.rotor_axis_rad", "rotor_axis", &Tolerance::rotor_axis},
     {"tolerance.rotor_place", "rotor_place", &Tolerance::rotor_place},
     {"tolerance.drag_torque", "drag_torque", &Tolerance::drag_torque},
-    {"tolerance.imu_position", "imu_position", &Tolerance::imu_position}};
+    {"tolerance.imu_position", "imu_position", &Tolerance::imu_position},
+    {"tolerance.attitude_trim_rad", "attitude_trim", &Tolerance::attitude_trim}};
 
 /// A reader of the map at `path`; anew for every question, since a reader keeps its first error.
 YamlReader map_at(const YamlReader& document, const std::vector<std::string>& path) {
@@ -197,6 +199,14 @@ void apply(const PriorKnowledge& told, Options& o) {
       o.tolerance.told.insert(t.kind);
     }
   if (const auto* v = get("tolerance.rotor_clock_s")) o.tolerance.rotor_clock = (*v)[0];
+  for (const auto& [place, number] : {std::pair{"ambient.turbulence_force_rms_N", &o.noise.force},
+                                      {"ambient.turbulence_torque_rms_Nm", &o.noise.torque},
+                                      {"ambient.correlation_time_s", &o.noise.correlation_time},
+                                      {"sensors.accelerometer.noise_rms_mps2", &o.noise.accelerometer},
+                                      {"sensors.gyro.noise_rms_radps", &o.noise.gyro},
+                                      {"sensors.mocap.position_noise_m", &o.noise.position},
+                                      {"sensors.mocap.attitude_noise_rad", &o.noise.attitude}})
+    if (const auto* v = get(place)) *number = largest(*v);
   ToldController& c = o.controller;
   for (const auto& [place, gain] : {std::pair{"controller.kp", &c.kp},
                                     {"controller.kv", &c.kv},

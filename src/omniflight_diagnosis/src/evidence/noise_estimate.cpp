@@ -4,6 +4,7 @@
 
 #include "../discrepancy/patterns.hpp"
 #include "inner_products.hpp"
+#include "told_noise.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -21,8 +22,8 @@ SlowColumns slow_columns(const RegressionProblem& problem) {
   const Calibration& c = problem.calibration();
   Eigen::Index total = 0;
   for (std::size_t k = 0; k < c.names.size(); ++k) {
-    const bool constant =
-        c.kinds[k] == "torque_trim" || c.kinds[k] == "world_force" || c.kinds[k] == "acceleration_bias";
+    const bool constant = c.kinds[k] == "torque_trim" || c.kinds[k] == "world_force" ||
+                          c.kinds[k] == "acceleration_bias" || c.kinds[k] == "attitude_trim";
     if (!constant) continue;
     parts.emplace_back(c.columns.col(static_cast<Eigen::Index>(k)));
     ++total;
@@ -42,6 +43,7 @@ SlowColumns slow_columns(const RegressionProblem& problem) {
   }
   const Eigen::MatrixXd amplitudes = cosine_amplitudes(problem, all);
   SlowColumns out;
+  out.told = told_spectra(problem);
   out.count = total;
   Eigen::Index row = 0;
   for (const Stretch& s : problem.stretches()) {
@@ -83,7 +85,8 @@ Explained explained(const SlowColumns::Channel& channel, const Eigen::VectorXd& 
 }  // namespace
 
 std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, const SlowColumns& slow,
-                                           const Eigen::VectorXd& known, double temperature) {
+                                           const Eigen::VectorXd& known, double temperature,
+                                           ToldShape shape) {
   const Eigen::VectorXd y = problem.residual() - known;
   const Eigen::VectorXd z = cosine_amplitudes(problem, y);
   Eigen::VectorXd rest = z, freedom = Eigen::VectorXd::Ones(z.size());
@@ -94,7 +97,8 @@ std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, con
     for (int c = 0; c < 6; ++c, first += size) rest[first] -= std::sqrt(size) * means[c];
   }
   for (int pass = 0; pass < 2; ++pass) {
-    const Eigen::VectorXd inverse = NoiseModel(problem, rest, freedom, 1).inverse_deviations();
+    const Eigen::VectorXd inverse =
+        NoiseModel(problem, rest, freedom, 1, slow.told, shape).inverse_deviations();
     Eigen::MatrixXd H = Eigen::MatrixXd::Identity(slow.count, slow.count);
     Eigen::VectorXd g = Eigen::VectorXd::Zero(slow.count);
     std::array<Explained, 6> parts;
@@ -117,7 +121,7 @@ std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, con
           1 - (parts[c].whitened * own).cwiseProduct(parts[c].whitened).rowwise().sum().array();
     }
   }
-  return std::make_unique<NoiseModel>(problem, rest, freedom, temperature);
+  return std::make_unique<NoiseModel>(problem, rest, freedom, temperature, slow.told, shape);
 }
 
 }  // namespace omniflight::diagnosis

@@ -20,6 +20,7 @@ struct SlowColumns {
     Eigen::ArrayXd power;               ///< sum of squares of each row
   };
   std::array<Channel, 6> channels;
+  ToldSpectra told;        ///< of the noise that is left of them
   Eigen::Index count = 0;  ///< of columns
 };
 
@@ -31,6 +32,7 @@ SlowColumns slow_columns(const RegressionProblem& problem);
 /// Noise of the residual less `known` (what a fitted set does, or zero) and less a ridge regression on
 /// `slow`.
 std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, const SlowColumns& slow,
-                                           const Eigen::VectorXd& known, double temperature);
+                                           const Eigen::VectorXd& known, double temperature,
+                                           ToldShape shape = ToldShape::corrected);
 
 }  // namespace omniflight::diagnosis

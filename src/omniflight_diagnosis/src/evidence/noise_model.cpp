@@ -4,25 +4,20 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <utility>
+
+#include "told_noise.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr int kUpdates = 60;  ///< multiplicative updates of a spectrum; the likelihood is flat by then
-/// Corner frequencies [Hz] of the first-order parts: correlation times of 3 s to 25 ms.
-constexpr std::array<double, 8> kCorners{0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4};
-constexpr double kReference = 5;  ///< Hz, at which the rising parts are one
-/// Hz, below which the correction runs over frequency, above over its logarithm.
-constexpr double kKnee = 0.2;
-constexpr double kCorrection = 0.5;  ///< prior standard deviation of a term of the correction
-constexpr int kOctaves = 9;          ///< in which the power of noise is compared
-constexpr double kLowest = 0.08;     ///< Hz, end of the first
+constexpr int kOctaves = 9;       ///< in which the power of noise is compared
+constexpr double kLowest = 0.08;  ///< Hz, end of the first
 /// Of an amplitude that a regression explains whole: it tells nothing of the noise.
 constexpr double kLeastFreedom = 0.02;
 /// Amplitudes whose frequencies differ by less than this part are one to a spectrum, which is smooth; below
 /// the floor [Hz] by this part of the floor.
 constexpr double kBandWidth = 0.02, kBandFloor = 0.05;
-constexpr int kScoring = 12;  ///< Fisher scoring converges in some
 
 /// Sums over amplitudes of about one frequency.
 struct Band {
@@ -31,82 +26,15 @@ struct Band {
 
 }  // namespace
 
-Eigen::MatrixXd NoiseSpectrum::parts(const Eigen::ArrayXd& f) {
-  const Eigen::ArrayXd square = f.square(), r = square / (kReference * kReference);
-  Eigen::MatrixXd out(f.size(), kParts);
-  for (std::size_t k = 0; k < kCorners.size(); ++k)
-    out.col(static_cast<Eigen::Index>(k)) = 1 / (1 + square / (kCorners[k] * kCorners[k]));
-  out.col(8).setOnes();
-  out.col(9) = r;
-  out.col(10) = r.square();
-  out.col(11) = r.cube();  // what block means leave of a pose that is differentiated twice
-  return out;
-}
-
-void NoiseSpectrum::fit(const Eigen::VectorXd& f, const Eigen::VectorXd& power,
-                        const Eigen::VectorXd& freedom) {
-  const double mean = freedom.sum() > 0 ? power.sum() / freedom.sum() : 0.0;
-  silent_ = !(mean > 0) || !std::isfinite(mean);
-  if (silent_) return;
-  const Eigen::MatrixXd B = parts(f);
-  weight_.setConstant(mean / kParts);
-  for (int pass = 0; pass < kUpdates; ++pass) {
-    const Eigen::ArrayXd S = (B * weight_).array().max(1e-9 * mean);
-    const Eigen::VectorXd up = B.transpose() * (power.array() / S.square()).matrix();
-    const Eigen::VectorXd down = B.transpose() * (freedom.array() / S).matrix();
-    weight_.array() *= (up.array() / down.array().max(1e-300)).sqrt();
-  }
-  correct(f, power, freedom);
-}
-
-Eigen::MatrixXd NoiseSpectrum::terms(const Eigen::ArrayXd& f) const {
-  const Eigen::ArrayXd place = (f.min(highest_) / kKnee).log1p() / std::log1p(highest_ / kKnee);
-  const Eigen::ArrayXd first = (kPi * place).cos();
-  Eigen::MatrixXd out(f.size(), kTerms);
-  out.col(0).setOnes();
-  out.col(1) = first;
-  for (int k = 2; k < kTerms; ++k)  // cosines of multiples (Chebyshev)
-    out.col(k) = (2 * first * out.col(k - 1).array() - out.col(k - 2).array()).matrix();
-  return out;
-}
-
-/// Penalised Whittle likelihood by Fisher scoring.
-void NoiseSpectrum::correct(const Eigen::VectorXd& f, const Eigen::VectorXd& power,
-                            const Eigen::VectorXd& freedom) {
-  highest_ = f.maxCoeff();
-  if (!(highest_ > 0)) return;
-  const Eigen::MatrixXd B = terms(f);
-  const Eigen::ArrayXd ratio = power.array() / (parts(f) * weight_).array().max(1e-300);
-  Eigen::MatrixXd information =
-      0.5 * B.transpose() * freedom.asDiagonal() * B;  // of amplitudes, which have one degree of freedom
-  information.diagonal().array() += 1 / (kCorrection * kCorrection);
-  const Eigen::LLT<Eigen::MatrixXd> factor(information);
-  Eigen::VectorXd c = Eigen::VectorXd::Zero(kTerms);
-  for (int pass = 0; pass < kScoring; ++pass) {
-    const Eigen::VectorXd surplus = (ratio * (-(B * c).array()).exp() - freedom.array()).matrix();
-    const Eigen::VectorXd gradient = 0.5 * B.transpose() * surplus - c / (kCorrection * kCorrection);
-    Eigen::VectorXd step = factor.solve(gradient);
-    step *= std::min(1.0, 1.0 / std::max(1e-12, step.cwiseAbs().maxCoeff()));
-    c += step;
-  }
-  if (c.allFinite()) correction_ = c;
-}
-
-Eigen::ArrayXd NoiseSpectrum::densities(const Eigen::ArrayXd& f) const {
-  return (parts(f) * weight_).array() * (terms(f) * correction_).array().exp();
-}
-
-Eigen::VectorXd NoiseSpectrum::inverse_deviations(int size, double period_s) const {
-  return densities(Eigen::ArrayXd::LinSpaced(size, 0, size - 1) * (0.5 / (size * period_s))).rsqrt();
-}
-
 NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& rest,
-                       const Eigen::VectorXd& freedom, double temperature)
+                       const Eigen::VectorXd& freedom, double temperature, const ToldSpectra& told,
+                       ToldShape shape)
     : problem_(problem),
       spectra_(static_cast<std::size_t>(problem.flights())),
       temperature_(std::max(1e-3, temperature)) {
   const double rate = 1 / problem.period();
-  for (int flight = 0; flight < problem.flights(); ++flight)
+  for (int flight = 0; flight < problem.flights(); ++flight) {
+    std::array<PowerBands, 6> all;
     for (int c = 0; c < 6; ++c) {
       std::map<int, Band> bands;
       Eigen::Index amplitude = 0;
@@ -129,18 +57,32 @@ NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& 
           band->freedom += std::max(kLeastFreedom, freedom[first + k]);
         }
       }
-      NoiseSpectrum& spectrum = spectra_[static_cast<std::size_t>(flight)][static_cast<std::size_t>(c)];
       const auto count = static_cast<Eigen::Index>(bands.size());
-      Eigen::VectorXd frequency(count), power(count), free(count);
+      PowerBands& out = all[static_cast<std::size_t>(c)];
+      out.frequency.resize(count), out.power.resize(count), out.freedom.resize(count);
       Eigen::Index at = 0;
       for (const auto& [number, band] : bands) {
-        frequency[at] = band.frequency / band.count;
-        power[at] = band.power;
-        free[at++] = band.freedom;
+        out.frequency[at] = band.frequency / band.count;
+        out.power[at] = band.power;
+        out.freedom[at++] = band.freedom;
       }
-      spectrum.fit(frequency, power, free);
-      spectrum.scale(temperature_);
     }
+    auto& spectra = spectra_[static_cast<std::size_t>(flight)];
+    for (std::size_t first = 0; first < 6; first += 3) {
+      const auto group = std::span(spectra).subspan(first).first<3>();
+      const auto power = std::span(std::as_const(all)).subspan(first).first<3>();
+      const bool is_told =
+          !told.empty() && told[static_cast<std::size_t>(flight)][first] &&
+          std::all_of(power.begin(), power.end(), [](const PowerBands& b) { return b.power.sum() > 0; });
+      if (is_told)
+        log_prior_ += NoiseSpectrum::fit_told(
+            std::span(told[static_cast<std::size_t>(flight)]).subspan(first).first<3>(), power, shape,
+            temperature_, group);
+      else
+        for (std::size_t k = 0; k < 3; ++k) group[k].fit(power[k]);
+      for (NoiseSpectrum& s : group) s.scale(temperature_);
+    }
+  }
   for (const Stretch& s : problem.stretches()) {
     const int size = transform_length(s.size());
     for (int c = 0; c < 6; ++c) {
@@ -252,7 +194,8 @@ double NoiseModel::fast_part(int channel) const {
   double sum = 0;
   for (const auto& flight : spectra_)
     sum += std::sqrt(
-        flight[static_cast<std::size_t>(channel)].densities(Eigen::ArrayXd::Constant(1, 0.75 * highest))[0]);
+        flight[static_cast<std::size_t>(channel)].densities(Eigen::ArrayXd::Constant(1, 0.75 * highest))[0] /
+        temperature_);
   return spectra_.empty() ? 0.0 : sum / static_cast<double>(spectra_.size());
 }
 

@@ -4,43 +4,13 @@
 
 #include <array>
 #include <memory>
+#include <vector>
 
 #include "../regression/regression_problem.hpp"
 #include "cosine_transform.hpp"
+#include "noise_spectrum.hpp"
 
 namespace omniflight::diagnosis {
-
-/// Power spectral density of one channel of one flight, a sum of non-negative parts: first-order
-/// (Ornstein-Uhlenbeck) processes of several corner frequencies, white noise, and white noise differentiated
-/// once and twice; times the exponential of a smooth function of log frequency (Bloomfield 1973), for
-/// turbulence of a higher order and for what averaging leaves of sensor noise. An autoregression would also
-/// describe a load that swings, and take it for noise; the smooth function is wider than that.
-class NoiseSpectrum {
- public:
-  static constexpr int kParts = 12;
-  static constexpr int kTerms = 5;
-
-  /// Maximises Whittle's likelihood of amplitudes by sums of their squares at these frequencies [Hz]:
-  /// multiplicative updates, which keep the parts non-negative. `freedom`: degrees of freedom that a
-  /// regression left to the amplitudes of each sum (restricted likelihood, Patterson and Thompson 1971).
-  void fit(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& power, const Eigen::VectorXd& freedom);
-  Eigen::ArrayXd densities(const Eigen::ArrayXd& frequency_hz) const;
-  /// One over the standard deviations of the cosine amplitudes of `size` samples that are period_s apart.
-  Eigen::VectorXd inverse_deviations(int size, double period_s) const;
-  bool silent() const { return silent_; }
-  void scale(double factor) { weight_ *= factor; }
-
- private:
-  static Eigen::MatrixXd parts(const Eigen::ArrayXd& frequency_hz);  ///< frequencies x kParts
-  Eigen::MatrixXd terms(const Eigen::ArrayXd& frequency_hz) const;   ///< frequencies x kTerms
-  void correct(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& power,
-               const Eigen::VectorXd& freedom);
-  Eigen::Vector<double, kParts> weight_ = Eigen::Vector<double, kParts>::Zero();
-  /// Of ln density, cosines of log frequency.
-  Eigen::Vector<double, kTerms> correction_ = Eigen::Vector<double, kTerms>::Zero();
-  double highest_ = 1;  ///< Hz, where the last half wave ends
-  bool silent_ = true;
-};
 
 /// How many cosine amplitudes a column has.
 Eigen::Index amplitude_count(const RegressionProblem& problem);
@@ -50,12 +20,16 @@ Eigen::Index amplitude_count(const RegressionProblem& problem);
 Eigen::MatrixXd cosine_amplitudes(const RegressionProblem& problem,
                                   const Eigen::Ref<const Eigen::MatrixXd>& columns);
 
+/// Of each channel of each flight; empty where nothing is told.
+using ToldSpectra = std::vector<std::array<std::shared_ptr<const ToldSpectrum>, 6>>;
+
 class NoiseModel {
  public:
   /// Fitted to the cosine amplitudes `rest` of what a regression left of the residual, with `freedom` of each
   /// (1: nothing was fitted, 0: all of it). `temperature` divides all log-likelihoods (1: as they are).
+  /// Channels with a told spectrum are fitted about it.
   NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& rest, const Eigen::VectorXd& freedom,
-             double temperature);
+             double temperature, const ToldSpectra& told = {}, ToldShape shape = ToldShape::corrected);
   NoiseModel(const NoiseModel&) = delete;
   NoiseModel& operator=(const NoiseModel&) = delete;
 
@@ -87,6 +61,8 @@ class NoiseModel {
   /// Sum of ln of the standard deviations: subtracted from evidences it makes those in different noise
   /// comparable.
   double log_scale() const { return log_scale_; }
+  /// ln density of the prior of these spectra over its mode; 0 where nothing is told.
+  double log_prior() const { return log_prior_; }
   /// Of a channel of a flight, temperature included.
   const NoiseSpectrum& spectrum(int flight, int channel) const {
     return spectra_[static_cast<std::size_t>(flight)][static_cast<std::size_t>(channel)];
@@ -106,7 +82,7 @@ class NoiseModel {
   std::vector<Block> blocks_;
   Eigen::Index rows_ = 0, amplitudes_ = 0;
   double temperature_ = 1;
-  double log_scale_ = 0;
+  double log_scale_ = 0, log_prior_ = 0;
 };
 
 }  // namespace omniflight::diagnosis

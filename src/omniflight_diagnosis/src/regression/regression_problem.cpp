@@ -31,18 +31,20 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
     : flight_count_(static_cast<int>(flights.size())),
       period_(1.0 / options.grid_hz),
       size_(physics::size_of(vehicle, options.environment.gravity)),
-      commanded_(vehicle) {
+      commanded_(vehicle),
+      told_noise_(options.noise) {
   const Mat3 c = skew(vehicle.center_of_mass);
   inertia_ << vehicle.mass * Mat3::Identity(), -vehicle.mass * c, vehicle.mass * c,
       vehicle.inertia - vehicle.mass * c * c;
   const int lag = std::max(1, static_cast<int>(std::ceil(horizon_s / period_ - 1e-9)));
-  std::vector<Vec6> rest;
+  std::vector<Vec6> rest, drawn;
   std::vector<std::array<double, 2>> drive;  // of a modelled thrust: ln of speed and voltage over means
   lowest_.setConstant(1e18);
   highest_.setConstant(-1e18);
   for (int k = 0; k < flight_count_; ++k) {
     const Flight& f = *flights[static_cast<std::size_t>(k)];
     forces_only_ = forces_only_ || f.thrust_modelled;
+    kernel_s_.push_back(f.kernel_s);
     for (const Segment& segment : f.segments) {
       const std::vector<physics::Situation> ahead =
           predetermined(f, segment, inertia_, vehicle.center_of_mass, period_, lag);
@@ -51,6 +53,7 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
       for (int i = segment.begin; i < segment.end; ++i, ++n_) {
         const physics::Situation& now = f.situation[static_cast<std::size_t>(i)];
         rest.push_back(wrench_residual(now, now.a_WB_B - now.g_B, vehicle.center_of_mass));
+        if (f.sensor_noise.size() > 0) drawn.emplace_back(f.sensor_noise.row(i));
         situation_.push_back(ahead[static_cast<std::size_t>(i - segment.begin)]);
         measured_.push_back(now);
         const bool modelled = f.log_drive.size() > 0;
@@ -76,6 +79,11 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
   for (int i = 0; i < n_; ++i)
     for (int ch = 0; ch < 6; ++ch)
       y_[ch * n_ + i] = forces_only_ && ch >= 3 ? 0.0 : rest[static_cast<std::size_t>(i)][ch];
+  if (drawn.size() == rest.size()) {
+    sensor_noise_.resize(rows());
+    for (int i = 0; i < n_; ++i)
+      for (int ch = 0; ch < 6; ++ch) sensor_noise_[ch * n_ + i] = drawn[static_cast<std::size_t>(i)][ch];
+  }
   expected_.setZero(rows());
   calibration_ = calibrate(*this, flights, vehicle, options, drive);
 }

@@ -70,6 +70,13 @@ class RegressionProblem {
   const std::vector<Stretch>& memory_windows() const { return windows_; }
   const Eigen::VectorXd& residual() const { return y_; }
   const Calibration& calibration() const { return calibration_; }
+  /// Whether turbulence and the noise of the sensors are told, for all flights.
+  bool noise_told() const { return sensor_noise_.size() > 0; }
+  const ToldNoise& told_noise() const { return told_noise_; }
+  /// A draw of what the told noise of the sensors does to the residual; all rows.
+  const Eigen::VectorXd& sensor_noise() const { return sensor_noise_; }
+  /// Flight::kernel_s of a flight.
+  double kernel(int flight) const { return kernel_s_[static_cast<std::size_t>(flight)]; }
   /// Multiplies the predicted calibration columns, by their first stages.
   void scale_calibration(const Eigen::VectorXd& factors) {
     calibration_.columns = calibration_.columns * factors.asDiagonal();
@@ -120,6 +127,9 @@ class RegressionProblem {
   CommandedWrench commanded_;
   Eigen::VectorXd expected_;  ///< wrench besides that of the rotors, in predicted accelerations
   Eigen::VectorXd y_;
+  ToldNoise told_noise_;
+  Eigen::VectorXd sensor_noise_;
+  std::vector<double> kernel_s_;
   Calibration calibration_;
 };
 

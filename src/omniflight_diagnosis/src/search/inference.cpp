@@ -91,7 +91,7 @@ class Profiler {
       p.tolerances = std::move(likeliest);
       p.fit = evidence.with(p.tolerances).fit(std::move(p.fit.members));
     }
-    p.joint = p.fit.log_evidence + log_prior - p.noise->log_scale() +
+    p.joint = p.fit.log_evidence + log_prior - p.noise->log_scale() + p.noise->log_prior() +
               log_prior_of_tolerances(problem_.calibration(), p.tolerances);
     for (std::size_t k = 0; k < index.size(); ++k) p.fit.members[k].hypothesis = index[k];
   }
@@ -119,7 +119,7 @@ void without_idle_members(const Profiler& profiler, Profile& best) {
 /// `nothing`: Profile::joint of the empty set.
 void in_own_noise(const Profiler& profiler, double nothing, const Evidence& evidence, Posterior& p,
                   const Options& o) {
-  const double log_scale = evidence.noise().log_scale();
+  const double log_scale = evidence.noise().log_scale() - evidence.noise().log_prior();
   std::vector<SetPosterior*> rivals;
   for (SetPosterior& s : p.sets) {
     if (s.hypotheses.empty())
@@ -197,8 +197,8 @@ class Inferrer {
     limits_.threads = o.threads;
     limits_.stop = o.stop;
     limits_.most_members = 8;
-    auto first =
-        estimate_noise(*out_.problem, slow_, Eigen::VectorXd::Zero(out_.problem->rows()), o.temperature);
+    auto first = estimate_noise(*out_.problem, slow_, Eigen::VectorXd::Zero(out_.problem->rows()),
+                                o.temperature, ToldShape::as_told);
     out_.problem->scale_calibration(first_stages(first->apply(out_.problem->calibration().columns),
                                                  first->apply(out_.problem->calibration().measured)));
     fitted_.emplace(*out_.problem);
