@@ -1,7 +1,6 @@
 // Noise of the wrench residual where the laboratory told its turbulence and its sensors.
 #include "../src/evidence/told_noise.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "../src/evidence/noise_estimate.hpp"
@@ -133,31 +132,6 @@ TEST(ToldNoise, FluctuationsOfOneChannelAreNoTurbulence) {
   const RegressionProblem problem(one, v, o, 0.15);
   const auto noise = estimate_noise(problem, slow_columns(problem), Eigen::VectorXd::Zero(problem.rows()), 1);
   EXPECT_LT(noise->log_prior(), nominal - 6);
-}
-
-TEST(ToldNoise, WithoutAccelerometerAnAttitudeTrimTurnsTheForce) {
-  test::Flown f;
-  f.duration_s = 10;
-  const vehicle::Vehicle v = test::omnimorph();
-  recording::Recording r = test::fly(v, {}, f);
-  r.signals.erase("acc");
-  const Options o;
-  const auto flight = prepare_flight(r, v, o);
-  ASSERT_TRUE(flight);
-  const Flight* one[] = {&*flight};
-  const RegressionProblem problem(one, v, o, 0.15);
-  const Calibration& c = problem.calibration();
-  EXPECT_EQ(std::count(c.kinds.begin(), c.kinds.end(), "acceleration_bias"), 0);
-  ASSERT_EQ(std::count(c.kinds.begin(), c.kinds.end(), "attitude_trim"), 3);
-  const int n = problem.samples();
-  for (std::size_t k = 0; k < c.kinds.size(); ++k)  // level flight: nothing is left along z
-    if (c.kinds[k] == "attitude_trim") {
-      EXPECT_LT(c.measured.col(static_cast<Eigen::Index>(k)).segment(2 * n, n).cwiseAbs().maxCoeff(), 0.05);
-      if (c.names[k] != "attitude_trim_z") {
-        EXPECT_NEAR(c.measured.col(static_cast<Eigen::Index>(k)).head(3 * n).norm() / std::sqrt(n),
-                    o.tolerance.attitude_trim * problem.size().weight, 0.02);
-      }
-    }
 }
 
 }  // namespace

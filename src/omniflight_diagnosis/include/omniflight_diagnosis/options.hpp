@@ -25,9 +25,6 @@ struct Tolerance {
   /// worse than is assumed below.
   std::set<std::string> told;
   double thrust_scale = 0.01;  ///< 1, thrust coefficient and mass together
-  /// rad, about each axis: axes of the body against those whose attitude is measured. Where forces come from
-  /// an accelerometer, its bias and alignment stand for it.
-  double attitude_trim = 0.015;
   double accelerometer_lateral = 0.15;   ///< m/s^2, bias and mounting tilt
   double accelerometer_vertical = 0.05;  ///< m/s^2
   /// Scale [1] and alignment [rad] of the accelerometer's axes. They follow the force, a bias stays: a

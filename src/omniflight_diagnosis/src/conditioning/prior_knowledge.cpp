@@ -56,7 +56,6 @@ constexpr Known kKnown[] = {
     {"tolerance.rotor_place", 0, 1, "1"},
     {"tolerance.drag_torque", 0, 1, "1"},
     {"tolerance.imu_position", 0, 1, "1"},
-    {"tolerance.attitude_trim_rad", 0, 1, "rad"},
     {"environment.floor_z_m", -1e4, 1e4, "m"},
     {"environment.air_density_kgpm3", 0.01, 10, "kg/m3"},
 };
@@ -76,8 +75,7 @@ constexpr ToldTolerance kTolerances[] = {
     {"tolerance.rotor_axis_rad", "rotor_axis", &Tolerance::rotor_axis},
     {"tolerance.rotor_place", "rotor_place", &Tolerance::rotor_place},
     {"tolerance.drag_torque", "drag_torque", &Tolerance::drag_torque},
-    {"tolerance.imu_position", "imu_position", &Tolerance::imu_position},
-    {"tolerance.attitude_trim_rad", "attitude_trim", &Tolerance::attitude_trim}};
+    {"tolerance.imu_position", "imu_position", &Tolerance::imu_position}};
 
 /// A reader of the map at `path`; anew for every question, since a reader keeps its first error.
 YamlReader map_at(const YamlReader& document, const std::vector<std::string>& path) {

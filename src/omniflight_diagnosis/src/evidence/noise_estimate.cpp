@@ -22,8 +22,8 @@ SlowColumns slow_columns(const RegressionProblem& problem) {
   const Calibration& c = problem.calibration();
   Eigen::Index total = 0;
   for (std::size_t k = 0; k < c.names.size(); ++k) {
-    const bool constant = c.kinds[k] == "torque_trim" || c.kinds[k] == "world_force" ||
-                          c.kinds[k] == "acceleration_bias" || c.kinds[k] == "attitude_trim";
+    const bool constant =
+        c.kinds[k] == "torque_trim" || c.kinds[k] == "world_force" || c.kinds[k] == "acceleration_bias";
     if (!constant) continue;
     parts.emplace_back(c.columns.col(static_cast<Eigen::Index>(k)));
     ++total;

@@ -47,10 +47,6 @@ class Columns {
 
   void of_constants();
   void of_body();
-  /// Of the body's axes against those in which the attitude is measured: without an accelerometer the
-  /// specific force is turned into the body by it.
-  void of_attitude();
-  void of_lever();
   void of_accelerometer();
   void of_rotors();
   void of_clocks(std::span<const Flight* const> flights);
@@ -134,28 +130,9 @@ void Columns::of_body() {
   }
 }
 
-void Columns::of_attitude() {
-  for (int k = 0; k < 3; ++k)
-    add("attitude_trim", kAxis[k], tol_.attitude_trim, [&](const Situation& s, int) {
-      Vec6 w = Vec6::Zero();
-      w.head<3>() = vehicle_.mass * (s.a_WB_B - s.g_B).cross(Vec3::Unit(k));
-      return w;
-    });
-  of_lever();
-}
-
-/// Lever arm of the sensor that the accelerations come from.
-void Columns::of_lever() {
-  for (int k = 0; !modelled() && k < 3; ++k)
-    add("imu_position", kAxis[k], tol_.imu_position * arm(), [&](const Situation& s, int) {
-      Vec6 w = Vec6::Zero();
-      w.head<3>() = vehicle_.mass * beside_origin(Vec3::Unit(k), s.body.w_WB_B, s.dw_WB_B);
-      return w;
-    });
-}
-
 void Columns::of_accelerometer() {
   for (int k = 0; k < 3; ++k) {
+    // accelerometer bias; without accelerometer the equivalent of an attitude trim, which rotates gravity
     const double bias = modelled() ? tol_.modelled_trim * kGravity * 0.1
                         : k < 2    ? tol_.accelerometer_lateral
                                    : tol_.accelerometer_vertical;
@@ -176,8 +153,13 @@ void Columns::of_accelerometer() {
         w.head<3>() = Vec3::Unit(k).cross(physics::rotor_wrench(s).head<3>());
         return w;
       });
+    if (!modelled())  // lever-arm acceleration
+      add("imu_position", kAxis[k], tol_.imu_position * arm(), [&](const Situation& s, int) {
+        Vec6 w = Vec6::Zero();
+        w.head<3>() = vehicle_.mass * beside_origin(Vec3::Unit(k), s.body.w_WB_B, s.dw_WB_B);
+        return w;
+      });
   }
-  of_lever();
 }
 
 void Columns::of_rotors() {
@@ -289,12 +271,7 @@ Calibration calibrate(const RegressionProblem& problem, std::span<const Flight* 
   Columns columns(problem, vehicle, options);
   columns.of_constants();
   columns.of_body();
-  const bool without =
-      std::none_of(flights.begin(), flights.end(), [](const Flight* f) { return f->has_accelerometer; });
-  if (without && !problem.forces_only())
-    columns.of_attitude();
-  else
-    columns.of_accelerometer();
+  columns.of_accelerometer();
   columns.of_rotors();
   columns.of_clocks(flights);
   columns.of_thrust_law(drive);

@@ -20,9 +20,9 @@ constexpr std::array<double, 3> kHorizons{0.075, 0.15, 0.3};
 /// Calibration beside which horizons are compared, and its standard deviations over those that are assumed or
 /// told: a body whose numbers are wrong is no reason to predict further ahead. What follows the rotors is not
 /// among it, since feedback would hide there.
-constexpr std::array<std::string_view, 9> kOfBody{
-    "torque_trim",        "world_force",    "acceleration_bias", "inertia",      "accelerometer_scale",
-    "accelerometer_turn", "center_of_mass", "imu_position",      "attitude_trim"};
+constexpr std::array<std::string_view, 8> kOfBody{
+    "torque_trim",         "world_force",        "acceleration_bias", "inertia",
+    "accelerometer_scale", "accelerometer_turn", "center_of_mass",    "imu_position"};
 constexpr double kWide = 10;
 constexpr double kUnbound = 1e4;  ///< norm of a whitened column that a prior of one does not move
 
