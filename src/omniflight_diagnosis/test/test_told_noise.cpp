@@ -87,6 +87,19 @@ TEST(ToldNoise, IsNotTakenFromHalfOfWhatItNeeds) {
   EXPECT_FALSE(Setting(f, noise).problem->noise_told());
 }
 
+TEST(ToldNoise, NumbersThatNoFlightHasChangeNothing) {
+  test::Flown f;
+  f.duration_s = 10;
+  ToldNoise noise = told_of(f);
+  noise.force = noise.torque = 1e-200;
+  noise.accelerometer = noise.gyro = 1e-200;
+  const Setting told(f, noise), free(f, {});
+  const auto absurd = told.noise(), usual = free.noise();
+  ASSERT_TRUE(told.problem->noise_told());
+  EXPECT_EQ(absurd->log_prior(), 0);
+  EXPECT_NEAR(absurd->log_scale(), usual->log_scale(), 1e-6 * std::abs(usual->log_scale()));
+}
+
 TEST(ToldNoise, OneChannelApartIsLessLikelyThanAllTogether) {
   const auto told = std::make_shared<const ToldSpectrum>(0.2, 0.3, 0.007, 0.025, NoiseSpectrum());
   const std::array<std::shared_ptr<const ToldSpectrum>, 3> all{told, told, told};

@@ -71,15 +71,18 @@ NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& 
     for (std::size_t first = 0; first < 6; first += 3) {
       const auto group = std::span(spectra).subspan(first).first<3>();
       const auto power = std::span(std::as_const(all)).subspan(first).first<3>();
-      const bool is_told =
-          !told.empty() && told[static_cast<std::size_t>(flight)][first] &&
+      double log_prior = std::nan("");
+      const bool noisy =
           std::all_of(power.begin(), power.end(), [](const PowerBands& b) { return b.power.sum() > 0; });
-      if (is_told)
-        log_prior_ += NoiseSpectrum::fit_told(
+      if (noisy && !told.empty() && told[static_cast<std::size_t>(flight)][first])
+        log_prior = NoiseSpectrum::fit_told(
             std::span(told[static_cast<std::size_t>(flight)]).subspan(first).first<3>(), power, shape,
             temperature_, group);
-      else
-        for (std::size_t k = 0; k < 3; ++k) group[k].fit(power[k]);
+      if (std::isfinite(log_prior)) {
+        log_prior_ += log_prior;
+      } else {  // nothing is told, or numbers that no flight has
+        for (std::size_t k = 0; k < 3; ++k) (group[k] = NoiseSpectrum()).fit(power[k]);
+      }
       for (NoiseSpectrum& s : group) s.scale(temperature_);
     }
   }
