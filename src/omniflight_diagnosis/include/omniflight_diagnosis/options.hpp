@@ -24,7 +24,7 @@ struct Tolerance {
   /// RegressionProblem::calibration().kinds). Of others a flight may show that they were measured better or
   /// worse than is assumed below.
   std::set<std::string> told;
-  double thrust_scale = 0.01;  ///< 1, thrust coefficient and mass together
+  double thrust_scale = 0.01;            ///< 1, thrust coefficient and mass together
   double accelerometer_lateral = 0.15;   ///< m/s^2, bias and mounting tilt
   double accelerometer_vertical = 0.05;  ///< m/s^2
   /// Scale [1] and alignment [rad] of the accelerometer's axes. They follow the force, a bias stays: a
