@@ -26,10 +26,11 @@ struct Setting {
   Flight flight;
   std::unique_ptr<RegressionProblem> problem;
 
-  Setting(const test::Flown& f, const ToldNoise& noise,
-          const std::vector<physics::ActiveEffect>& world = {}) {
+  Setting(const test::Flown& f, const ToldNoise& noise)
+      : Setting(test::fly(test::omnimorph(), {}, f), noise) {}
+  Setting(const recording::Recording& flown, const ToldNoise& noise) {
     options.noise = noise;
-    auto prepared = prepare_flight(test::fly(vehicle, world, f), vehicle, options);
+    auto prepared = prepare_flight(flown, vehicle, options);
     EXPECT_TRUE(prepared);
     flight = *prepared;
     const Flight* one[] = {&flight};
@@ -137,14 +138,7 @@ TEST(ToldNoise, FluctuationsOfOneChannelAreNoTurbulence) {
     x = 0.97 * x + 0.25 * 2 * f.force_noise_N / v.mass * random.normal();  // twice the turbulence
     acc.values(i, 2) += x;
   }
-  Options o;
-  o.noise = told_of(f);
-  const auto flight = prepare_flight(r, v, o);
-  ASSERT_TRUE(flight);
-  const Flight* one[] = {&*flight};
-  const RegressionProblem problem(one, v, o, 0.15);
-  const auto noise = estimate_noise(problem, slow_columns(problem), Eigen::VectorXd::Zero(problem.rows()), 1);
-  EXPECT_LT(noise->log_prior(), nominal - 6);
+  EXPECT_LT(Setting(r, told_of(f)).noise()->log_prior(), nominal - 6);
 }
 
 }  // namespace

@@ -50,10 +50,12 @@ Result<Candidate> candidate(const std::vector<Path>& parts, const AtTilt& tilt, 
     const auto least = least_time(out.curves.back(), *tilt.rotors, limits, deadline);
     if (!least) return Failure(least.error());
     out.least.push_back(*least);
-    const auto fastest = timing == Timing::shortest ? time_optimal(out.curves.back(), tilt.rotors->load(),
-                                                                   limits, kRoughSteps, deadline)
-                                                    : Result<SpeedProfile>(fail(ErrorCode::incomplete, ""));
-    out.total += fastest ? fastest->duration() : *least;
+    double lower_bound = *least;
+    if (timing == Timing::shortest)
+      if (const auto fastest =
+              time_optimal(out.curves.back(), tilt.rotors->load(), limits, kRoughSteps, deadline))
+        lower_bound = fastest->duration();
+    out.total += lower_bound;
   }
   return out;
 }

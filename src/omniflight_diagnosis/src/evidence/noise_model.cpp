@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "told_noise.hpp"
@@ -24,6 +25,56 @@ struct Band {
   double count = 0, frequency = 0, power = 0, freedom = 0;
 };
 
+PowerBands bands_of(const RegressionProblem& problem, const Eigen::VectorXd& rest,
+                    const Eigen::VectorXd& freedom, int flight, int channel) {
+  const double rate = 1 / problem.period();
+  std::map<int, Band> bands;
+  Eigen::Index amplitude = 0;
+  for (const Stretch& s : problem.stretches()) {
+    const int size = transform_length(s.size());
+    const Eigen::Index first = amplitude + channel * size;
+    amplitude += 6 * size;
+    if (s.flight != flight) continue;
+    const auto x = rest.segment(first, size);
+    if (x.norm() < 1e-9 * problem.scale(channel)) continue;
+    int number = -1;
+    Band* band = nullptr;
+    for (int k = 0; k < size; ++k) {
+      const double frequency = 0.5 * rate * k / size;
+      const int here = static_cast<int>(std::log1p(frequency / kBandFloor) / kBandWidth);
+      if (here != number) band = &bands[number = here];
+      band->count += 1;
+      band->frequency += frequency;
+      band->power += x[k] * x[k];
+      band->freedom += std::max(kLeastFreedom, freedom[first + k]);
+    }
+  }
+  const auto count = static_cast<Eigen::Index>(bands.size());
+  PowerBands out{Eigen::VectorXd(count), Eigen::VectorXd(count), Eigen::VectorXd(count)};
+  Eigen::Index at = 0;
+  for (const auto& [number, band] : bands) {
+    out.frequency[at] = band.frequency / band.count;
+    out.power[at] = band.power;
+    out.freedom[at++] = band.freedom;
+  }
+  return out;
+}
+
+/// Spectra of the three channels of a force or torque; returns ln density of their prior. `told`: empty where
+/// nothing is told.
+double fit_spectra(std::span<const std::shared_ptr<const ToldSpectrum>> told,
+                   std::span<const PowerBands, 3> bands, ToldShape shape, double temperature,
+                   std::span<NoiseSpectrum, 3> out) {
+  const bool noisy =
+      std::all_of(bands.begin(), bands.end(), [](const PowerBands& b) { return b.power.sum() > 0; });
+  if (noisy && !told.empty() && told.front()) {
+    const double log_prior = NoiseSpectrum::fit_told(told.first<3>(), bands, shape, temperature, out);
+    if (std::isfinite(log_prior)) return log_prior;  // else numbers that no flight has
+  }
+  for (std::size_t k = 0; k < 3; ++k) (out[k] = NoiseSpectrum()).fit(bands[k]);
+  return 0;
+}
+
 }  // namespace
 
 NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& rest,
@@ -33,59 +84,18 @@ NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& 
       spectra_(static_cast<std::size_t>(problem.flights())),
       temperature_(std::max(1e-3, temperature)) {
   const double rate = 1 / problem.period();
-  for (int flight = 0; flight < problem.flights(); ++flight) {
-    std::array<PowerBands, 6> all;
-    for (int c = 0; c < 6; ++c) {
-      std::map<int, Band> bands;
-      Eigen::Index amplitude = 0;
-      for (const Stretch& s : problem.stretches()) {
-        const int size = transform_length(s.size());
-        const Eigen::Index first = amplitude + c * size;
-        amplitude += 6 * size;
-        if (s.flight != flight) continue;
-        const auto x = rest.segment(first, size);
-        if (x.norm() < 1e-9 * problem.scale(c)) continue;
-        int number = -1;
-        Band* band = nullptr;
-        for (int k = 0; k < size; ++k) {
-          const double frequency = 0.5 * rate * k / size;
-          const int here = static_cast<int>(std::log1p(frequency / kBandFloor) / kBandWidth);
-          if (here != number) band = &bands[number = here];
-          band->count += 1;
-          band->frequency += frequency;
-          band->power += x[k] * x[k];
-          band->freedom += std::max(kLeastFreedom, freedom[first + k]);
-        }
-      }
-      const auto count = static_cast<Eigen::Index>(bands.size());
-      PowerBands& out = all[static_cast<std::size_t>(c)];
-      out.frequency.resize(count), out.power.resize(count), out.freedom.resize(count);
-      Eigen::Index at = 0;
-      for (const auto& [number, band] : bands) {
-        out.frequency[at] = band.frequency / band.count;
-        out.power[at] = band.power;
-        out.freedom[at++] = band.freedom;
-      }
-    }
-    auto& spectra = spectra_[static_cast<std::size_t>(flight)];
-    for (std::size_t first = 0; first < 6; first += 3) {
-      const auto group = std::span(spectra).subspan(first).first<3>();
-      const auto power = std::span(std::as_const(all)).subspan(first).first<3>();
-      double log_prior = std::nan("");
-      const bool noisy =
-          std::all_of(power.begin(), power.end(), [](const PowerBands& b) { return b.power.sum() > 0; });
-      if (noisy && !told.empty() && told[static_cast<std::size_t>(flight)][first])
-        log_prior = NoiseSpectrum::fit_told(
-            std::span(told[static_cast<std::size_t>(flight)]).subspan(first).first<3>(), power, shape,
-            temperature_, group);
-      if (std::isfinite(log_prior)) {
-        log_prior_ += log_prior;
-      } else {  // nothing is told, or numbers that no flight has
-        for (std::size_t k = 0; k < 3; ++k) (group[k] = NoiseSpectrum()).fit(power[k]);
-      }
+  for (int flight = 0; flight < problem.flights(); ++flight)
+    for (const int first : {0, 3}) {
+      std::array<PowerBands, 3> bands;
+      for (int k = 0; k < 3; ++k)
+        bands[static_cast<std::size_t>(k)] = bands_of(problem, rest, freedom, flight, first + k);
+      const auto here = static_cast<std::size_t>(flight), at = static_cast<std::size_t>(first);
+      const auto group = std::span(spectra_[here]).subspan(at).first<3>();
+      std::span<const std::shared_ptr<const ToldSpectrum>> own;
+      if (!told.empty()) own = std::span(told[here]).subspan(at);
+      log_prior_ += fit_spectra(own, std::span(std::as_const(bands)), shape, temperature_, group);
       for (NoiseSpectrum& s : group) s.scale(temperature_);
     }
-  }
   for (const Stretch& s : problem.stretches()) {
     const int size = transform_length(s.size());
     for (int c = 0; c < 6; ++c) {

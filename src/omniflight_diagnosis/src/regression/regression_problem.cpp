@@ -75,15 +75,15 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
   for (const physics::Situation& now : situation_)
     for (const physics::RotorSituation& r : now.all_rotors())
       lever_ = lever_.cwiseMax((r.p_BR.cross(r.n_B) + r.spin * r.drag_ratio * r.n_B).cwiseAbs());
-  y_.resize(rows());
-  for (int i = 0; i < n_; ++i)
-    for (int ch = 0; ch < 6; ++ch)
-      y_[ch * n_ + i] = forces_only_ && ch >= 3 ? 0.0 : rest[static_cast<std::size_t>(i)][ch];
-  if (drawn.size() == rest.size()) {
-    sensor_noise_.resize(rows());
+  const auto channel_major = [&](const std::vector<Vec6>& wrenches) {
+    Eigen::VectorXd out(rows());
     for (int i = 0; i < n_; ++i)
-      for (int ch = 0; ch < 6; ++ch) sensor_noise_[ch * n_ + i] = drawn[static_cast<std::size_t>(i)][ch];
-  }
+      for (int ch = 0; ch < 6; ++ch)
+        out[ch * n_ + i] = forces_only_ && ch >= 3 ? 0.0 : wrenches[static_cast<std::size_t>(i)][ch];
+    return out;
+  };
+  y_ = channel_major(rest);
+  if (drawn.size() == rest.size()) sensor_noise_ = channel_major(drawn);
   expected_.setZero(rows());
   calibration_ = calibrate(*this, flights, vehicle, options, drive);
 }
