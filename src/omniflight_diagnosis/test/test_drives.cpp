@@ -105,6 +105,45 @@ TEST(Drives, HeldCommandsOfANominalRotorShowNothing) {
   EXPECT_GE(j.inference.asked.size(), 5u);
 }
 
+/// Thrusts that pass zero, asked 500 times a second and recorded fifty times: a speed goes with the root of
+/// its thrust, so that nobody knows from the samples when a rotor turned round.
+recording::Recording reversing(const vehicle::Vehicle& v) {
+  constexpr double kFine = 0.002;
+  constexpr int kEvery = 10;
+  const auto rotors = static_cast<Eigen::Index>(v.rotors.size());
+  const int n = static_cast<int>(kDuration / kFine);
+  recording::Recording r;
+  recording::Signal &u = r.signals["rotor_command"], &w = r.signals["rotor_speed"];
+  u.name = "rotor_command";
+  w.name = "rotor_speed";
+  for (recording::Signal* s : {&u, &w}) s->values.resize(n / kEvery, rotors);
+  for (int i = 0; i < n / kEvery; ++i)
+    for (recording::Signal* s : {&u, &w}) s->t_s.push_back(i * kEvery * kFine);
+  Random random(5, "reversing drives");
+  for (Eigen::Index k = 0; k < rotors; ++k) {
+    const vehicle::Rotor& rotor = v.rotors[static_cast<std::size_t>(k)];
+    double quick = 0, speed = 0;
+    for (int i = 0; i < n; ++i) {
+      quick = 0.97 * quick + 0.05 * random.normal();
+      const double thrust = 2 * std::sin(0.9 * i * kFine + static_cast<double>(k)) + quick;
+      const double wanted = std::copysign(std::sqrt(std::abs(thrust) / rotor.thrust_coefficient), thrust);
+      if (i % kEvery == 0) {
+        u.values(i / kEvery, k) = wanted;
+        w.values(i / kEvery, k) = speed + 0.5 * random.normal();
+      }
+      speed = wanted + (speed - wanted) * std::exp(-kFine / rotor.time_constant);
+    }
+  }
+  return r;
+}
+
+TEST(Drives, RotorsThatReverseBetweenSamplesShowNothing) {
+  const vehicle::Vehicle v = omnimorph();
+  const Judged j = judged(reversing(v), v, whole());
+  ASSERT_FALSE(j.inference.empty());
+  EXPECT_EQ(j.names, "");
+}
+
 TEST(Drives, TelemetryThatReadsInStepsIsNoQuantisedCommand) {
   const vehicle::Vehicle v = omnimorph();
   EXPECT_EQ(judged(answers(v, {.reading = 8}), v, whole()).names, "");

@@ -34,7 +34,8 @@ struct Setting {
   std::vector<Hypothesis> hypotheses;
 
   Setting(const std::vector<std::string>& ids, const std::vector<physics::ActiveEffect>& world,
-          double duration_s = 8) {
+          double duration_s = 8, Options told = {})
+      : options(std::move(told)) {
     flight = flown(vehicle, options, world, duration_s);
     const Flight* one[] = {&flight};
     problem = std::make_unique<RegressionProblem>(one, vehicle, options, 0.15);
@@ -73,6 +74,34 @@ TEST(Evidence, OfALinearEffectIsTheMarginalDensityOfTheData) {
   EXPECT_NEAR(one.log_evidence, log_density(z, X), 1e-6 * std::abs(one.log_evidence));
 }
 
+/// A laboratory that told how well thrust carries the weight, and how small force and torque of hover are.
+Options totals_told() {
+  Options o;
+  o.tolerance.told = {"thrust_scale", "torque_trim", "world_force"};
+  o.tolerance.thrust_scale = o.tolerance.torque_trim = o.tolerance.world_force = 1e-3;
+  return o;
+}
+
+TEST(Evidence, IsThatOfPartsWhoseTotalsAreTold) {
+  const Setting s({}, {}, 8, totals_told());
+  const Evidence evidence(*s.problem, *s.noise, s.hypotheses, 0, assumed(*s.problem));
+  const Calibration& c = s.problem->calibration();
+  const Eigen::MatrixXd& H = c.totals;
+  const Eigen::MatrixXd P = (Eigen::MatrixXd::Identity(H.cols(), H.cols()) + H.transpose() * H).inverse();
+  const Eigen::MatrixXd B = s.noise->apply(c.columns) * Eigen::MatrixXd(P.llt().matrixL());
+  const SetFit nothing = evidence.fit({});
+  EXPECT_NEAR(nothing.log_evidence, log_density(s.noise->apply(s.problem->residual()), B),
+              1e-6 * std::abs(nothing.log_evidence));
+
+  // rotors as wrong as is assumed would miss the weight and turn the vehicle by more than was told
+  const Eigen::VectorXd assumed_totals = (H * H.transpose()).diagonal().cwiseSqrt(),
+                        known_totals = (H * P * H.transpose()).diagonal().cwiseSqrt();
+  for (int k = 2; k < 5; ++k) EXPECT_GT(assumed_totals[k], 3) << k;
+  EXPECT_LT(known_totals.maxCoeff(), 1);
+  const auto one = std::find(c.names.begin(), c.names.end(), "rotor_scale_1") - c.names.begin();
+  EXPECT_GT(P(one, one), 0.3) << "one by itself may still be wrong";
+}
+
 TEST(Evidence, ASignThatPhysicsGivesHalvesThePriorAndKeepsTheRightHalf) {
   const Setting s({"rotor_drag"}, {});
   const Evidence evidence(*s.problem, *s.noise, s.hypotheses, 0, assumed(*s.problem));
@@ -103,14 +132,18 @@ TEST(Evidence, OfTwoAtTheirBoundsPromisesNothing) {
   EXPECT_LT(both.log_evidence, nothing);
 }
 
-/// A vehicle of which nothing is told, and that was measured well.
-TEST(Tolerances, AreThoseUnderWhichTheFlightIsLikeliest) {
-  const Setting s({"rotor_axis_misalignment"}, {});
+/// A vehicle that was measured well, of which nothing is told, or totals.
+class Tolerances : public testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Told, Tolerances, testing::Bool());
+
+TEST_P(Tolerances, AreThoseUnderWhichTheFlightIsLikeliest) {
+  const Setting s({"rotor_axis_misalignment"}, {}, 8, GetParam() ? totals_told() : Options{});
   const Calibration& c = s.problem->calibration();
   const SetFit nothing = Evidence(*s.problem, *s.noise, s.hypotheses, 0, assumed(*s.problem)).fit({});
   const Eigen::VectorXd found = likeliest_tolerances(c, nothing, assumed(*s.problem));
   const auto evidence_with = [&](const Eigen::VectorXd& tolerances) {
-    return Evidence(*s.problem, *s.noise, s.hypotheses, 0, tolerances).fit({}).log_evidence;
+    return Evidence(*s.problem, *s.noise, s.hypotheses, 0, tolerances).fit({}).log_evidence +
+           log_prior_of_tolerances(c, tolerances);
   };
   const double best = evidence_with(found);
   EXPECT_GT(best, evidence_with(assumed(*s.problem)) + 5);
@@ -119,7 +152,8 @@ TEST(Tolerances, AreThoseUnderWhichTheFlightIsLikeliest) {
     for (const double factor : {2.0, 1.0, 0.5, 0.25, 0.125, 0.0625}) {
       Eigen::VectorXd other = found;
       for (std::size_t k = 0; k < c.kinds.size(); ++k)
-        if (c.kinds[k] == kind) other[static_cast<Eigen::Index>(k)] = factor;
+        if (c.kinds[k] == kind && c.settled[static_cast<Eigen::Index>(k)] < 1)
+          other[static_cast<Eigen::Index>(k)] = factor;
       EXPECT_LT(evidence_with(other), best + 1e-6) << kind << " times " << factor;
     }
 }

@@ -294,11 +294,11 @@ DriveInference infer_drives(const std::vector<const recording::Recording*>& reco
     return DriveSet{{}, m.at};
   };
   const DriveSet on_held = start(held), on_straight = start(straight);
-  // Interpolation of the commands is a property of the recorder: choose what leaves the smaller residual.
-  const double left_held = held.rms_left(on_held), left_straight = straight.rms_left(on_straight);
-  if (!std::isfinite(std::min(left_held, left_straight))) return out;
-  DriveModel& model = left_held <= left_straight ? held : straight;
-  const DriveSet& nothing = left_held <= left_straight ? on_held : on_straight;
+  // Interpolation of the commands is a property of the recorder: choose the likelier one.
+  const double cost_held = held.cost(on_held), cost_straight = straight.cost(on_straight);
+  if (!std::isfinite(std::min(cost_held, cost_straight))) return out;
+  DriveModel& model = cost_held <= cost_straight ? held : straight;
+  const DriveSet& nothing = cost_held <= cost_straight ? on_held : on_straight;
   model.count_samples(nothing);
   out.asked = offered(o);
   out.fits = visit(model, out.asked, nothing, o);

@@ -35,14 +35,73 @@ class QuickPart {
   double t_ = 0, value_ = 0;
 };
 
+/// Regression of speeds on three columns, with errors that follow Student's t distribution: expectation and
+/// maximisation over weights, coefficients and scale (Lange, Little and Taylor 1989).
+class Regression {
+ public:
+  void begin(Eigen::Index most) {
+    if (x_.rows() < most) {
+      x_.resize(most, 3);
+      y_.resize(most);
+      r_.resize(most);
+      w_.resize(most);
+    }
+    n_ = 0;
+  }
+  void add(const Eigen::Vector3d& x, double y) {
+    x_.row(n_) = x;
+    y_[n_++] = y;
+  }
+  Eigen::Index size() const { return n_; }
+  void solve() {
+    w_.head(n_).setOnes();
+    for (int k = 0; k <= kTurns; ++k) {
+      const auto x = x_.topRows(n_);
+      const Eigen::Matrix<double, Eigen::Dynamic, 3> weighted = w_.head(n_).matrix().asDiagonal() * x;
+      Eigen::Matrix3d H = x.transpose() * weighted;
+      H.diagonal().array() += 1e-9 * H.trace() + 1e-12;
+      const Eigen::Vector3d best = H.ldlt().solve(weighted.transpose() * y_.head(n_).matrix());
+      r_.head(n_) = y_.head(n_) - (x * best).array();
+      scale2_ = std::max(1e-300, k == 0 ? middle_square() : (w_.head(n_) * residual().square()).mean());
+      w_.head(n_) = (kFreedom + 1) / (kFreedom + residual().square() / scale2_);
+    }
+  }
+  Eigen::Ref<const Eigen::ArrayXd> residual() const { return r_.head(n_); }
+  Eigen::Ref<const Eigen::ArrayXd> weight() const { return w_.head(n_); }
+  double scale2() const { return scale2_; }
+  /// Mean ln density of the residuals, up to a constant, where the squared scale is `scale2`.
+  double mean_log_density(double scale2) const {
+    return -0.5 * std::log(scale2) -
+           0.5 * (kFreedom + 1) * (residual().square() / (kFreedom * scale2)).log1p().mean();
+  }
+
+ private:
+  static constexpr double kFreedom = 4;  ///< degrees of freedom; chosen: kurtosis just infinite
+  static constexpr int kTurns = 6;       ///< after least squares; chosen for run time
+  /// A start that outliers do not move: squared median of the magnitudes.
+  double middle_square() const {
+    std::vector<double> sizes(r_.data(), r_.data() + n_);
+    for (double& x : sizes) x = std::abs(x);
+    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+    std::nth_element(sizes.begin(), middle, sizes.end());
+    return *middle * *middle;
+  }
+
+  Eigen::Index n_ = 0;
+  double scale2_ = 0;
+  Eigen::Matrix<double, Eigen::Dynamic, 3> x_;
+  Eigen::ArrayXd y_, r_, w_;
+};
+
 }  // namespace
 
 struct DriveModel::Rest {
   double mean_square = 0;  ///< (rad/s)^2, of the residual
+  double log_density = 0;  ///< mean of a sample, up to a constant
   double moved = 0;        ///< (rad/s)^2, mean square of simulated speed minus command
   double speed = 0;        ///< rad/s, mean magnitude
   double samples = 0;
-  Eigen::VectorXd left;  ///< rad/s, residuals, if requested
+  Eigen::VectorXd left;  ///< rad/s, residuals times their weights, if requested
 };
 
 Eigen::Index DriveSet::first(std::size_t member) const {
@@ -105,50 +164,45 @@ DriveModel DriveModel::part(double seconds) const {
 
 DriveModel::Rest DriveModel::compare(const DriveRecord& r, Eigen::Index rotor, const Eigen::MatrixXd& ends,
                                      bool left) const {
-  // linear regression on gain, drift of the gain, and a constant
-  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d g = Eigen::Vector3d::Zero();
-  double total = 0;
   Rest out;
+  thread_local Regression fit;  // reused, as in simulate()
+  fit.begin(static_cast<Eigen::Index>(r.t.size()));
   const double middle = 0.5 * r.duration_s();
   const double offset = r.speed(r.speed.rows() / 2, rotor);
-  const auto row_at = [&](std::size_t i) {
+  QuickPart quick_predicted, quick_measured;
+  thread_local std::vector<Eigen::Index> used;
+  used.clear();
+  for (std::size_t i = 0; i < r.t.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
     const double at = std::clamp(r.t[i] / r.step, 0.0, static_cast<double>(ends.cols() - 1));
     const auto k = std::min(static_cast<Eigen::Index>(at), ends.cols() - 2);
-    return ends(rotor, k) + (at - static_cast<double>(k)) * (ends(rotor, k + 1) - ends(rotor, k));
-  };
-  if (left) out.left = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(r.t.size()));
-  for (const bool again : {false, true}) {
-    if (again && !left) break;
-    const Eigen::Vector3d x = again ? Eigen::Vector3d(H.ldlt().solve(g)) : Eigen::Vector3d::Zero();
-    QuickPart quick_predicted, quick_measured;
-    for (std::size_t i = 0; i < r.t.size(); ++i) {
-      const auto row = static_cast<Eigen::Index>(i);
-      const double predicted = row_at(i);
-      double p = predicted - offset, y = r.speed(row, rotor) - offset;
-      if (r.from_duty_cycle) {
-        p = quick_predicted.of(r.t[i], p);
-        y = quick_measured.of(r.t[i], y);
-      }
-      if (r.t[i] < kSettles || !r.counts(row, rotor)) continue;
-      const Eigen::Vector3d z(p, p * (r.t[i] - middle) / middle, offset);
-      if (again) {
-        out.left[row] = y - z.dot(x);
-        continue;
-      }
-      H.noalias() += z * z.transpose();
-      g += y * z;
-      total += y * y;
-      out.moved += std::pow(predicted - r.command(row, rotor), 2);
-      out.speed += std::abs(r.speed(row, rotor));
-      ++out.samples;
+    const double predicted =
+        ends(rotor, k) + (at - static_cast<double>(k)) * (ends(rotor, k + 1) - ends(rotor, k));
+    double p = predicted - offset, y = r.speed(row, rotor) - offset;
+    if (r.from_duty_cycle) {
+      p = quick_predicted.of(r.t[i], p);
+      y = quick_measured.of(r.t[i], y);
     }
-    if (!again) H.diagonal().array() += 1e-9 * H.trace() + 1e-12;
+    if (r.t[i] < kSettles || !r.counts(row, rotor)) continue;
+    fit.add({p, p * (r.t[i] - middle) / middle, offset}, y);
+    used.push_back(row);
+    out.moved += std::pow(predicted - r.command(row, rotor), 2);
+    out.speed += std::abs(r.speed(row, rotor));
   }
-  if (out.samples < 10) return Rest{};
+  if (fit.size() < 10) return Rest{};
+  out.samples = static_cast<double>(fit.size());
   out.moved /= out.samples;
   out.speed /= out.samples;
-  out.mean_square = std::max(0.0, total - g.dot(H.ldlt().solve(g))) / out.samples;
+  fit.solve();
+  out.mean_square = fit.residual().square().mean();
+  const double resolved = kResolved * out.speed;
+  out.log_density =
+      fit.mean_log_density(fit.scale2() + law_error_ * law_error_ * out.moved + resolved * resolved);
+  if (left) {
+    out.left = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(r.t.size()));
+    for (Eigen::Index i = 0; i < fit.size(); ++i)
+      out.left[used[static_cast<std::size_t>(i)]] = fit.weight()[i] * fit.residual()[i];
+  }
   return out;
 }
 
@@ -174,9 +228,7 @@ double DriveModel::cost(const DriveSet& set) const {
   double sum = 0.5 * set.coordinates.squaredNorm();
   for (std::size_t k = 0; k < rest.size(); ++k) {
     if (rest[k].samples == 0) continue;
-    const double resolved = kResolved * rest[k].speed;
-    const double error = rest[k].mean_square + law_error_ * law_error_ * rest[k].moved + resolved * resolved;
-    sum += independent_[k] / (2 * temperature_) * std::log(error);
+    sum -= independent_[k] / temperature_ * rest[k].log_density;
   }
   return std::isfinite(sum) ? sum : kNone;
 }

@@ -25,9 +25,10 @@ struct DriveSet {
 
 /// Measured speed = gain (with linear drift) times the speed simulated by physics::Actuators, plus a
 /// constant, plus an error. Gain and constant (supply, telemetry scale) are free per rotor; the redundancy
-/// checks judge them. The variance of the error is that of the residual, plus the law error (0.3
-/// Options::law_error times the RMS of speed minus command)^2, plus (0.1 % of the speed)^2. The likelihood
-/// counts independent samples only.
+/// checks judge them. The error follows Student's t distribution: a command may move between its samples, and
+/// where a rotor reverses its speed moves far in that time. Its squared scale is that of the residual, plus
+/// the law error (0.3 Options::law_error times the RMS of speed minus command)^2, plus (0.1 % of the
+/// speed)^2. The likelihood counts independent samples only.
 class DriveModel {
  public:
   /// `stamps_s` [s]: prior standard deviation of the offset between time stamps.

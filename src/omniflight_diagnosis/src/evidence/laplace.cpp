@@ -57,6 +57,13 @@ struct Evidence::Layout {
   }
 };
 
+double log_density_of_totals(const Calibration& calibration, const Eigen::VectorXd& deviations) {
+  const Eigen::MatrixXd scaled = calibration.totals * deviations.asDiagonal();
+  Mat6 covariance = scaled * scaled.transpose();
+  covariance.diagonal().array() += 1;
+  return -covariance.llt().matrixLLT().diagonal().array().log().sum();
+}
+
 FittedAmplitudes::FittedAmplitudes(const RegressionProblem& problem)
     : residual(cosine_amplitudes(problem, problem.residual())),
       calibration(cosine_amplitudes(problem, problem.calibration().columns)) {}
@@ -75,9 +82,17 @@ Evidence::Evidence(const RegressionProblem& problem, const FittedAmplitudes& fit
       law_error_(law_error),
       tolerances_(tolerances),
       deviations_(problem.calibration().deviations(tolerances)),
-      z_(noise.scale(fitted.residual)),
-      b_(std::make_shared<const Eigen::MatrixXd>(noise.scale(fitted.calibration) * deviations_.asDiagonal())),
-      bb_(inner_products(*b_)) {}
+      z_(noise.scale(fitted.residual)) {
+  set_calibration(noise.scale(fitted.calibration));
+}
+
+void Evidence::set_calibration(Eigen::MatrixXd whitened) {
+  whitened.bottomRows(NoiseModel::kBeside) = problem_.calibration().totals;
+  whitened = whitened * deviations_.asDiagonal();
+  log_totals_ = log_density_of_totals(problem_.calibration(), deviations_);
+  bb_ = inner_products(whitened);
+  b_ = std::make_shared<const Eigen::MatrixXd>(std::move(whitened));
+}
 
 Evidence Evidence::with(const Eigen::VectorXd& tolerances) const {
   Evidence out = *this;
@@ -86,6 +101,7 @@ Evidence Evidence::with(const Eigen::VectorXd& tolerances) const {
   const Eigen::VectorXd change = out.deviations_.cwiseQuotient(deviations_);
   out.b_ = std::make_shared<const Eigen::MatrixXd>(*b_ * change.asDiagonal());
   out.bb_ = change.asDiagonal() * bb_ * change.asDiagonal();
+  out.log_totals_ = log_density_of_totals(problem_.calibration(), out.deviations_);
   return out;
 }
 
@@ -386,7 +402,7 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
   }
   for (const Eigen::Index k : free) gradient[k] = 0;
   out.log_evidence =
-      -objective + log_integral_over_law_errors(layout, u, out.precision, gradient, law.cols());
+      -objective + log_integral_over_law_errors(layout, u, out.precision, gradient, law.cols()) - log_totals_;
   const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(u.size(), u.size()));
   for (std::size_t m = 0; m < members.size(); ++m)
     for (std::size_t k = 0; k < layout.theta[m].size(); ++k) {

@@ -40,6 +40,9 @@ struct SetFit {
   std::vector<double> theta_deviation;  ///< posterior standard deviations of all members' theta, in order
 };
 
+/// ln density, up to a constant, of Calibration::totals being zero where columns have these deviations.
+double log_density_of_totals(const Calibration& calibration, const Eigen::VectorXd& deviations);
+
 /// Cosine amplitudes of what all sets of a problem share, its residual and its calibration: no noise changes
 /// them.
 struct FittedAmplitudes {
@@ -48,6 +51,9 @@ struct FittedAmplitudes {
   Eigen::MatrixXd calibration;
 };
 
+/// The residual is one observation, what the laboratory told of totals of the calibration another, in
+/// NoiseModel::kBeside rows of their own: Calibration::totals of these coordinates are zero within one.
+/// Evidences are those of the residual given the other.
 class Evidence {
  public:
   /// `tolerances`: over those of the problem, one number a calibration column, see Calibration::deviations.
@@ -83,6 +89,8 @@ class Evidence {
   static double log_integral_over_law_errors(const Layout& layout, const Eigen::VectorXd& u,
                                              const Eigen::MatrixXd& precision,
                                              const Eigen::VectorXd& gradient, Eigen::Index law);
+  /// Whitened columns of one deviation each, with the rows of totals.
+  void set_calibration(Eigen::MatrixXd whitened);
   double first_stage_of(const SetMember& member) const;
   Eigen::MatrixXd law_error_columns(const std::vector<SetMember>& members) const;
 
@@ -95,6 +103,7 @@ class Evidence {
   Eigen::VectorXd z_;                         ///< whitened residual
   std::shared_ptr<const Eigen::MatrixXd> b_;  ///< whitened calibration columns
   Eigen::MatrixXd bb_;                        ///< their inner products
+  double log_totals_ = 0;                     ///< ln density of what was told of totals
 };
 
 }  // namespace omniflight::diagnosis

@@ -103,7 +103,7 @@ NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& 
           spectra_[static_cast<std::size_t>(s.flight)][static_cast<std::size_t>(c)];
       Block b;
       b.size = size;
-      b.row = rows_;
+      b.row = rows_ - kBeside;
       b.amplitude = amplitudes_;
       b.spectrum = 6 * s.flight + c;
       b.frequency_step = 0.5 * rate / size;

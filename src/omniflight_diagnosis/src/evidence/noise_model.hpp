@@ -33,6 +33,9 @@ class NoiseModel {
   NoiseModel(const NoiseModel&) = delete;
   NoiseModel& operator=(const NoiseModel&) = delete;
 
+  /// Rows at the end of whitened columns, zero: observations that are none of the residual, see Evidence.
+  static constexpr Eigen::Index kBeside = 6;
+
   /// Whitened columns: cosine amplitudes of each stretch and channel over their standard deviations. Rows:
   /// whitened_rows().
   Eigen::MatrixXd apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const;
@@ -43,6 +46,7 @@ class NoiseModel {
     for (const Block& b : blocks_)
       out.middleRows(b.row, b.size) =
           b.inverse.asDiagonal() * amplitudes.middleRows(b.amplitude, b.size).template cast<double>();
+    out.bottomRows(kBeside).setZero();
     return out;
   }
   Eigen::Index whitened_rows() const { return rows_; }
@@ -80,7 +84,7 @@ class NoiseModel {
   const RegressionProblem& problem_;
   std::vector<std::array<NoiseSpectrum, 6>> spectra_;
   std::vector<Block> blocks_;
-  Eigen::Index rows_ = 0, amplitudes_ = 0;
+  Eigen::Index rows_ = kBeside, amplitudes_ = 0;
   double temperature_ = 1;
   double log_scale_ = 0, log_prior_ = 0;
 };

@@ -38,11 +38,12 @@ Eigen::VectorXd likeliest_tolerances(const Calibration& calibration, const SetFi
   const Eigen::VectorXd now = calibration.deviations(current);
   const auto evidence = [&](const Eigen::VectorXd& factors) {
     Eigen::VectorXd scale = Eigen::VectorXd::Ones(size);
-    scale.head(now.size()) = calibration.deviations(factors).cwiseQuotient(now);
+    const Eigen::VectorXd then = calibration.deviations(factors);
+    scale.head(now.size()) = then.cwiseQuotient(now);
     const Eigen::LLT<Eigen::MatrixXd> llt(scale.asDiagonal() * products * scale.asDiagonal() + identity);
     const Eigen::VectorXd b = scale.cwiseProduct(moment);
-    return 0.5 * b.dot(llt.solve(b)) - llt.matrixLLT().diagonal().array().log().sum() +
-           log_prior_of_tolerances(calibration, factors);
+    return 0.5 * b.dot(llt.solve(b)) - llt.matrixLLT().diagonal().array().log().sum() -
+           log_density_of_totals(calibration, then) + log_prior_of_tolerances(calibration, factors);
   };
   const std::set<std::string> kinds = untold_kinds(calibration);
   Eigen::VectorXd best = current;

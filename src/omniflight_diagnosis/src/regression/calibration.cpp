@@ -1,8 +1,10 @@
 #include "calibration.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
+#include <string_view>
 
 #include "omniflight_diagnosis/residual.hpp"
 
@@ -23,6 +25,14 @@ constexpr double kThrustExponent = 0.05;
 /// Calibration::settled of quantities that do not depend on how well the vehicle was measured (air density,
 /// filters).
 constexpr double kSettled = 1;
+
+/// Cosine of the largest tilt of the body at which a sample counts as level (15 deg), and samples [s] of that
+/// kind which a recording must have for a hover. Chosen.
+constexpr double kLevel = 0.966, kLeastHover = 1;
+
+/// Numbers of parts, whose errors add up to what is told of the whole vehicle.
+constexpr std::array<std::string_view, 5> kParts{"rotor_scale", "rotor_axis", "rotor_place", "drag_torque",
+                                                 "center_of_mass"};
 
 constexpr const char* kAxis[] = {"x", "y", "z"};
 
@@ -82,6 +92,7 @@ class Columns {
     columns_.push_back(std::move(x));
     measured_.push_back(std::move(m));
   }
+  Eigen::MatrixXd totals() const;
   bool modelled() const { return problem_.forces_only(); }
   double weight() const { return problem_.size().weight; }
   double arm() const { return problem_.size().arm; }
@@ -250,7 +261,40 @@ void Columns::of_thrust_law(const std::vector<std::array<double, 2>>& drive) {
       kSettled);
 }
 
+/// Calibration::totals. A laboratory that tells how well thrust carries the weight, or how small the torque
+/// of hover is, tells it of all parts together, however they were put right; their numbers one by one may
+/// still be as wrong as is assumed.
+Eigen::MatrixXd Columns::totals() const {
+  const auto count = static_cast<Eigen::Index>(columns_.size());
+  const int n = problem_.samples();
+  Vec6 inverse = Vec6::Zero();
+  if (tol_.told.contains("world_force")) inverse.head<2>().setConstant(1 / (tol_.world_force * weight()));
+  if (tol_.told.contains("thrust_scale"))
+    inverse[2] = 1 / (std::hypot(tol_.thrust_scale, tol_.world_force) * weight());
+  if (tol_.told.contains("torque_trim"))
+    inverse.tail<3>().setConstant(1 / (tol_.torque_trim * weight() * arm()));
+  std::vector<int> level;
+  for (int i = 0; i < n; ++i)
+    if (problem_.measured(i).R_WB(2, 2) > kLevel) level.push_back(i);
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(6, count);
+  if (static_cast<double>(level.size()) * problem_.period() < kLeastHover) return out;
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    if (std::find(kParts.begin(), kParts.end(), out_.kinds[at]) == kParts.end()) continue;
+    Vec6 sum = Vec6::Zero();
+    for (const int i : level) {
+      Vec6 w;
+      for (int c = 0; c < 6; ++c) w[c] = measured_[at][c * n + i];
+      sum.head<3>() += problem_.measured(i).R_WB * w.head<3>();
+      sum.tail<3>() += w.tail<3>();
+    }
+    out.col(k) = inverse.cwiseProduct(sum) / static_cast<double>(level.size());
+  }
+  return out;
+}
+
 Calibration Columns::take() {
+  out_.totals = totals();
   const auto count = static_cast<Eigen::Index>(columns_.size());
   out_.columns.resize(problem_.rows(), count);
   out_.measured.resize(problem_.rows(), count);

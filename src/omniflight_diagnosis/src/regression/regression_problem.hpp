@@ -45,6 +45,10 @@ struct Calibration {
   Eigen::VectorXd settled;
   /// ln of the tolerances that the laboratory told over those that are assumed where nothing is told.
   std::vector<double> told;
+  /// Totals of level hover: what one standard deviation of each column adds to the force in the world and the
+  /// torque in the body, over the deviation that was told of that total. 6 x names; rows of totals of which
+  /// nothing was told are zero, and so are columns that are a total themselves.
+  Eigen::MatrixXd totals;
 
   /// Standard deviations over those of the columns where each tolerance is `scale` times what it is here.
   Eigen::VectorXd deviations(const Eigen::VectorXd& scale) const {
