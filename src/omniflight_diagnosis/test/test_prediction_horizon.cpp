@@ -1,29 +1,37 @@
 #include "../src/search/prediction_horizon.hpp"
 
+#include "../src/evidence/laplace.hpp"
 #include "../src/regression/predetermined.hpp"
 #include "synthetic.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
 
-std::vector<HorizonTest> asked(double answer_s) {
-  const vehicle::Vehicle v = test::omnimorph();
-  Options o;
+/// One minute; `answer_s`: of rotors to disturbances of which the record does not tell.
+Flight flown(const vehicle::Vehicle& v, const Options& o, double answer_s,
+             const std::vector<physics::ActiveEffect>& world = {}) {
   test::Flown f;
   f.duration_s = 60;
   f.sway = 0.2;
   f.answer_s = answer_s;
   f.accelerometer_noise = 0.3;  // the record tells less of the disturbance than the rotors' answer to it
   f.gyro_noise = 0.02;
-  const auto flight = prepare_flight(test::fly(v, {}, f), v, o);
+  auto flight = prepare_flight(test::fly(v, world, f), v, o);
   EXPECT_TRUE(flight);
-  const Flight* one[] = {&*flight};
+  return std::move(*flight);
+}
+
+std::vector<HorizonTest> asked(double answer_s) {
+  const vehicle::Vehicle v = test::omnimorph();
+  const Options o;
+  const Flight flight = flown(v, o, answer_s);
+  const Flight* one[] = {&flight};
   const Horizons horizons(one, v, o);
   std::vector<HorizonTest> out;
   for (std::size_t k = 0; k < horizons.count(); ++k) {
     EXPECT_EQ(horizons.problem(k)->rows(), 6 * horizons.problem(k)->samples());
     out.push_back(horizons.test(k));
-    EXPECT_GE(out.back().horizon_s, least_horizon(*flight));
+    EXPECT_GE(out.back().horizon_s, least_horizon(flight));
   }
   EXPECT_TRUE(out.back().agrees());  // with nothing
   return out;
@@ -37,6 +45,32 @@ TEST(PredictionHorizon, WithoutFeedbackTheShortestIsConsistent) {
 TEST(PredictionHorizon, FeedbackThatTheRecordDoesNotTellIsSeen) {
   const HorizonTest shortest = asked(0.04).front();
   EXPECT_FALSE(shortest.agrees()) << shortest.about;
+}
+
+/// The largest of the statistics of a law alone, fitted at the shortest horizon, against longer ones.
+HorizonTest of_law(const std::string& id, const Flight& flight, const vehicle::Vehicle& v, const Options& o) {
+  const Flight* one[] = {&flight};
+  const Horizons horizons(one, v, o);
+  const auto problem = horizons.problem(0);
+  const auto noise =
+      estimate_noise(*problem, slow_columns(*problem), Eigen::VectorXd::Zero(problem->rows()), 1);
+  const auto hypotheses = make_hypotheses(*problem, *noise, {physics::find_effect(id)}, o);
+  const Evidence evidence(*problem, *noise, hypotheses, 0,
+                          Eigen::VectorXd::Ones(problem->calibration().settled.size()));
+  const SetFit fit = evidence.fit({evidence.member_at(0, 0, Eigen::VectorXd::Ones(1))});
+  const EffectTerm found[] = {{hypotheses[0].effect, fit.members[0].theta, {}}};
+  return horizons.test(0, problem->wrench_of(found, States::measured), found);
+}
+
+TEST(PredictionHorizon, ALawThatFeedbackMimicsIsNotFoundAgain) {
+  const vehicle::Vehicle v = test::omnimorph();
+  const Options o;
+  const HorizonTest mimicked = of_law("payload_mass", flown(v, o, 0.04), v, o);
+  EXPECT_EQ(mimicked.about, "payload_mass");
+  EXPECT_FALSE(mimicked.agrees()) << mimicked.statistic;
+  const HorizonTest real =
+      of_law("payload_mass", flown(v, o, 0, {{physics::find_effect("payload_mass"), {0.05}}}), v, o);
+  EXPECT_TRUE(real.agrees()) << real.about << " " << real.statistic;
 }
 
 }  // namespace

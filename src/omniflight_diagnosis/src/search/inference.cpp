@@ -178,6 +178,14 @@ Eigen::VectorXd wrench_of_set(const RegressionProblem& problem, const std::vecto
 
 namespace {
 
+std::vector<EffectTerm> terms_of(const std::vector<SetMember>& laws,
+                                 const std::vector<const physics::Effect*>& effects) {
+  std::vector<EffectTerm> out;
+  for (const SetMember& m : laws)
+    out.push_back({effects[static_cast<std::size_t>(m.hypothesis)], m.theta, m.start});
+  return out;
+}
+
 /// The inference at one horizon, in steps: one that is refused is not finished.
 class Inferrer {
  public:
@@ -187,12 +195,7 @@ class Inferrer {
            const Options& o, std::vector<SetMember> seed)
       : effects_(effects), o_(o), seed_(std::move(seed)) {
     out_.problem = std::move(problem);
-    if (!seed_.empty()) {
-      std::vector<EffectTerm> terms;
-      for (const SetMember& m : seed_)
-        terms.push_back({effects[static_cast<std::size_t>(m.hypothesis)], m.theta, m.start});
-      out_.problem->expect(terms);
-    }
+    if (!seed_.empty()) out_.problem->expect(terms_of(seed_, effects));
     slow_ = slow_columns(*out_.problem);
     limits_.threads = o.threads;
     limits_.stop = o.stop;
@@ -321,7 +324,8 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
     const bool doubted = refused(horizons.test(k));
     Inferrer here(horizons.problem(k), effects, o, std::move(seed));
     here.improve();
-    if (!doubted || !refused(horizons.test(k, here.known()))) {
+    const std::vector<EffectTerm> found = terms_of(here.laws(), effects);
+    if ((!doubted && found.empty()) || !refused(horizons.test(k, here.known(), found))) {
       Inference out = here.finish();
       out.horizon = std::move(choice);
       return out;

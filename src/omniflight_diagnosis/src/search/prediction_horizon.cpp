@@ -34,20 +34,45 @@ constexpr std::array<const char*, 12> kAsked{"Fx of rotors", "Fy of rotors", "Fz
 /// or not predictable.
 using Estimator = Eigen::VectorXd;
 
-/// Each beside the others and beside the body's calibration: what its numbers have wrong correlates with a
-/// regressor differently at every horizon, and would look like feedback.
-std::array<Estimator, kAsked.size()> estimators(const RegressionProblem& p, const NoiseModel& noise) {
+/// Regressors as predicted and as measured; rows of the problem x regressors.
+struct Regressors {
+  Eigen::MatrixXd predicted, measured;
+};
+
+/// Those of kAsked.
+Regressors always_asked(const RegressionProblem& p) {
   const int n = p.samples();
-  constexpr auto asked = static_cast<Eigen::Index>(kAsked.size());
-  Eigen::MatrixXd predicted = Eigen::MatrixXd::Zero(p.rows(), asked), measured = predicted;
+  Regressors out;
+  out.predicted = out.measured = Eigen::MatrixXd::Zero(p.rows(), static_cast<Eigen::Index>(kAsked.size()));
   for (int i = 0; i < n; ++i)
-    for (const auto& [x, columns] : {std::pair{&p.situation(i), &predicted}, {&p.measured(i), &measured}}) {
+    for (const auto& [x, columns] :
+         {std::pair{&p.situation(i), &out.predicted}, {&p.measured(i), &out.measured}}) {
       const Vec6 rotors = physics::rotor_wrench(*x);
       for (int c = 0; c < (p.forces_only() ? 3 : 6); ++c) {
         (*columns)(c * n + i, c) = rotors[c];
         (*columns)(c * n + i, 6 + c) = c < 3 ? x->v_WB_B[c] : x->body.w_WB_B[c - 3];
       }
     }
+  return out;
+}
+
+/// The wrench of each law as it was found.
+Regressors of_laws(const RegressionProblem& p, std::span<const EffectTerm> laws) {
+  Regressors out;
+  out.predicted.resize(p.rows(), static_cast<Eigen::Index>(laws.size()));
+  out.measured = out.predicted;
+  for (std::size_t k = 0; k < laws.size(); ++k) {
+    const auto at = static_cast<Eigen::Index>(k);
+    out.predicted.col(at) = p.wrench_of(laws.subspan(k, 1), States::predicted);
+    out.measured.col(at) = p.wrench_of(laws.subspan(k, 1), States::measured);
+  }
+  return out;
+}
+
+/// Each beside the others and beside the body's calibration: what its numbers have wrong correlates with a
+/// regressor differently at every horizon, and would look like feedback.
+std::vector<Estimator> estimators(const RegressionProblem& p, const NoiseModel& noise, const Regressors& x) {
+  const Eigen::Index asked = x.predicted.cols();
   const Calibration& calibration = p.calibration();
   std::vector<Eigen::Index> of_body;
   for (std::size_t k = 0; k < calibration.kinds.size(); ++k)
@@ -55,8 +80,8 @@ std::array<Estimator, kAsked.size()> estimators(const RegressionProblem& p, cons
       of_body.push_back(static_cast<Eigen::Index>(k));
   const auto beside = static_cast<Eigen::Index>(of_body.size());
   Eigen::MatrixXd A(noise.whitened_rows(), beside + asked);
-  A << kWide * noise.apply(calibration.columns(Eigen::all, of_body)), noise.apply(predicted);
-  const Eigen::MatrixXd z = noise.apply(measured);
+  A << kWide * noise.apply(calibration.columns(Eigen::all, of_body)), noise.apply(x.predicted);
+  const Eigen::MatrixXd z = noise.apply(x.measured);
   // without a prior for what is asked
   Eigen::VectorXd norm = A.rightCols(asked).colwise().norm().cwiseMax(1e-300);
   A.rightCols(asked) *= (kUnbound / norm.array()).matrix().asDiagonal();
@@ -66,7 +91,7 @@ std::array<Estimator, kAsked.size()> estimators(const RegressionProblem& p, cons
   const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(A.cols(), A.cols()));
   const Eigen::MatrixXd coefficients = factor.solve(A.transpose() * z);
   const Eigen::MatrixXd left = z - A * coefficients;
-  std::array<Estimator, kAsked.size()> out;
+  std::vector<Estimator> out(static_cast<std::size_t>(asked));
   for (Eigen::Index k = 0; k < asked; ++k) {
     const Eigen::Index at = beside + k;
     if (!(covariance(at, at) < 0.5)) continue;  // not excited, beside the others
@@ -95,10 +120,11 @@ std::unique_ptr<RegressionProblem> Horizons::problem(std::size_t k) const {
 }
 
 HorizonTest Horizons::test(std::size_t k) const {
-  return test(k, Eigen::VectorXd::Zero(problems_[k]->rows()));
+  return test(k, Eigen::VectorXd::Zero(problems_[k]->rows()), {});
 }
 
-HorizonTest Horizons::test(std::size_t k, const Eigen::VectorXd& known) const {
+HorizonTest Horizons::test(std::size_t k, const Eigen::VectorXd& known,
+                           std::span<const EffectTerm> laws) const {
   HorizonTest out;
   out.horizon_s = horizons_s_[k];
   out.beside_found = !known.isZero(0);
@@ -106,20 +132,27 @@ HorizonTest Horizons::test(std::size_t k, const Eigen::VectorXd& known) const {
   const RegressionProblem& first = *problems_.front();
   const auto noise = estimate_noise(first, slow_, known, 1.0);
   const Eigen::VectorXd z = noise->apply(first.residual() - known);
-  const auto own = estimators(*problems_[k], *noise);
-  for (std::size_t longer = k + 1; longer < count(); ++longer) {
-    const auto there = estimators(*problems_[longer], *noise);
-    for (std::size_t asked = 0; asked < kAsked.size(); ++asked) {
-      if (own[asked].size() == 0 || there[asked].size() == 0) continue;
-      const Eigen::VectorXd difference = own[asked] - there[asked];
-      ++out.compared;
-      const double statistic = std::pow(difference.dot(z), 2) / difference.squaredNorm();
-      if (statistic > out.statistic) {
-        out.statistic = statistic;
-        out.about = kAsked[asked];
+  const auto compare = [&](const auto& regressors, const auto& name) {
+    const auto own = estimators(*problems_[k], *noise, regressors(*problems_[k]));
+    for (std::size_t longer = k + 1; longer < count(); ++longer) {
+      const auto there = estimators(*problems_[longer], *noise, regressors(*problems_[longer]));
+      for (std::size_t asked = 0; asked < own.size(); ++asked) {
+        if (own[asked].size() == 0 || there[asked].size() == 0) continue;
+        // a law that is known with its coefficient differs by nothing between horizons
+        const Eigen::VectorXd difference = own[asked] - there[asked];
+        ++out.compared;
+        const double statistic = std::pow(difference.dot(z), 2) / difference.squaredNorm();
+        if (statistic > out.statistic) {
+          out.statistic = statistic;
+          out.about = name(asked);
+        }
       }
     }
-  }
+  };
+  compare(always_asked, [](std::size_t asked) { return std::string(kAsked[asked]); });
+  if (!laws.empty())
+    compare([&](const RegressionProblem& p) { return of_laws(p, laws); },
+            [&](std::size_t asked) { return laws[asked].effect->info().id; });
   return out;
 }
 

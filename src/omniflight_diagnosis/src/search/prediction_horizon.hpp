@@ -21,7 +21,7 @@ struct HorizonTest {
   double horizon_s = 0;
   double statistic = 0;       ///< chi-square, one degree of freedom
   int compared = 0;           ///< statistics out of which this is the largest
-  std::string about;          ///< the regressor it belongs to: "Mz of rotors"
+  std::string about;          ///< the regressor it belongs to: "Mz of rotors", or the id of a law
   bool beside_found = false;  ///< on what the best set at this horizon leaves, not on the whole residual
   /// Bonferroni's: as many as were compared may each exceed it.
   double threshold() const { return chi_squared_quantile(kHorizonsDisagree / std::max(1, compared), 1); }
@@ -46,7 +46,9 @@ class Horizons {
   /// Of horizon k against all longer ones, on the residual less a known wrench (all rows, N and Nm): the
   /// scale of every channel's rotor wrench, and drag along and about every axis. An effect that was left out
   /// correlates with these differently at every horizon, and looks like feedback until it is known.
-  HorizonTest test(std::size_t k, const Eigen::VectorXd& known) const;
+  /// So are the laws of which that wrench consists: a law that feedback mimics at this horizon has another
+  /// coefficient at longer ones.
+  HorizonTest test(std::size_t k, const Eigen::VectorXd& known, std::span<const EffectTerm> laws) const;
   /// Nothing is known.
   HorizonTest test(std::size_t k) const;
 
