@@ -48,7 +48,7 @@ void ablate_input(const std::string& id, std::vector<recording::Recording>& reco
 
 void ablate_options(const std::string& id, diagnosis::Options& options) {
   if (id == "no-law-error") options.law_error = 0;
-  if (id == "no-temperature") options.temperature = 1;
+  if (id == "no-temperature") options.temperature = options.told_temperature = 1;
   if (id != "no-tolerance") return;
   auto& t = options.tolerance;
   for (double* sigma : {&t.thrust_scale, &t.accelerometer_lateral, &t.accelerometer_vertical, &t.world_force,

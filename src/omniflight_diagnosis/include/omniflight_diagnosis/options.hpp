@@ -77,7 +77,9 @@ struct ToldController {
 
 struct Options {
   double law_error = 0.1;    ///< 1, RMS of the relative error of a law of the library
-  double temperature = 2.5;  ///< divides log-likelihoods, for what the model has wrong
+  /// Divides log-likelihoods, for what the model has wrong; the second where turbulence and the noise of the
+  /// sensors are told.
+  double temperature = 2.5, told_temperature = 1.5;
   physics::Environment environment;
   Vec3 imu_position = Vec3::Zero();  ///< m, body: where the accelerometer is
   Tolerance tolerance;

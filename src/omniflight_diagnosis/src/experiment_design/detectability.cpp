@@ -72,8 +72,8 @@ void describe_candidates(std::span<const Flight* const> flights, const vehicle::
     intake.excitation.push_back(
         {v.name, v.unit, v.x.minCoeff(), v.x.maxCoeff(), rms((v.x.array() - v.x.mean()).matrix())});
   }
-  const auto noise =
-      estimate_noise(problem, slow_columns(problem), Eigen::VectorXd::Zero(problem.rows()), o.temperature);
+  const auto noise = estimate_noise(problem, slow_columns(problem), Eigen::VectorXd::Zero(problem.rows()),
+                                    problem.temperature());
   // project out what calibration within its tolerances can imitate
   const Eigen::MatrixXd Z = noise->apply(problem.calibration().measured);
   Eigen::MatrixXd H = Z.transpose() * Z;

@@ -32,7 +32,9 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
       period_(1.0 / options.grid_hz),
       size_(physics::size_of(vehicle, options.environment.gravity)),
       commanded_(vehicle),
-      told_noise_(options.noise) {
+      told_noise_(options.noise),
+      temperature_(options.temperature),
+      told_temperature_(options.told_temperature) {
   const Mat3 c = skew(vehicle.center_of_mass);
   inertia_ << vehicle.mass * Mat3::Identity(), -vehicle.mass * c, vehicle.mass * c,
       vehicle.inertia - vehicle.mass * c * c;

@@ -55,7 +55,7 @@ std::optional<double> hub_height(const std::vector<Flight>& flights, const vehic
   const double horizon = least_horizon(all);
   const RegressionProblem assumed(all, vehicle, o, horizon);
   const auto noise = estimate_noise(assumed, slow_columns(assumed), Eigen::VectorXd::Zero(assumed.rows()),
-                                    o.temperature);  // the floor is no matter to it
+                                    assumed.temperature());  // the floor is no matter to it
   const auto gain = [&, effects = telling_effects()](const RegressionProblem& problem) {
     double most = 0;
     for (const physics::Effect* e : effects) most = std::max(most, log_factor(problem, *noise, *e, o));

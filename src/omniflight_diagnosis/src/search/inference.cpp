@@ -82,7 +82,7 @@ class Profiler {
     }
     Eigen::VectorXd known = wrench_of_set(problem_, few, p.fit, States::predicted);
     if (p.fit.calibration.size() > 0) known += problem_.calibration().columns * p.fit.calibration;
-    p.noise = estimate_noise(problem_, slow_, known, o_.temperature);
+    p.noise = estimate_noise(problem_, slow_, known, problem_.temperature());
     whiten(*p.noise, 1, few);
     const Evidence evidence(problem_, fitted_, *p.noise, few, o_.law_error, p.tolerances);
     p.fit = evidence.fit(std::move(p.fit.members));
@@ -201,7 +201,7 @@ class Inferrer {
     limits_.stop = o.stop;
     limits_.most_members = 8;
     auto first = estimate_noise(*out_.problem, slow_, Eigen::VectorXd::Zero(out_.problem->rows()),
-                                o.temperature, ToldShape::as_told);
+                                out_.problem->temperature(), ToldShape::as_told);
     out_.problem->scale_calibration(first_stages(first->apply(out_.problem->calibration().columns),
                                                  first->apply(out_.problem->calibration().measured)));
     fitted_.emplace(*out_.problem);
