@@ -68,6 +68,7 @@ TEST(ToldNoise, OfSensorsReachesTheResidualAsItDidInFlight) {
   f.damped = false;
   const Setting s(f, told_of(f));
   ASSERT_TRUE(s.problem->noise_told());
+  EXPECT_EQ(s.problem->temperature(), s.options.told_temperature);
   const int n = s.problem->samples();
   for (int c = 0; c < 6; ++c) {
     const auto flown = s.problem->residual().segment(c * n, n),
@@ -85,7 +86,7 @@ TEST(ToldNoise, IsNotTakenFromHalfOfWhatItNeeds) {
   EXPECT_FALSE(Setting(f, noise).problem->noise_told());
   noise = told_of(f);
   noise.correlation_time = 0;
-  EXPECT_FALSE(Setting(f, noise).problem->noise_told());
+  EXPECT_EQ(Setting(f, noise).problem->temperature(), Options{}.temperature);
 }
 
 TEST(ToldNoise, NumbersThatNoFlightHasChangeNothing) {
