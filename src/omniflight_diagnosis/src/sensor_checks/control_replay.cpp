@@ -6,6 +6,7 @@
 #include "../conditioning/attitude_rows.hpp"
 #include "../conditioning/decimate.hpp"
 #include "../conditioning/segments.hpp"
+#include "../numerics/statistics.hpp"
 #include "../numerics/text.hpp"
 #include "merge_recordings.hpp"
 #include "omniflight_diagnosis/filter.hpp"
@@ -181,6 +182,9 @@ Loop on_one_clock(const Make& make) {
   return make(late);
 }
 
+/// Gains that are compared: three of each axis of two loops (Bonferroni).
+constexpr double kCompared = 18;
+
 /// Compares the estimated gains of a loop with the told ones, adds differences to f and mismatch, and stores
 /// the estimates.
 void judge(const Loop& loop, const std::string& frame, Finding& f, std::vector<Mismatch>& mismatch) {
@@ -189,6 +193,7 @@ void judge(const Loop& loop, const std::string& frame, Finding& f, std::vector<M
     const auto gains = gains_of(loop, axis, told);
     if (!gains || gains->share < kLeastShare) continue;
     std::string words;
+    double p_value = 1;
     for (int k = 0; k < 3; ++k) {
       const double difference = gains->value[k] - told[k];
       const double late =
@@ -198,6 +203,7 @@ void judge(const Loop& loop, const std::string& frame, Finding& f, std::vector<M
               std::max(kLeastSigmas * gains->se[k], (kLeastChange[k] + 1 - gains->share) * told[k] + late) ||
           std::abs(gains->usual[k] - told[k]) < kLeastChange[k] * told[k])
         continue;
+      p_value = std::min(p_value, kCompared * chi_squared_tail(std::pow(difference / gains->se[k], 2), 1));
       const auto which = static_cast<std::size_t>(k);
       const std::string name =
           std::string(loop.gain[which]) + "_" + loop.axis[static_cast<std::size_t>(axis)];
@@ -214,7 +220,7 @@ void judge(const Loop& loop, const std::string& frame, Finding& f, std::vector<M
     m.channel = std::string("qddr_") + loop.axis[static_cast<std::size_t>(axis)];
     m.frame = frame;
     m.unit = frame == "world" ? "m/s2" : "rad/s2";
-    m.p_value = 1e-6;
+    m.p_value = p_value;
     m.rms = gains->off;
     m.where = words;
     f.channels.push_back(m.channel);
