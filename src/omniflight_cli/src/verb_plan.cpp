@@ -21,7 +21,7 @@ Action add_plan(CLI::App& verb, Common& common) {
   };
   auto o = std::make_shared<PlanOptions>();
   verb.add_option("mission", o->words,
-                  "MISSION | verify FOLDER | explain MISSION; a mission's test_bed names a map, .bt or .ot")
+                  "MISSION | verify FOLDER | explain MISSION; a mission's test_bed names a map: .bt, .ot or a mesh")
       ->required()
       ->expected(1, 2);
   verb.add_option("--seed", o->seed, "Instead of the mission's seed");

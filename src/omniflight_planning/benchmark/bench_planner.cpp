@@ -1,7 +1,7 @@
 // Figures of the 6D planner, one line of JSON each: checks of poses and motions, windows, plans round a
 // frame, missions without a plan, and durations. FCL (libfcl-dev) and stock OMPL answer the same in the same
 // run, turn by turn; they are left out where FCL is not installed. Run from the workspace's top folder.
-// `bench_planner WORD` runs what has WORD in its name.
+// `bench_planner WORD` runs what has WORD in its name; `bench_planner rigid_body --help` plans for meshes.
 #include <octomap/OcTree.h>
 
 #include <algorithm>
@@ -19,6 +19,7 @@
 
 #ifdef OMNIFLIGHT_HAVE_FCL
 #include "fcl_vehicle.hpp"
+#include "rigid_body_bench.hpp"
 #endif
 
 namespace omniflight::planning {
@@ -329,6 +330,10 @@ void durations() {
 
 int main(int argc, char** argv) {
   using namespace omniflight::planning;
+#ifdef OMNIFLIGHT_HAVE_FCL
+  if (argc > 1 && std::strcmp(argv[1], "rigid_body") == 0)
+    return rigid_body::run(argc, argv, line, median, cpu_seconds);
+#endif
   const char* word = argc > 1 && argv[1][0] != '-' ? argv[1] : "";
   const auto run = [&](const char* name, void (*figure)()) {
     if (std::strstr(name, word)) figure();
