@@ -16,6 +16,7 @@ Action add_plan(CLI::App& verb, Common& common) {
     std::optional<std::uint64_t> seed;
     std::optional<double> budget_ms;
     std::string vehicle, tube, planner;
+    int threads = 1;
     bool force = false;
     std::vector<std::string> set;
   };
@@ -32,6 +33,9 @@ Action add_plan(CLI::App& verb, Common& common) {
       ->check(CLI::IsMember(planning::planner_names()));
   verb.add_option("--tube", o->tube,
                   "flight.json or compare.json: its largest tracking errors are kept beyond the clearance");
+  verb.add_option("--threads", o->threads,
+                  "Searches side by side; a seed and a number of threads give the same plan")
+      ->check(CLI::Range(1, planning::kMostPlannerThreads));
   verb.add_option("--vehicle", o->vehicle, "Instead of the mission's vehicle");
   verb.add_option("--set", o->set, "Override a vehicle field, for instance mass=1.4 (kg)");
   return [o, &common]() -> Result<int> {
@@ -70,6 +74,7 @@ Action add_plan(CLI::App& verb, Common& common) {
     options.set = o->set;
     options.figures = !explain;
     options.seed = o->seed;
+    options.threads = o->threads;
     if (o->budget_ms) options.budget_s = 1e-3 * *o->budget_ms;
     auto plan = planning::plan_mission(*mission, options);
     if (explain) {

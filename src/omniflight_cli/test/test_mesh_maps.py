@@ -46,9 +46,10 @@ class MeshMaps(system.SystemTest):
         self.mission = self.write("hall.yaml", MISSION)
 
     def test_a_plan_leads_round_the_pillar_and_is_verified(self):
-        self.run_command("plan", self.mission, "--out", "plan")
+        self.run_command("plan", self.mission, "--out", "plan", "--threads", 2)
         certificate = self.json("plan/certificate.json")
         self.assertEqual(certificate["verdict"], "certified")
+        self.assertEqual(certificate["threads"], 2)
         self.assertTrue(certificate["map"]["file"].endswith("hall.stl"))
         knots = self.json("plan/trajectory.json")["knots"]
         self.assertGreater(max(abs(k["p"][1]) for k in knots if abs(k["p"][0]) < 0.3), 0.65)

@@ -157,6 +157,7 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
     c.alpha = *found;
   }
   PathOptions path_options;
+  path_options.threads = options.threads;
   path_options.seed = options.seed.value_or(mission.seed);
   path_options.deadline = deadline;
   path_options.planner = options.planner;
@@ -266,6 +267,7 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   c.map_sha256 = map.sha256();
   c.seed = path_options.seed;
   c.planner = options.planner;
+  c.threads = options.threads;
   c.duration = trajectory->duration();
   c.tube = *tube;
   c.tube_margin = margin_of(*tube, cover_with_spheres(vehicle, c.alpha), mission.tether);

@@ -58,6 +58,7 @@ Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
            {"trajectory", {{"sha256", trajectory_sha256}}},
            {"seed", c.seed},
            {"planner", c.planner},
+           {"threads", c.threads},
            {"alpha_deg", to_degrees(c.alpha)},
            {"alpha_range_deg", {to_degrees(c.alpha_lowest), to_degrees(c.alpha_highest)}},
            {"alpha_searched", c.alpha_searched},
@@ -266,6 +267,8 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
   o.map_sha256 = c.string(map, "sha256");
   o.seed = static_cast<std::uint64_t>(c.number(*certificate, "seed", 0.0, 9e15));
   if (certificate->contains("planner")) o.planner = c.string(*certificate, "planner");
+  if (certificate->contains("threads"))
+    o.threads = static_cast<int>(c.number(*certificate, "threads", 1.0, 1e3));
   o.alpha = to_radians(c.number(*certificate, "alpha_deg", -180.0, 180.0));
   o.alpha_lowest = o.alpha_highest = o.alpha;
   if (certificate->contains("alpha_range_deg")) {  // not in plans made before the tilt could move

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "gap_path.hpp"
 #include "ompl_search.hpp"
+#include "portfolio.hpp"
 #include "text.hpp"
 
 namespace omniflight::planning {
@@ -197,11 +199,11 @@ PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& sta
 
   PathOptions part = options;
   part.deadline = options.deadline.within(options.budget_s);
-  OmplSearch rrt(kRrtConnect, check, start, goal, options.seed);
+  Portfolio rrt(check, start, goal, options);
   auto path = rrt.solve(part.deadline, check.space() ? kFirstSamplesOfBodies : kFirstSamples);
   GapPath gaps;
   if (!path) {
-    gaps = path_through_gaps(check, start, goal, part);
+    rrt.meanwhile(part.deadline, [&] { gaps = path_through_gaps(check, start, goal, part); });
     if (!gaps.poses.empty()) path = gaps.poses;
   }
   const std::string where = path ? std::string() : bottleneck(gaps, check, options);
@@ -213,7 +215,7 @@ PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& sta
   if (!path && !options.brief) {
     if (proven_disconnected(check, start.p_WB, goal.p_WB, part.deadline))
       return disconnected(check, start, goal, where);
-    path = rrt.solve(part.deadline);
+    path = rrt.solve(part.deadline, std::numeric_limits<std::size_t>::max());
   }
   if (!path)
     return problem(PathFailure::no_path_in_time, "no path was found from " + place(start.p_WB) + " to " +

@@ -25,6 +25,7 @@ struct Certificate {
   double vehicle_mass = 0.0;             ///< kg
   std::uint64_t seed = 0;
   std::string planner;                         ///< that alone looked for paths; empty: see find_path()
+  int threads = 1;                             ///< that looked for paths
   double alpha = 0.0;                          ///< rad, at the start
   double alpha_lowest = 0, alpha_highest = 0;  ///< rad, on the way
   bool alpha_searched = false;
@@ -68,6 +69,7 @@ struct PlanOptions {
   std::filesystem::path tube_file;    ///< measured errors as margin, see tube_for(); may be empty
   std::string vehicle;                ///< instead of the mission's; as load_vehicle takes it
   std::vector<std::string> set;       ///< overrides of the vehicle's fields, as load_vehicle takes them
+  int threads = 1;  ///< that look for paths side by side, see PathOptions::threads
   bool figures = false;               ///< fills Plan::figures, in what is left of the budget
 };
 
