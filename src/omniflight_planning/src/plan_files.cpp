@@ -286,6 +286,7 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
   if (certificate->contains("from")) {  // plans that begin in flight
     const Json& from = c.object(*certificate, "from");
     o.from = {.reference = reference_of(c, from), .j_WB_W = c.numbers<3>(from, "j", 1e6)};
+    if (std::abs(o.from->reference.q_WB.norm() - 1.0) > 1e-6) c.refuse("from.q", "is not of unit length");
   }
   o.alpha = to_radians(c.number(*certificate, "alpha_deg", -180.0, 180.0));
   o.alpha_lowest = o.alpha_highest = o.alpha;
