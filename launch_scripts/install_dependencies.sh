@@ -9,7 +9,7 @@
 set -euo pipefail
 
 libraries=(
-  cyclonedds-dev cyclonedds-tools libeigen3-dev liboctomap-dev libompl-dev libboost-serialization-dev
+  cyclonedds-dev cyclonedds-tools libeigen3-dev liboctomap-dev libompl-dev libassimp-dev libboost-serialization-dev
   libboost-filesystem-dev libboost-system-dev liburdfdom-dev libyaml-cpp-dev libcli11-dev libfmt-dev
   libhwy-dev nlohmann-json3-dev libexpected-dev libceres-dev libblis-serial-dev libzstd-dev liblz4-dev libbz2-dev libsqlite3-dev
   zlib1g-dev libssl-dev libwebsockets-dev

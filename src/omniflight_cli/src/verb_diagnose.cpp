@@ -344,7 +344,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
       "Three or more good flights of the same vehicle, where only the motors can be judged: say which "
       "rotor gives less than in them");
   verb.add_option("--test-bed", o->test_bed,
-                  "Where the proposed next flight has to fit: a name, or a map (.bt or .ot)");
+                  "Where the proposed next flight has to fit: a name, or a map (.bt, .ot or a mesh)");
   return [o, &common]() -> Result<int> {
     const auto begin = std::chrono::steady_clock::now();
     auto vehicle = vehicle::load_vehicle(o->vehicle, o->set);

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
 
 #include "folder.hpp"
 #include "omniflight_core/progress.hpp"
@@ -10,18 +12,42 @@
 
 namespace omniflight::cli {
 
+namespace {
+
+/// The state of a plan in flight, from FOLDER@TIME.
+Result<planning::FlightState> state_in_plan(const std::string& from) {
+  const std::size_t at = from.rfind('@');
+  double time = 0.0;
+  const char *begin = from.data() + std::min(at, from.size() - 1) + 1, *end = from.data() + from.size();
+  const auto [rest, error] = std::from_chars(begin, end, time);
+  if (at == std::string::npos || at == 0 || error != std::errc{} || rest != end || !std::isfinite(time))
+    return bad_input(files::shown(from) + " is no FOLDER@TIME", "--from",
+                     "Write for instance plan-tour@3.2 (s)");
+  const auto plan = planning::read_plan(from.substr(0, at));
+  if (!plan) return Failure(plan.error());
+  auto state = planning::state_at(plan->trajectory, time);
+  if (state) return state;
+  Error wrong = state.error();
+  wrong.where = "--from";
+  return Failure(wrong);
+}
+
+}  // namespace
+
 Action add_plan(CLI::App& verb, Common& common) {
   struct PlanOptions {
     std::vector<std::string> words;
     std::optional<std::uint64_t> seed;
     std::optional<double> budget_ms;
-    std::string vehicle, tube, planner;
+    std::string vehicle, tube, planner, from;
+    int threads = 1;
     bool force = false;
     std::vector<std::string> set;
   };
   auto o = std::make_shared<PlanOptions>();
-  verb.add_option("mission", o->words,
-                  "MISSION | verify FOLDER | explain MISSION; a mission's test_bed names a map, .bt or .ot")
+  verb.add_option(
+          "mission", o->words,
+          "MISSION | verify FOLDER | explain MISSION; a mission's test_bed names a map: .bt, .ot or a mesh")
       ->required()
       ->expected(1, 2);
   verb.add_option("--seed", o->seed, "Instead of the mission's seed");
@@ -32,6 +58,13 @@ Action add_plan(CLI::App& verb, Common& common) {
       ->check(CLI::IsMember(planning::planner_names()));
   verb.add_option("--tube", o->tube,
                   "flight.json or compare.json: its largest tracking errors are kept beyond the clearance");
+  verb.add_option("--threads", o->threads,
+                  "Searches side by side; a seed and a number of threads give the same plan")
+      ->check(CLI::Range(1, planning::kMostPlannerThreads));
+  verb.add_option(
+      "--from", o->from,
+      "FOLDER@TIME: begin in flight, with the state of that plan at that time [s], come to rest and go on "
+      "to the mission's waypoints; that plan is left as it is");
   verb.add_option("--vehicle", o->vehicle, "Instead of the mission's vehicle");
   verb.add_option("--set", o->set, "Override a vehicle field, for instance mass=1.4 (kg)");
   return [o, &common]() -> Result<int> {
@@ -70,6 +103,12 @@ Action add_plan(CLI::App& verb, Common& common) {
     options.set = o->set;
     options.figures = !explain;
     options.seed = o->seed;
+    options.threads = o->threads;
+    if (!o->from.empty()) {
+      auto state = state_in_plan(o->from);
+      if (!state) return Failure(state.error());
+      options.from = *state;
+    }
     if (o->budget_ms) options.budget_s = 1e-3 * *o->budget_ms;
     auto plan = planning::plan_mission(*mission, options);
     if (explain) {

@@ -23,7 +23,7 @@ struct MapBelow {
   vehicle::Vehicle vehicle;
 };
 
-/// `map` (a .bt or .ot file; empty: nothing), `vehicle` and `vehicle_set` (overrides separated by ';').
+/// `map` (a .bt, .ot or mesh file; empty: nothing), `vehicle` and `vehicle_set` (overrides separated by ';').
 Result<std::optional<MapBelow>> read_map_below(bus::Parameters& parameters);
 
 class LandingPlace {

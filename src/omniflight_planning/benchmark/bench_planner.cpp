@@ -1,10 +1,11 @@
 // Figures of the 6D planner, one line of JSON each: checks of poses and motions, windows, plans round a
 // frame, missions without a plan, and durations. FCL (libfcl-dev) and stock OMPL answer the same in the same
 // run, turn by turn; they are left out where FCL is not installed. Run from the workspace's top folder.
-// `bench_planner WORD` runs what has WORD in its name.
+// `bench_planner WORD` runs what has WORD in its name; `bench_planner rigid_body --help` plans for meshes.
 #include <octomap/OcTree.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <ctime>
@@ -19,6 +20,7 @@
 
 #ifdef OMNIFLIGHT_HAVE_FCL
 #include "fcl_vehicle.hpp"
+#include "rigid_body_bench.hpp"
 #endif
 
 namespace omniflight::planning {
@@ -155,6 +157,39 @@ void windows() {
       line(what, median(times), "goal", width < 0.55 ? 600 : 0, "ms", width < 0.55 ? 1 : 0,
            width < 0.55 ? 4 : 0);
     }
+}
+
+/// The same windows with one search and with two side by side: processor time of all threads (what a loaded
+/// machine does not stretch), and wall time.
+void threads() {
+  const auto wall = [] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  };
+  for (const double width : {0.90, 0.60, 0.50}) {
+    const auto tree = make_octree(window_bed(width, width, 0.02)).value();
+    const auto map = DistanceMap::create(*tree, "").value();
+    const auto check = make_check(map, 30, 0.02);
+    const Pose start{Vec3(-1.2, 0.5, 1.4), from_roll_pitch_yaw(Vec3(0, 0.1, 0.7))};
+    const Pose goal{Vec3(1.2, -0.6, 1.0), from_roll_pitch_yaw(Vec3(0.1, 0, -0.5))};
+    std::vector<double> processor[2], walls[2];
+    for (std::uint64_t seed = 1; seed <= 15; ++seed)
+      for (const int n : {1, 2}) {
+        const double begin = cpu_seconds(), wall_begin = wall();
+        PathOptions options;
+        options.seed = seed;
+        options.budget_s = 60.0;
+        options.threads = n;
+        const bool found = find_path(check, start, goal, options).has_value();
+        if (found) processor[n - 1].push_back(1e3 * (cpu_seconds() - begin));
+        if (found) walls[n - 1].push_back(1e3 * (wall() - wall_begin));
+      }
+    char what[160];
+    std::snprintf(what, sizeof what, "window of %.2f m, two threads (%zu and %zu of 15), processor time",
+                  width, processor[1].size(), processor[0].size());
+    line(what, median(processor[1]), "one thread", median(processor[0]), "ms", 0, 0);
+    std::snprintf(what, sizeof what, "window of %.2f m, two threads, wall time", width);
+    line(what, median(walls[1]), "one thread", median(walls[0]), "ms", 0, 0);
+  }
 }
 
 /// Walls, and windows and slots that are too narrow: how many answers prove it or name the gap within 200 ms.
@@ -329,6 +364,10 @@ void durations() {
 
 int main(int argc, char** argv) {
   using namespace omniflight::planning;
+#ifdef OMNIFLIGHT_HAVE_FCL
+  if (argc > 1 && std::strcmp(argv[1], "rigid_body") == 0)
+    return rigid_body::run(argc, argv, line, median, cpu_seconds);
+#endif
   const char* word = argc > 1 && argv[1][0] != '-' ? argv[1] : "";
   const auto run = [&](const char* name, void (*figure)()) {
     if (std::strstr(name, word)) figure();
@@ -338,6 +377,7 @@ int main(int argc, char** argv) {
   run("edge", edge_checks);
 #endif
   run("windows", windows);
+  run("threads", threads);
   run("infeasible", infeasible);
   run("around", around_frame);
   run("map", map_loading);

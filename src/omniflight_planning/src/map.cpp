@@ -6,6 +6,7 @@
 
 #include "field_cache.hpp"
 #include "omniflight_files/files.hpp"
+#include "omniflight_planning/mesh.hpp"
 #include "omniflight_planning/octree_file.hpp"
 #include "voxel_grid.hpp"
 
@@ -59,7 +60,9 @@ Result<DistanceMap> DistanceMap::load(const std::filesystem::path& path, const M
   std::string remark;
   if (!options.cache.empty()) {
     if (options.deadline.passed()) return out_of_time(options.deadline, "reading the map");
-    kept = field_file(options.cache, sha256, options);
+    // the same bytes under another ending are another map, or none
+    const std::string kind = is_mesh(path) ? " mesh " + path.extension().string() : "";
+    kept = field_file(options.cache, sha256 + kind, options);
     auto stored = read_field(kept, options);
     if (options.deadline.passed()) return out_of_time(options.deadline, "reading the map's kept field");
     if (!stored) remark = stored.error().text();
@@ -69,7 +72,7 @@ Result<DistanceMap> DistanceMap::load(const std::filesystem::path& path, const M
       return map;
     }
   }
-  const auto tree = octree_of(std::move(*bytes), path.string());
+  const auto tree = octree_of(std::move(*bytes), path.string(), options.deadline);
   if (!tree) return Failure(tree.error());
   if (options.deadline.passed()) return out_of_time(options.deadline, "reading the map");
   auto map = create(**tree, sha256, options);

@@ -135,17 +135,21 @@ Result<fs::path> find_test_bed(const std::string& value, const fs::path& mission
   std::vector<fs::path> folders{mission.parent_path() / "../test_beds"};
   if (const auto configs = files::config_dir()) folders.push_back(*configs / "test_beds");
   std::vector<fs::path> places{mission.parent_path() / value};
+  constexpr const char* kKinds[] = {".bt", ".ot", ".stl", ".obj", ".ply", ".dae"};
   for (const fs::path& folder : folders)
-    for (const char* kind : {".bt", ".ot"}) places.push_back(folder / (value + kind));
-  if (places[0].extension() == ".yaml")  // the description beside a map
-    places = {fs::path(places[0]).replace_extension(".bt"), fs::path(places[0]).replace_extension(".ot")};
+    for (const char* kind : kKinds) places.push_back(folder / (value + kind));
+  if (places[0].extension() == ".yaml") {  // the description beside a map
+    const fs::path described = places[0];
+    places.clear();
+    for (const char* kind : kKinds) places.push_back(fs::path(described).replace_extension(kind));
+  }
   for (const fs::path& place : places) {
     std::error_code ignored;
     if (fs::is_regular_file(place, ignored)) return fs::weakly_canonical(place, ignored);
   }
   return bad_input("there is no test bed map " + files::shown(value), where,
-                   "Give a .bt or .ot file or a name under configs/test_beds; omniflight_make_test_bed makes "
-                   "one from a YAML");
+                   "Give a .bt or .ot file, a mesh (.stl, .obj, .ply, .dae) or a name under "
+                   "configs/test_beds; omniflight_make_test_bed makes a map from a YAML or a mesh");
 }
 
 Result<fs::path> find_mission(const std::string& spec) {

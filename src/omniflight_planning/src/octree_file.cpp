@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "omniflight_files/files.hpp"
+#include "omniflight_planning/mesh.hpp"
 
 namespace omniflight::planning {
 namespace {
@@ -13,7 +14,13 @@ const char* const kRemake = "Make the map again with omniflight_make_test_bed or
 
 }  // namespace
 
-Result<std::shared_ptr<const octomap::OcTree>> octree_of(std::string bytes, const std::string& name) {
+Result<std::shared_ptr<const octomap::OcTree>> octree_of(std::string bytes, const std::string& name,
+                                                         const Deadline& deadline) {
+  if (is_mesh(name)) {
+    const auto mesh = mesh_of(bytes, name, {.deadline = deadline});
+    if (!mesh) return Failure(mesh.error());
+    return make_octree(*mesh, name, {.deadline = deadline});
+  }
   const auto header = scan_octree(bytes, name);
   if (!header) return Failure(header.error());
   auto tree = std::make_shared<octomap::OcTree>(header->resolution);

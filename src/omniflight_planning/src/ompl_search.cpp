@@ -49,6 +49,12 @@ void write(const Pose& pose, ob::State* state) {
   s->rotation().z = pose.q_WB.z();
 }
 
+/// The box that the body's origin may be in.
+std::pair<Vec3, Vec3> box_of(const StateCheck& check) {
+  if (const auto& space = check.space()) return {space->lower, space->upper};
+  return {check.map().lower(), check.map().upper()};
+}
+
 class Validator : public ob::MotionValidator {
  public:
   Validator(const ob::SpaceInformationPtr& si, const StateCheck& check)
@@ -67,7 +73,7 @@ class Validator : public ob::MotionValidator {
 };
 
 /// Positions uniform in the map; attitudes mostly between start and goal, else uniform: a mission that keeps
-/// its attitude should not tumble on the way.
+/// its attitude should not tumble on the way. Those of rigid bodies are uniform.
 class Sampler : public ob::StateSampler {
  public:
   Sampler(const ob::StateSpace* space, const StateCheck& check, const Pose& start, const Pose& goal,
@@ -76,9 +82,9 @@ class Sampler : public ob::StateSampler {
 
   void sampleUniform(ob::State* state) override {
     Pose pose;
-    const Vec3 low = check_.map().lower(), high = check_.map().upper();
+    const auto [low, high] = box_of(check_);
     for (int k = 0; k < 3; ++k) pose.p_WB[k] = random_.uniform(low[k], high[k]);
-    if (random_.uniform() < 0.75) {
+    if (!check_.space() && random_.uniform() < 0.75) {
       pose.q_WB = start_.q_WB.slerp(random_.uniform(), goal_.q_WB).normalized();
     } else {
       pose.q_WB = uniform_attitude();
@@ -177,8 +183,8 @@ OmplSearch::OmplSearch(const std::string& name, const StateCheck& check, const P
   auto space = std::make_shared<Space>();
   ob::RealVectorBounds bounds(3);
   for (unsigned k = 0; k < 3; ++k) {
-    bounds.setLow(k, check.map().lower()[k]);
-    bounds.setHigh(k, check.map().upper()[k]);
+    bounds.setLow(k, box_of(check).first[k]);
+    bounds.setHigh(k, box_of(check).second[k]);
   }
   space->setBounds(bounds);
   space->setStateSamplerAllocator([&check, start, goal, random = &impl_->random](const ob::StateSpace* s) {

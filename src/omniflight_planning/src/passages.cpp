@@ -123,6 +123,13 @@ bool Passages::may_pass(const Vec3& a, const Vec3& b, double least, const Deadli
   return seen[to];
 }
 
+void Passages::keep_to(const Vec3& lower, const Vec3& upper) {
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    const Vec3 p = place(i);
+    if ((p - lower).minCoeff() < 0.0 || (upper - p).minCoeff() < 0.0) blocks_[i].distance = 0.0f;
+  }
+}
+
 void Passages::close(const Vec3& p, double radius, double distance) {
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     Block& block = blocks_[i];

@@ -33,6 +33,9 @@ class Passages {
   /// here. Blocks share faces: a way through a shared edge or corner passes all blocks there.
   bool may_pass(const Vec3& a, const Vec3& b, double least, const Deadline& deadline) const;
 
+  /// Blocks whose roomiest voxel lies outside of this box [m] count as full from now on.
+  void keep_to(const Vec3& lower, const Vec3& upper);
+
   /// Blocks within `radius` [m] of p that are no wider than `distance` [m] count as full from now on: the
   /// rest of a gap whose widest place is p.
   void close(const Vec3& p, double radius, double distance);

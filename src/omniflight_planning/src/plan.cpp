@@ -11,6 +11,7 @@
 #include "omniflight_planning/planner.hpp"
 #include "pace.hpp"
 #include "ride_leg.hpp"
+#include "stop_ride.hpp"
 #include "text.hpp"
 #include "upright.hpp"
 
@@ -120,6 +121,31 @@ PathProblem blame_tether(PathProblem problem, const StateCheck& check, const Pos
   return problem;
 }
 
+/// The stop that a plan begins with in flight; the mission goes on from where it ends.
+Result<Knots> begin_in_flight(const FlightState& from, Mission& mission, const AtTilt& here,
+                              const Deadline& deadline) {
+  const Reference& r = from.reference;
+  if (!is_finite({r.p_WB, r.q_WB}) || !r.v_WB_W.allFinite() || !r.a_WB_W.allFinite() ||
+      !from.j_WB_W.allFinite() || !r.w_WB_B.allFinite() || !r.dw_WB_B.allFinite())
+    return bad_input("the state in flight is not finite or its quaternion is not a unit one", "from");
+  if (here.flat)
+    return bad_input(
+        "this vehicle leans into its motion, and plans from a state in flight are for vehicles that "
+        "command their attitude",
+        "from", "Let it come to rest, and plan from there");
+  if (mission.tether && std::isfinite(mission.tether->twist))
+    return bad_input("the tether has a limit of twist, and what has accumulated so far is not told", "from",
+                     "Leave twist_deg out, or plan from the start");
+  auto stop = come_to_rest(from, here, mission.limits, deadline);
+  if (!stop) return stop;
+  Waypoint& first = mission.waypoints.front();
+  first.name = "the stop after the state in flight";
+  first.pose = {stop->back().reference.p_WB, stop->back().reference.q_WB};
+  first.heading.reset();
+  first.hold_s = 0.0;
+  return stop;
+}
+
 Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const vehicle::Vehicle& empty,
                         const DistanceMap& map, const PlanOptions& options) {
   const Pace pace;
@@ -127,13 +153,14 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   if (auto ok = vehicle::validate(empty); !ok) return Failure(ok.error());
   const LoadedVehicle loaded = with_loads(asked, empty);
   const vehicle::Vehicle& vehicle = loaded.with_tether;
-  const auto resolved = with_headings(asked, vehicle);
+  auto resolved = with_headings(asked, vehicle);
   if (!resolved) return Failure(resolved.error());
-  const Mission& mission = *resolved;
+  Mission& mission = *resolved;
   if (mission.waypoints.size() < 2) return bad_input("a mission needs a start and a waypoint", mission.file);
   Plan out;
   Certificate& c = out.certificate;
   const bool fixed = vehicle.tilt.kind == vehicle::TiltKind::none;
+  if (options.from) mission.alpha = options.from->reference.alpha;
   c.alpha_searched = !fixed && !mission.alpha.has_value();
   const auto tube = tube_for(mission, vehicle, options.tube_file);
   if (!tube) return Failure(tube.error());
@@ -156,7 +183,17 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
     if (!found) return Failure(found.error());
     c.alpha = *found;
   }
+  Knots knots;
+  if (options.from) {
+    const auto here = tilts.at(c.alpha);
+    if (!here) return Failure(here.error());
+    auto stop = begin_in_flight(*options.from, mission, **here, deadline);
+    if (!stop) return Failure(stop.error());
+    knots = std::move(*stop);
+    c.from = options.from;
+  }
   PathOptions path_options;
+  path_options.threads = options.threads;
   path_options.seed = options.seed.value_or(mission.seed);
   path_options.deadline = deadline;
   path_options.planner = options.planner;
@@ -191,8 +228,7 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   }
   alpha = c.alpha;
 
-  Knots knots;
-  knots.reserve(expected_knots(mission.waypoints));
+  knots.reserve(knots.size() + expected_knots(mission.waypoints));
   hold(knots, mission.waypoints[0].pose, c.alpha, mission.waypoints[0].hold_s);
   std::vector<Path> leg;
   for (std::size_t i = 1; i < mission.waypoints.size(); ++i) {
@@ -266,6 +302,7 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   c.map_sha256 = map.sha256();
   c.seed = path_options.seed;
   c.planner = options.planner;
+  c.threads = options.threads;
   c.duration = trajectory->duration();
   c.tube = *tube;
   c.tube_margin = margin_of(*tube, cover_with_spheres(vehicle, c.alpha), mission.tether);

@@ -36,6 +36,15 @@ Json to_json(const Trajectory& trajectory) {
           {"knots", std::move(knots)}};
 }
 
+Json to_json(const FlightState& s) {
+  const Reference& r = s.reference;
+  return {{"p", array(r.p_WB)},   {"q", {r.q_WB.w(), r.q_WB.x(), r.q_WB.y(), r.q_WB.z()}},
+          {"v", array(r.v_WB_W)}, {"w", array(r.w_WB_B)},
+          {"a", array(r.a_WB_W)}, {"dw", array(r.dw_WB_B)},
+          {"j", array(s.j_WB_W)},  // m/s^3, world
+          {"alpha", r.alpha}};
+}
+
 Json to_json(const TetherUse& use) {
   return {{"length_m", use.length},
           {"longest_m", use.longest},
@@ -58,6 +67,7 @@ Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
            {"trajectory", {{"sha256", trajectory_sha256}}},
            {"seed", c.seed},
            {"planner", c.planner},
+           {"threads", c.threads},
            {"alpha_deg", to_degrees(c.alpha)},
            {"alpha_range_deg", {to_degrees(c.alpha_lowest), to_degrees(c.alpha_highest)}},
            {"alpha_searched", c.alpha_searched},
@@ -95,18 +105,10 @@ Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
              {"rate_dps", to_degrees(c.peak.rate)},
              {"angular_acceleration_dps2", to_degrees(c.peak.angular_acceleration)},
              {"lean_deg", to_degrees(c.peak.lean)}}}};
+  if (c.from) out["from"] = to_json(*c.from);
   if (c.tether) out["tether"] = to_json(*c.tether);
   if (c.payload) out["payload"] = {{"mass_kg", c.payload->mass}, {"position_m", array(c.payload->p_B)}};
   return out;
-}
-
-/// Jerk of the position [m/s^3] just after a knot: third derivative of the quintic to the next.
-Vec3 jerk_after(const TrajectoryKnot& k0, const TrajectoryKnot& k1) {
-  const Reference &a = k0.reference, &b = k1.reference;
-  const double h = k1.t - k0.t;
-  return (60.0 * (b.p_WB - a.p_WB) - h * (36.0 * a.v_WB_W + 24.0 * b.v_WB_W) -
-          h * h * (9.0 * a.a_WB_W - 3.0 * b.a_WB_W)) /
-         (h * h * h);
 }
 
 void append_number(std::string& out, const char* format, double value) {
@@ -128,7 +130,7 @@ std::string to_csv(const Plan& plan) {
   for (std::size_t k = 0; k < knots.size(); ++k) {
     const Reference& r = knots[k].reference;
     const Vec3 q_xyz = r.q_WB.vec();
-    const Vec3 jerk = k + 1 < knots.size() ? jerk_after(knots[k], knots[k + 1]) : Vec3(Vec3::Zero());
+    const Vec3 jerk = k + 1 < knots.size() ? jerk_between(knots[k], knots[k + 1], 0.0) : Vec3(Vec3::Zero());
     Eigen::Matrix<double, 24, 1> row;
     row << knots[k].t, r.p_WB, r.q_WB.w(), q_xyz, r.v_WB_W, r.w_WB_B, r.a_WB_W, r.dw_WB_B, r.alpha, jerk;
     for (int i = 0; i < row.size(); ++i) append_number(out, i == 0 ? "%.6f" : ",%.9g", row[i]);
@@ -213,6 +215,19 @@ class Reader {
   std::string file_, place_, message_;
 };
 
+Reference reference_of(Reader& r, const Json& item) {
+  Reference ref;
+  ref.p_WB = r.numbers<3>(item, "p", 1e4);
+  const Eigen::Vector4d q = r.numbers<4>(item, "q", 1.0 + 1e-6);
+  ref.q_WB = Quat(q[0], q[1], q[2], q[3]);
+  ref.v_WB_W = r.numbers<3>(item, "v", 1e3);
+  ref.w_WB_B = r.numbers<3>(item, "w", 1e3);
+  ref.a_WB_W = r.numbers<3>(item, "a", 1e4);
+  ref.dw_WB_B = r.numbers<3>(item, "dw", 1e5);
+  ref.alpha = r.number(item, "alpha", -kPi, kPi);
+  return ref;
+}
+
 Result<Json> parse(const std::string& bytes, const std::string& file) {
   Json json = Json::parse(bytes, nullptr, false);
   if (json.is_discarded() || !json.is_object()) return bad_input("is no JSON object", file, kPlanAgain);
@@ -266,6 +281,13 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
   o.map_sha256 = c.string(map, "sha256");
   o.seed = static_cast<std::uint64_t>(c.number(*certificate, "seed", 0.0, 9e15));
   if (certificate->contains("planner")) o.planner = c.string(*certificate, "planner");
+  if (certificate->contains("threads"))
+    o.threads = static_cast<int>(c.number(*certificate, "threads", 1.0, 1e3));
+  if (certificate->contains("from")) {  // plans that begin in flight
+    const Json& from = c.object(*certificate, "from");
+    o.from = {.reference = reference_of(c, from), .j_WB_W = c.numbers<3>(from, "j", 1e6)};
+    if (std::abs(o.from->reference.q_WB.norm() - 1.0) > 1e-6) c.refuse("from.q", "is not of unit length");
+  }
   o.alpha = to_radians(c.number(*certificate, "alpha_deg", -180.0, 180.0));
   o.alpha_lowest = o.alpha_highest = o.alpha;
   if (certificate->contains("alpha_range_deg")) {  // not in plans made before the tilt could move
@@ -358,16 +380,8 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
   for (const Json& item : list) {
     r.at("knots[" + std::to_string(knots.size()) + "]");
     TrajectoryKnot knot;
-    Reference& ref = knot.reference;
     knot.t = r.number(item, "t", 0.0, 1e5);
-    ref.p_WB = r.numbers<3>(item, "p", 1e4);
-    const Eigen::Vector4d q = r.numbers<4>(item, "q", 1.0 + 1e-6);
-    ref.q_WB = Quat(q[0], q[1], q[2], q[3]);
-    ref.v_WB_W = r.numbers<3>(item, "v", 1e3);
-    ref.w_WB_B = r.numbers<3>(item, "w", 1e3);
-    ref.a_WB_W = r.numbers<3>(item, "a", 1e4);
-    ref.dw_WB_B = r.numbers<3>(item, "dw", 1e5);
-    ref.alpha = r.number(item, "alpha", -kPi, kPi);
+    knot.reference = reference_of(r, item);
     if (!r.ok()) return r.failure();
     knots.push_back(knot);
   }

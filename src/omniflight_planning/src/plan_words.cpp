@@ -21,6 +21,7 @@ Status check_match(const Certificate& c, const Mission& mission, const vehicle::
     add(c.vehicle == vehicle.name
             ? "the vehicle " + files::shown(vehicle.name) + " differs (its file or --set)"
             : "its vehicle is " + files::shown(c.vehicle) + ", not " + files::shown(vehicle.name));
+  if (c.from) add("it begins in flight, and this flight begins at rest");
   const auto map = files::sha256_file(mission.test_bed);
   if (!map) return Failure(map.error());
   if (c.map_sha256 != *map) add("its map is not the one of the test bed " + mission.test_bed.string());
@@ -40,6 +41,11 @@ std::string explain(const Result<Plan>& plan) {
   if (c.alpha_highest > c.alpha_lowest)
     out += text("The tilt moves between %.1f and %.1f deg, at rest.\n", to_degrees(c.alpha_lowest),
                 to_degrees(c.alpha_highest));
+  if (c.from)
+    out += text(
+        "It begins in flight at (%.2f, %.2f, %.2f) m with %.2f m/s, comes to rest, and goes on from there.\n",
+        c.from->reference.p_WB.x(), c.from->reference.p_WB.y(), c.from->reference.p_WB.z(),
+        c.from->reference.v_WB_W.norm());
   out += text("It keeps at least %.3f m from every occupied voxel (least on the knots %.3f m at %.2f s).\n",
               c.clearance_asked, c.min_clearance, c.min_clearance_at);
   if (c.tube.in_margin)

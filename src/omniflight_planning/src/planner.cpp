@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "gap_path.hpp"
 #include "ompl_search.hpp"
+#include "portfolio.hpp"
 #include "text.hpp"
 
 namespace omniflight::planning {
@@ -12,9 +14,10 @@ namespace {
 
 constexpr std::size_t kCellsBetweenLooks = 4096;  // about 0.2 ms of flood fill
 
-constexpr std::size_t kFirstSamples = 300;  // before the gaps are looked at
-constexpr std::size_t kMoreSamples = 2000;  // before a gap counts as too narrow
-constexpr double kTooNarrow = 0.02;         // m
+constexpr std::size_t kFirstSamples = 300;           // before the gaps are looked at
+constexpr std::size_t kFirstSamplesOfBodies = 1500;  // their poses cost less, their gaps are longer
+constexpr std::size_t kMoreSamples = 2000;           // before a gap counts as too narrow
+constexpr double kTooNarrow = 0.02;                  // m
 
 std::string place(const Vec3& p) { return text("(%.2f, %.2f, %.2f) m", p.x(), p.y(), p.z()); }
 
@@ -94,7 +97,8 @@ bool proven_disconnected(const StateCheck& check, const Vec3& a, const Vec3& b, 
   // radius less half the cell's diagonal.
   const double needed =
       check.spheres().inscribed_radius + check.margin() - 0.5 * std::sqrt(3.0) * map.resolution();
-  if (!map.contains(a) || !map.contains(b) || needed >= map.max_distance()) return false;
+  // nothing of a mesh is solid, and voxels stand out of the triangles that they hold
+  if (check.space() || !map.contains(a) || !map.contains(b) || needed >= map.max_distance()) return false;
   const auto [nx, ny, nz] = map.size();
   const auto index = [nx = nx, ny = ny](int x, int y, int z) {
     return (static_cast<std::size_t>(z) * static_cast<std::size_t>(ny) + static_cast<std::size_t>(y)) *
@@ -195,23 +199,23 @@ PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& sta
 
   PathOptions part = options;
   part.deadline = options.deadline.within(options.budget_s);
-  OmplSearch rrt(kRrtConnect, check, start, goal, options.seed);
-  auto path = rrt.solve(part.deadline, kFirstSamples);
+  Portfolio rrt(check, start, goal, options);
+  auto path = rrt.solve(part.deadline, check.space() ? kFirstSamplesOfBodies : kFirstSamples);
   GapPath gaps;
   if (!path) {
-    gaps = path_through_gaps(check, start, goal, part);
+    rrt.meanwhile(part.deadline, [&] { gaps = path_through_gaps(check, start, goal, part); });
     if (!gaps.poses.empty()) path = gaps.poses;
   }
   const std::string where = path ? std::string() : bottleneck(gaps, check, options);
   if (gaps.impossible) return disconnected(check, start, goal, where);
   if (!path && !options.brief) path = rrt.solve(part.deadline, kMoreSamples);
-  if (!path && gaps.exhausted && gaps.lack > kTooNarrow && !part.deadline.passed())
+  if (!path && !check.space() && gaps.exhausted && gaps.lack > kTooNarrow && !part.deadline.passed())
     return problem(PathFailure::gap_too_narrow,
                    "no path was found from " + place(start.p_WB) + " to " + place(goal.p_WB) + where);
   if (!path && !options.brief) {
     if (proven_disconnected(check, start.p_WB, goal.p_WB, part.deadline))
       return disconnected(check, start, goal, where);
-    path = rrt.solve(part.deadline);
+    path = rrt.solve(part.deadline, std::numeric_limits<std::size_t>::max());
   }
   if (!path)
     return problem(PathFailure::no_path_in_time, "no path was found from " + place(start.p_WB) + " to " +

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "solid.hpp"
+#include "triangle_tree.hpp"
 
 namespace omniflight::planning {
 namespace {
@@ -50,6 +51,12 @@ StateCheck StateCheck::with_tether(std::optional<Tether> tether) const {
   return out;
 }
 
+StateCheck StateCheck::among(BodySpace space) const {
+  StateCheck out = *this;
+  out.space_ = std::move(space);
+  return out;
+}
+
 std::optional<TetherConflict> StateCheck::tether_conflict(const Pose& pose) const {
   if (!tether_) return {};
   const double near = tether_distance(*tether_, map_, pose.p_WB, pose.q_WB, map_.max_distance());
@@ -57,6 +64,10 @@ std::optional<TetherConflict> StateCheck::tether_conflict(const Pose& pose) cons
 }
 
 double StateCheck::room(const Pose& pose, double enough) const {
+  if (space_ && space_->looks) space_->looks->fetch_add(1, std::memory_order_relaxed);
+  if (space_ &&
+      ((pose.p_WB - space_->lower).minCoeff() < 0.0 || (space_->upper - pose.p_WB).minCoeff() < 0.0))
+    return -1.0;
   const double vehicle = room_of_vehicle(pose, enough);
   if (!tether_ || vehicle <= 0.0) return vehicle;
   const double slack =
@@ -67,6 +78,7 @@ double StateCheck::room(const Pose& pose, double enough) const {
 
 double StateCheck::exact(const SphereGroup& group, const Vec3& p_WB, const Mat3& R_WB, double low,
                          double enough) const {
+  if (space_) return exact_triangles(group, p_WB, R_WB, low, enough);
   const Solid solid(group.part, p_WB, R_WB);
   const Vec3 c = solid.center();
   const auto at = map_.voxel_of(c);
@@ -83,6 +95,21 @@ double StateCheck::exact(const SphereGroup& group, const Vec3& p_WB, const Mat3&
   return std::max(0.0, best);
 }
 
+double StateCheck::exact_triangles(const SphereGroup& group, const Vec3& p_WB, const Mat3& R_WB, double low,
+                                   double enough) const {
+  double best = enough;
+  for (std::size_t i = 0; i < group.triangles.size() && best > low; ++i) {
+    const BodySphere& s = group.spheres[i];
+    const Vec3 center = p_WB + R_WB * s.p_BS;
+    if (!map_.contains(center)) return 0.0;
+    if (map_.coarse_distance(center) - s.radius >= best || map_.distance(center) - s.radius >= best) continue;
+    const auto& t = group.triangles[i];
+    best =
+        space_->obstacles->distance({p_WB + R_WB * t[0], p_WB + R_WB * t[1], p_WB + R_WB * t[2]}, low, best);
+  }
+  return std::max(0.0, best);
+}
+
 Clearance StateCheck::clearance(const Pose& pose) const {
   Clearance best{map_.max_distance(), pose.p_WB};
   const Mat3 R = pose.q_WB.toRotationMatrix();
@@ -94,7 +121,7 @@ Clearance StateCheck::clearance(const Pose& pose) const {
       const Vec3 p = pose.p_WB + R * s.p_BS;
       if (map_.coarse_distance(p) - s.radius >= near.distance) continue;
       const DistanceMap::Bounds d = map_.distance_bounds(p);
-      reached = std::min(reached, d.upper);
+      reached = std::min(reached, d.upper + (space_ ? std::sqrt(3.0) * map_.resolution() : 0.0));
       if (d.lower - s.radius < near.distance) near = {d.lower - s.radius, p};
     }
     if (near.distance >= best.distance) continue;
@@ -117,7 +144,9 @@ double StateCheck::room_of_vehicle(const Pose& pose, double enough) const {
     const SphereGroup* group;
     double by_spheres;  // m
   };
-  std::array<Ambiguous, 32> ambiguous;  // what does not fit in counts by its spheres
+  // the voxels stand out of the triangles that they hold, so that what touches one is not hit for certain
+  const double stands_out = space_ ? std::sqrt(3.0) * map_.resolution() : 0.0;
+  std::array<Ambiguous, 64> ambiguous;  // what does not fit in counts by its spheres
   std::size_t count = 0;
   for (const SphereGroup& group : spheres_.groups) {
     const Vec3 center = pose.p_WB + R * group.bound.p_BS;
@@ -136,8 +165,8 @@ double StateCheck::room_of_vehicle(const Pose& pose, double enough) const {
         continue;
       }
       const DistanceMap::Bounds d = map_.distance_bounds(p);
-      if (d.upper < margin_ || d.upper <= 0.0)
-        return d.upper - margin_;  // a point of the part: certainly hit
+      if (d.upper + stands_out < margin_ || d.upper + stands_out <= 0.0)
+        return d.upper + stands_out - margin_;  // a point of the part: certainly hit
       fine = std::min(fine, d.lower - s.radius);
     }
     if (fine < std::min(best, margin_ + kAmbiguous) && count < ambiguous.size())
@@ -145,17 +174,21 @@ double StateCheck::room_of_vehicle(const Pose& pose, double enough) const {
     else
       best = std::min(best, fine);
   }
-  // neither certainly free nor certainly hit: the spheres stick out of the parts, so ask the parts
-  for (std::size_t i = 0; i < count && best > margin_; ++i) {
+  const double certain = margin_ + (space_ ? kLeastRoom : 0.0);  // no more counts as hit
+  // neither certainly free nor certainly hit: the spheres stick out of the parts, so ask the parts, those
+  // first that are likely to be hit
+  std::sort(ambiguous.begin(), ambiguous.begin() + static_cast<std::ptrdiff_t>(count),
+            [](const Ambiguous& a, const Ambiguous& b) { return a.by_spheres < b.by_spheres; });
+  for (std::size_t i = 0; i < count && best > certain; ++i) {
     const double enough_of_part = std::min(best, margin_ + kExactReach);
     best = std::min(best, std::max(ambiguous[i].by_spheres,
-                                   exact(*ambiguous[i].group, pose.p_WB, R, margin_, enough_of_part)));
+                                   exact(*ambiguous[i].group, pose.p_WB, R, certain, enough_of_part)));
   }
   return best - margin_;
 }
 
 bool StateCheck::valid(const Pose& pose) const {
-  return is_finite(pose) && room(pose) > kLeastRoom && hoverable(pose.q_WB);
+  return is_finite(pose) && room(pose, 2.0 * kLeastRoom) > kLeastRoom && hoverable(pose.q_WB);
 }
 
 bool StateCheck::motion_valid(const Pose& a, const Pose& b) const {

@@ -105,6 +105,22 @@ TetherRoom room_of_tether(Tether tether, double clearance, double least, const O
   return out;
 }
 
+/// That a plan that begins in flight begins with the state of its certificate, to the jerk.
+Status check_join(const FlightState& from, const std::vector<TrajectoryKnot>& knots) {
+  const Reference &a = from.reference, &b = knots.front().reference;
+  if ((a.p_WB - b.p_WB).norm() > kTolerance || a.q_WB.angularDistance(b.q_WB) > 1e-5 ||
+      (a.v_WB_W - b.v_WB_W).norm() > kTolerance || (a.w_WB_B - b.w_WB_B).norm() > kTolerance ||
+      (a.a_WB_W - b.a_WB_W).norm() > kTolerance || (a.dw_WB_B - b.dw_WB_B).norm() > kTolerance ||
+      std::abs(a.alpha - b.alpha) > kTolerance)
+    return fail(ErrorCode::incomplete, "the plan does not begin with the state in flight that it tells");
+  const double jump = knots.size() < 2 ? 0.0 : (jerk_between(knots[0], knots[1], 0.0) - from.j_WB_W).norm();
+  // the quintic between knots has the jerk of the curve to the third power of the knots' distance
+  if (jump > 1e-3 * (1.0 + from.j_WB_W.norm()))
+    return fail(ErrorCode::incomplete,
+                text("the jerk jumps by %.3g m/s3 where the plan begins in flight", jump));
+  return {};
+}
+
 /// The errors that the plan keeps in its margin, from the mission and the file where they were measured.
 Result<Tube> tube_again(const Certificate& c, const Mission& mission, const vehicle::Vehicle& vehicle) {
   auto tube = tube_for(mission, vehicle, c.tube.file);
@@ -159,8 +175,12 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
       return reject("the plan leans into its motion, which is not how this vehicle moves");
     flat = *found;
   }
-  const auto asked = with_headings(*mission, bare);
+  auto asked = with_headings(*mission, bare);
   if (!asked) return Failure(asked.error());
+  if (c.from) {  // the mission's start is what it has left
+    if (auto ok = check_join(*c.from, knots); !ok) return reject(ok.error().message);
+    asked->waypoints.erase(asked->waypoints.begin());
+  }
   if (auto ok = check_waypoints(*asked, plan->trajectory, flat, where); !ok) return Failure(ok.error());
 
   VerifyReport out;

@@ -40,9 +40,9 @@ class DistanceMap {
  public:
   static Result<DistanceMap> create(const octomap::OcTree& tree, std::string sha256,
                                     const MapOptions& options = {});
-  /// Reads a .bt or .ot file with the checks of octree_file.hpp, or its field where options.cache holds it
-  /// under the file's hash. A field there that is damaged is computed and written again, and cache_remark()
-  /// says so.
+  /// Reads a map (.bt, .ot or a mesh) with the checks of octree_file.hpp, or its field where options.cache
+  /// holds it under the file's hash. A field there that is damaged is computed and written again, and
+  /// cache_remark() says so.
   static Result<DistanceMap> load(const std::filesystem::path& path, const MapOptions& options = {});
 
   /// Lower bound [m] of the distance from p to the nearest occupied voxel (its box, not its centre) and to

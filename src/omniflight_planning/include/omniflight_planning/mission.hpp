@@ -29,7 +29,7 @@ struct Waypoint {
 struct Mission {
   std::string name;
   std::string vehicle;                ///< name or path, as load_vehicle takes it
-  std::filesystem::path test_bed;     ///< the .bt or .ot file, resolved
+  std::filesystem::path test_bed;     ///< the .bt, .ot or mesh file, resolved
   std::filesystem::path description;  ///< the test bed's YAML beside it, empty when there is none
   std::optional<double> alpha;        ///< rad, at the start; nothing = search
   std::optional<Tether> tether;

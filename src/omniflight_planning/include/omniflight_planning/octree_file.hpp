@@ -1,4 +1,5 @@
-// OctoMap .bt and .ot files of unknown origin: scanned without recursion before OctoMap itself reads a byte.
+// Maps of unknown origin: OctoMap's .bt and .ot files, scanned without recursion before OctoMap itself reads
+// a byte, and meshes (mesh.hpp), whose surface is made an octree.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +9,7 @@
 #include <string_view>
 
 #include "omniflight_core/result.hpp"
+#include "omniflight_planning/deadline.hpp"
 
 namespace octomap {
 class OcTree;
@@ -45,8 +47,10 @@ struct OctreeFile {
 
 /// The tree of a whole .bt or .ot file held in memory, handed out only when everything agrees; that of an .ot
 /// file in maximum-likelihood form, a voxel of probability 0.5 (log-odds 0) or more being occupied, as
-/// OctoMap has it by default. `name` appears in errors.
-Result<std::shared_ptr<const octomap::OcTree>> octree_of(std::string bytes, const std::string& name);
+/// OctoMap has it by default; that of a mesh in the resolution of mesh_resolution(), its box being known.
+/// `name` appears in errors, and its ending tells a mesh (is_mesh).
+Result<std::shared_ptr<const octomap::OcTree>> octree_of(std::string bytes, const std::string& name,
+                                                         const Deadline& deadline = {});
 
 /// The same of a file of at most kMaxOctreeBytes.
 Result<OctreeFile> read_octree(const std::filesystem::path& path);

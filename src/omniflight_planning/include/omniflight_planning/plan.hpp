@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "omniflight_core/trajectory.hpp"
+#include "omniflight_planning/join.hpp"
 #include "omniflight_planning/map.hpp"
 #include "omniflight_planning/mission.hpp"
 #include "omniflight_planning/test_bed.hpp"
@@ -24,7 +25,10 @@ struct Certificate {
   std::vector<std::string> vehicle_set;  ///< overrides of its fields, "mass=1.4" (kg)
   double vehicle_mass = 0.0;             ///< kg
   std::uint64_t seed = 0;
-  std::string planner;                         ///< that alone looked for paths; empty: see find_path()
+  std::string planner;  ///< that alone looked for paths; empty: see find_path()
+  int threads = 1;      ///< that looked for paths
+  /// The state in flight that the trajectory begins with, instead of the mission's start at rest.
+  std::optional<FlightState> from = {};
   double alpha = 0.0;                          ///< rad, at the start
   double alpha_lowest = 0, alpha_highest = 0;  ///< rad, on the way
   bool alpha_searched = false;
@@ -68,7 +72,13 @@ struct PlanOptions {
   std::filesystem::path tube_file;    ///< measured errors as margin, see tube_for(); may be empty
   std::string vehicle;                ///< instead of the mission's; as load_vehicle takes it
   std::vector<std::string> set;       ///< overrides of the vehicle's fields, as load_vehicle takes them
-  bool figures = false;               ///< fills Plan::figures, in what is left of the budget
+  int threads = 1;                    ///< that look for paths side by side, see PathOptions::threads
+  /// Plans from this state in flight, instead of the mission's start (replanning): the trajectory has its
+  /// position to the third derivative and its attitude to the second, comes to rest as soon as limits and map
+  /// allow, and goes on to the mission's waypoints from there. For vehicles that command their attitude,
+  /// without a limit of twist. Where there is no such plan, the error says why; nothing else changes.
+  std::optional<FlightState> from = {};
+  bool figures = false;  ///< fills Plan::figures, in what is left of the budget
 };
 
 /// Plans every leg, rounds it, times it and checks the curve itself. All of that ends within the budget and

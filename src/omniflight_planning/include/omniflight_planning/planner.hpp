@@ -33,6 +33,8 @@ struct PathProblem {
   std::string message;  ///< one sentence with values and units
 };
 
+inline constexpr int kMostPlannerThreads = 64;
+
 struct PathOptions {
   std::uint64_t seed = 1;
   double budget_s = 1.0;   ///< s of wall time; RRTConnect stops at most one motion check later
@@ -42,6 +44,10 @@ struct PathOptions {
   /// One of planner_names(), see check_planner(), alone instead of what find_path() tries one after the
   /// other; its result is checked and shortened likewise. Only rrtconnect repeats for a seed.
   std::string planner = {};
+  /// Searches of RRTConnect side by side, at most kMostPlannerThreads; 1: everything in the caller's thread.
+  /// The path depends on seed and number of threads, not on which of them is quicker (while the budget
+  /// suffices).
+  int threads = 1;
   /// Name of the solid nearest to a point, for messages; may be empty.
   std::function<std::string(const Vec3& p_W)> name_of = {};
 };

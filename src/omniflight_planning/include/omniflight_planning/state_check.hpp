@@ -1,7 +1,9 @@
 // Is a pose free, can it be hovered, and is a whole motion free? Motions are certified, not sampled.
 #pragma once
 
+#include <atomic>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,6 +26,15 @@ struct Pose {
 Pose interpolate(const Pose& a, const Pose& b, double s);
 bool is_finite(const Pose& pose);
 
+class TriangleTree;
+
+/// What a rigid body moves among: triangles, which the voxels of the map hold, and where its origin may be.
+struct BodySpace {
+  std::shared_ptr<const TriangleTree> obstacles;
+  Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();         ///< m, of the origin of the body's frame
+  std::shared_ptr<std::atomic<std::uint64_t>> looks = {};  ///< counts the poses looked at; may be absent
+};
+
 /// How close the vehicle comes to an obstacle, and where.
 struct Clearance {
   double distance = 0.0;    ///< m, lower bound; negative in contact; at most the map's max_distance
@@ -44,7 +55,7 @@ struct CurveCheck {
 class StateCheck {
  public:
   /// headroom in [0, 1): share of every rotor's range that hovering must leave free; margin: m of clearance
-  /// that every state must keep.
+  /// that every state must keep. Without `rotors` every attitude can be held.
   StateCheck(const DistanceMap& map, VehicleSpheres spheres,
              std::shared_ptr<const allocation::RotorLoad> rotors, double headroom, double margin);
 
@@ -54,6 +65,11 @@ class StateCheck {
   /// but not of clearance().
   StateCheck with_tether(std::optional<Tether> tether) const;
 
+  /// The same check among triangles: what the spheres leave open is measured between the body's triangles and
+  /// these, and not the voxels that hold them. The spheres are those of a mesh; the map reaches a body's
+  /// length beyond the box of positions.
+  StateCheck among(BodySpace space) const;
+
   Clearance clearance(const Pose& pose) const;
   /// Distance [m] beyond the margin that is certainly free around every vehicle point; coarser than
   /// clearance() where there is plenty, so many times cheaper. Not positive when the margin is not kept.
@@ -61,7 +77,7 @@ class StateCheck {
   /// measured: the convex parts themselves against the cubes of the voxels. Where there is `enough` [m], that
   /// much may be told, for less time.
   double room(const Pose& pose, double enough = HUGE_VAL) const;
-  bool hoverable(const Quat& q_WB) const { return rotors_->hover_load(q_WB) <= 1.0 - headroom_; }
+  bool hoverable(const Quat& q_WB) const { return !rotors_ || rotors_->hover_load(q_WB) <= 1.0 - headroom_; }
   /// Finite, at least `margin` away from everything and hoverable.
   bool valid(const Pose& pose) const;
   /// Conservative advancement over the whole motion of interpolate(a, b, .): no pose between the ones looked
@@ -78,20 +94,25 @@ class StateCheck {
 
   const DistanceMap& map() const { return map_; }
   const VehicleSpheres& spheres() const { return spheres_; }
-  double alpha() const { return rotors_->alpha(); }  ///< rad
-  double margin() const { return margin_; }          ///< m
+  double alpha() const { return rotors_ ? rotors_->alpha() : 0.0; }  ///< rad
+  double margin() const { return margin_; }                          ///< m
+  /// m, box that the body's origin may be in; nothing: the map.
+  const std::optional<BodySpace>& space() const { return space_; }
 
  private:
   double room_of_vehicle(const Pose& pose, double enough) const;
   /// Distance [m] of a part to the voxels, or `enough` where it is at least that; no more than `low` is told
   /// as any number up to there.
   double exact(const SphereGroup& group, const Vec3& p_WB, const Mat3& R_WB, double low, double enough) const;
+  double exact_triangles(const SphereGroup& group, const Vec3& p_WB, const Mat3& R_WB, double low,
+                         double enough) const;
 
   const DistanceMap& map_;
   VehicleSpheres spheres_;
   std::shared_ptr<const allocation::RotorLoad> rotors_;
   double headroom_, margin_;
   std::optional<Tether> tether_ = {};
+  std::optional<BodySpace> space_ = {};
 };
 
 /// Upper bound [m/s] of the speed of any vehicle point within `radius` [m] of the body origin between two

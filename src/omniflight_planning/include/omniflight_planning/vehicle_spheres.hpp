@@ -1,10 +1,12 @@
-// The vehicle as convex parts (rotor discs at one tilt, collision shapes, arms) and as spheres that cover
-// them.
+// The vehicle as parts (rotor discs at one tilt, collision shapes, arms; triangles of a mesh) and as spheres
+// that cover them.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "omniflight_core/frames.hpp"
+#include "omniflight_planning/mesh.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
 
 namespace omniflight::planning {
@@ -20,6 +22,8 @@ struct SphereGroup {
   BodySphere bound;
   std::vector<BodySphere> spheres;
   vehicle::CollisionShape part = {};  ///< a rotor disc is a cylinder of length 0
+  /// m, body frame: the part, where it is a piece of a mesh; triangle i lies in sphere i.
+  std::vector<std::array<Vec3, 3>> triangles = {};
 };
 
 struct VehicleSpheres {
@@ -35,5 +39,13 @@ inline constexpr double kAssumedArmRadius = 0.01;
 /// Spheres of a vehicle at tilt alpha [rad]. They cover every disc and shape, and stick out of a disc of
 /// radius R by at most 0.29 R.
 VehicleSpheres cover_with_spheres(const vehicle::Vehicle& vehicle, double alpha);
+
+/// Spheres of a rigid body whose surface is this mesh, in its frame. Triangles are halved across their
+/// longest edge until each lies in a sphere about one of its own points whose radius is at most `share` of
+/// the body's bounding radius, or there are kMostBodySpheres; the pieces are grouped by where they are.
+/// Nothing is solid: inscribed_radius is 0.
+VehicleSpheres cover_with_spheres(const TriangleMesh& body, double share = 0.1);
+
+inline constexpr std::size_t kMostBodySpheres = 4000;  ///< unless there are more triangles
 
 }  // namespace omniflight::planning
