@@ -46,7 +46,7 @@ struct BagRecord {
 };
 
 /// The record at this byte; nothing when there is no sound header.
-std::optional<BagRecord> record_at(std::string_view bytes, std::size_t at) {
+std::optional<BagRecord> bag_record_at(std::string_view bytes, std::size_t at) {
   if (at >= bytes.size()) return std::nullopt;
   ByteCursor c(bytes.substr(at));
   const auto length = c.get<std::uint32_t>();
@@ -87,7 +87,7 @@ class Bag1Scanner {
   void run() {
     std::size_t at = kBag1Magic.size();
     while (at < bytes_.size()) {
-      const auto record = record_at(bytes_, at);
+      const auto record = bag_record_at(bytes_, at);
       if (!record || (!record->whole && record->op != kChunk)) {
         at = behind_damage(at);
         continue;
@@ -130,7 +130,7 @@ class Bag1Scanner {
          mark = bytes_.find(kMark, mark + 1))
       for (std::size_t back = kBefore; back <= std::min(mark, kFurthest); ++back) {
         if (mark - back < from) break;
-        const auto record = record_at(bytes_, mark - back);
+        const auto record = bag_record_at(bytes_, mark - back);
         if (record && record->whole && record->op == kChunk) return mark - back;
       }
     return bytes_.size();
@@ -193,7 +193,7 @@ class Bag1Scanner {
 
   void records_of_chunk(std::string_view records) {
     for (std::size_t at = 0; at < records.size();) {
-      const auto record = record_at(records, at);
+      const auto record = bag_record_at(records, at);
       if (!record || !record->whole || (record->op != kMessage && record->op != kConnection)) {
         note(Note::Kind::loss, "chunk " + std::to_string(content.chunks) +
                                    " ends in the middle of a record, or is damaged: its last " +
