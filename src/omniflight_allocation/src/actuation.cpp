@@ -12,12 +12,12 @@ namespace {
 
 using Matrix = Eigen::MatrixXd;
 
-constexpr double kRankTolerance = 1e-9;  // of the largest singular value, as in WrenchSet
-constexpr double kLooseRank = 1e-6;      // where a minimum over the tilt counts as zero
-constexpr int kAzimuths = 24;            // directions of lean
+constexpr double kActuationRankTolerance = 1e-9;  // of the largest singular value, as in WrenchSet
+constexpr double kLooseRank = 1e-6;               // where a minimum over the tilt counts as zero
+constexpr int kAzimuths = 24;                     // directions of lean
 constexpr double kStep = kPi / 180.0;
 
-int rank_of(const Matrix& m, double tolerance = kRankTolerance) {
+int rank_of(const Matrix& m, double tolerance = kActuationRankTolerance) {
   if (m.size() == 0) return 0;
   const Eigen::VectorXd s = Eigen::JacobiSVD<Matrix>(m).singularValues();
   return static_cast<int>((s.array() > tolerance * s[0]).count());
@@ -200,7 +200,7 @@ Result<ActuationAtTilt> actuation_at(const vehicle::Vehicle& v, double alpha) {
   // forces that leave the torque zero: F N with N the null space of the torque rows
   const Eigen::JacobiSVD<Matrix> torque(B.bottomRows<3>(), Eigen::ComputeFullV);
   const int torque_rank = static_cast<int>(
-      (torque.singularValues().array() > kRankTolerance * torque.singularValues()[0]).count());
+      (torque.singularValues().array() > kActuationRankTolerance * torque.singularValues()[0]).count());
   const Matrix forces = B.topRows<3>() * torque.matrixV().rightCols(B.cols() - torque_rank);
   a.force_rank = a.rank - torque_rank;
   a.thrust_axis_B = thrust_axis(*rotors, v, forces, a.force_rank);

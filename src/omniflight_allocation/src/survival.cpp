@@ -8,8 +8,8 @@
 namespace omniflight::allocation {
 namespace {
 
-constexpr double kPeriod = 0.01;  // s, of fly()
-constexpr std::size_t kMostCells = 10000;
+constexpr double kFlownPeriod = 0.01;  // s, of fly()
+constexpr std::size_t kMostFlights = 10000;
 
 Status check(const vehicle::Vehicle& v, const SurvivalConfig& c) {
   const auto refuse = [](const char* field, const char* why) {
@@ -29,7 +29,7 @@ Status check(const vehicle::Vehicle& v, const SurvivalConfig& c) {
         return s.at_low > 0 && s.at_low <= 10 && s.at_high > 0 && s.at_high <= 10;
       }))
     return refuse("shares", "must be some, within (0, 10]");
-  if (c.roll_times.size() * c.tilt_steps.size() * c.shares.size() > kMostCells)
+  if (c.roll_times.size() * c.tilt_steps.size() * c.shares.size() > kMostFlights)
     return refuse("roll_times", "times tilt_steps times shares must be 10000 at most");
   if (!(c.left > 0) || !(c.turned_away > 0)) return refuse("left", "and turned_away must be positive");
   return {};
@@ -51,7 +51,7 @@ Result<LoopResult> flown(const Flight& f, TiltMethod method) {
   if (method < TiltMethod::look_ahead)
     return fly(f.vehicle, weights, f.motion, f.duration, f.share, f.config.gains);
   LookAheadConfig plan;
-  plan.rate = f.step / kPeriod;
+  plan.rate = f.step / kFlownPeriod;
   plan.reserve = method == TiltMethod::look_ahead_told ? f.config.reserve_told : f.config.reserve;
   plan.initial = weights.initial_tilt;
   if (method == TiltMethod::look_ahead_told) plan.thrust_share = f.share;

@@ -13,7 +13,7 @@ namespace omniflight::bus {
 namespace {
 
 using msgs::std_msgs::String;
-using Clock = std::chrono::steady_clock;
+using SteadyClock = std::chrono::steady_clock;
 
 constexpr int kBeats = 4;  // in a lease
 constexpr std::size_t kMostNames = 64;
@@ -68,7 +68,7 @@ Result<Heartbeat> Heartbeat::start(const Participant& participant, const std::st
 
 struct HeartbeatWatch::State {
   struct Member {
-    Clock::time_point heard;
+    SteadyClock::time_point heard;
     bool alive = true;
   };
   std::chrono::milliseconds lease{0};
@@ -77,10 +77,10 @@ struct HeartbeatWatch::State {
   std::map<std::string, Member> members;  ///< guarded by mutex
   std::optional<Subscription<String>> subscription;
 
-  static double seconds(Clock::duration d) { return std::chrono::duration<double>(d).count(); }
+  static double seconds(SteadyClock::duration d) { return std::chrono::duration<double>(d).count(); }
 
   void heard(const std::string& name) {
-    const auto now = Clock::now();
+    const auto now = SteadyClock::now();
     std::optional<double> silence;
     {
       const std::lock_guard lock(mutex);
@@ -97,7 +97,7 @@ struct HeartbeatWatch::State {
 
   /// A lease has ended: whose, the time since the last beat tells. The others have beaten since.
   void lease_ended() {
-    const auto now = Clock::now();
+    const auto now = SteadyClock::now();
     const auto late = lease - lease / kBeats;
     std::map<std::string, double> silent;
     {

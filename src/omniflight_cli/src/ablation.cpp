@@ -14,7 +14,7 @@ constexpr Ablation kAblations[] = {
     {"wrong-inertia", "the vehicle file has 10 % too much inertia"},
     {"commands-only", "rotor speeds are not recorded"},
 };
-constexpr double kLate = 0.020;  ///< s
+constexpr double kLateBy = 0.020;  ///< s
 constexpr double kHeavy = 1.1;
 
 }  // namespace
@@ -42,7 +42,7 @@ void ablate_input(const std::string& id, std::vector<recording::Recording>& reco
     if (id != "late-pose") continue;
     for (const char* name : {"position", "attitude", "velocity"})
       if (const auto s = r.signals.find(name); s != r.signals.end())
-        for (double& t : s->second.t_s) t += kLate;
+        for (double& t : s->second.t_s) t += kLateBy;
   }
 }
 

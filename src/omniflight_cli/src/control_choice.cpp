@@ -12,10 +12,6 @@ namespace {
 constexpr std::pair<const char*, const char*> kGains[] = {{"kp", "1/s2"}, {"kv", "1/s"}, {"ki", "1/s3"},
                                                           {"kR", "1/s2"}, {"kw", "1/s"}, {"kI", "1/s3"}};
 
-std::string in_brackets(const Vec3& v) {
-  return fmt::format("[{:.10g}, {:.10g}, {:.10g}]", v.x(), v.y(), v.z());
-}
-
 std::string law_of(const FlightOptions& o, const Setup& s) {
   if (const auto own = o.parameters.find("controller.law"); own != o.parameters.end()) return own->second;
   if (!o.controller.empty()) return o.controller;
@@ -23,6 +19,10 @@ std::string law_of(const FlightOptions& o, const Setup& s) {
 }
 
 }  // namespace
+
+std::string in_brackets(const Vec3& v) {
+  return fmt::format("[{:.10g}, {:.10g}, {:.10g}]", v.x(), v.y(), v.z());
+}
 
 std::map<std::string, std::string> control_parameters(const FlightOptions& o, const Setup& s) {
   std::map<std::string, std::string> p;

@@ -9,6 +9,9 @@ namespace omniflight::cli {
 /// the gains of laws that lean. What the operator gives with -p comes on top.
 std::map<std::string, std::string> control_parameters(const FlightOptions& options, const Setup& setup);
 
+/// A vector as YAML in brackets, to ten digits.
+std::string in_brackets(const Vec3& v);
+
 /// Refuses dynamic weights with gains that are too soft for them.
 Status check_weights(const FlightOptions& options, const Setup& setup);
 /// Refuses a law that is not known or cannot fly the plan's vehicle.

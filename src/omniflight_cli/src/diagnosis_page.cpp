@@ -11,7 +11,7 @@ namespace {
 
 using namespace diagnosis;
 
-std::string list(const std::vector<std::string>& items) {
+std::string listed(const std::vector<std::string>& items) {
   std::string out;
   for (const auto& i : items) out += (out.empty() ? "" : ", ") + i;
   return out.empty() ? "-" : out;
@@ -74,7 +74,7 @@ void groups(report::Page& page, const Diagnosis& d) {
   for (const auto& f : d.findings) {
     const auto& all = f.cannot_be_told_apart_from;
     const auto split = all.begin() + std::min<std::ptrdiff_t>(std::max(f.rivals, 0), std::ssize(all));
-    t.rows.push_back({f.effect, list({all.begin(), split}), list({split, all.end()})});
+    t.rows.push_back({f.effect, listed({all.begin(), split}), listed({split, all.end()})});
   }
   page.table(t);
 }
@@ -110,7 +110,7 @@ void findings(report::Page& page, const Diagnosis& d) {
     bars.bars.push_back(
         {.name = f.effect,
          .value = f.probability,
-         .note = f.cannot_be_told_apart_from.empty() ? "" : "or " + list(f.cannot_be_told_apart_from)});
+         .note = f.cannot_be_told_apart_from.empty() ? "" : "or " + listed(f.cannot_be_told_apart_from)});
   }
   if (!bars.bars.empty()) page.bars(bars);
   groups(page, d);
@@ -119,7 +119,7 @@ void findings(report::Page& page, const Diagnosis& d) {
     page.equation(f.latex);
     report::Table t;
     t.caption =
-        f.effect + " (stage: " + physics::to_string(f.stage) + ", channels: " + list(f.channels) + ")";
+        f.effect + " (stage: " + physics::to_string(f.stage) + ", channels: " + listed(f.channels) + ")";
     t.columns = {{.name = "parameter"}, {.name = "symbol"}, {.name = "value"},
                  {.name = "95 % from"}, {.name = "to"},     {.name = "unit"}};
     for (const auto& p : f.parameters) {
@@ -147,7 +147,7 @@ void unknown_physics(report::Page& page, const Diagnosis& d) {
                    {.name = "coefficient"}, {.name = "unit"},  {.name = "frequency", .unit = "Hz"}};
   for (const auto& u : d.unexplained) {
     t.rows.push_back(
-        {u.channel, u.frame, 100 * u.share_of_residual, list(u.depends_on), u.parity, u.energy, u.nearest});
+        {u.channel, u.frame, 100 * u.share_of_residual, listed(u.depends_on), u.parity, u.energy, u.nearest});
     for (const auto& c : u.correction)
       terms.rows.push_back({u.channel, u.frame, c.words, c.coefficient, c.unit,
                             c.frequency_hz > 0 ? report::Cell(c.frequency_hz) : report::Cell(std::string())});
@@ -313,7 +313,7 @@ void intake_section(report::Page& page, const Intake& in, bool named) {
     page.bars(bars);
   }
   for (const auto& group : in.alias_groups)
-    page.paragraph("These look alike on this flight: " + list(group) + ".");
+    page.paragraph("These look alike on this flight: " + listed(group) + ".");
   for (const auto& note : in.notes) page.paragraph(note);
 }
 
@@ -354,13 +354,13 @@ Status write_page(const Diagnosis& d, const Refit& refit, const recording::Recor
   }
   intake_section(page, d.intake, !d.further.empty());
   for (const Intake& in : d.further) intake_section(page, in, true);
-  if (!d.left_out.empty()) page.paragraph("Left out: " + list(d.left_out) + ".");
+  if (!d.left_out.empty()) page.paragraph("Left out: " + listed(d.left_out) + ".");
   page.section("Inputs");
   for (const auto& in : d.inputs) {
     std::string cut;
     for (const auto& w : in.excluded) cut += fmt::format("{:.2f} to {:.2f} s: {}\n", w.from_s, w.to_s, w.why);
     page.details(in.file + ", sha256 " + in.sha256,
-                 "Signals: " + list(in.signals) + "\nCut out:\n" + (cut.empty() ? "nothing" : cut));
+                 "Signals: " + listed(in.signals) + "\nCut out:\n" + (cut.empty() ? "nothing" : cut));
   }
   return page.write(path);
 }

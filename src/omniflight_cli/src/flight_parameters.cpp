@@ -24,10 +24,6 @@ std::string plain(std::string text) {
   return text;
 }
 
-std::string in_brackets(const Vec3& v) {
-  return fmt::format("[{:.10g}, {:.10g}, {:.10g}]", v.x(), v.y(), v.z());
-}
-
 }  // namespace
 
 std::string parameters(const FlightOptions& o, const Setup& s) {

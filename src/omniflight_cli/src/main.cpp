@@ -24,7 +24,7 @@ struct Verb {
   const char* example;
   AddVerb add;
 };
-constexpr Verb verbs[] = {
+constexpr Verb kVerbs[] = {
     {"design", "Feasible wrench sets of a vehicle",
      "omniflight design omnimorph --alpha 30 --alpha 45 --f-max 5.95", add_design},
     {"plan", "A certified 6D trajectory for a mission", "omniflight plan trajectory_2 --out plan", add_plan},
@@ -78,12 +78,13 @@ constexpr Verb verbs[] = {
 };
 
 bool is_verb(const std::string& word) {
-  return std::any_of(std::begin(verbs), std::end(verbs), [&](const Verb& verb) { return word == verb.name; });
+  return std::any_of(std::begin(kVerbs), std::end(kVerbs),
+                     [&](const Verb& verb) { return word == verb.name; });
 }
 
 Error unknown_verb(const std::string& word) {
   std::vector<std::string> names;
-  for (const Verb& verb : verbs) names.emplace_back(verb.name);
+  for (const Verb& verb : kVerbs) names.emplace_back(verb.name);
   const std::string near = files::nearest_word(word, names);
   return {ErrorCode::bad_input, "there is no verb " + files::shown(word), "omniflight",
           near.empty() ? "Run with --help for the verbs" : "Did you mean 'omniflight " + near + "'?"};
@@ -114,7 +115,7 @@ int run(int argc, char** argv) {
   });
   Common common;
   std::vector<std::pair<CLI::App*, Action>> actions;
-  for (const Verb& verb : verbs) {
+  for (const Verb& verb : kVerbs) {
     CLI::App* sub = app.add_subcommand(verb.name, verb.does);
     sub->footer(std::string("Example: ") + verb.example);
     sub->add_flag("--json", common.json, "Result as JSON on stdout, everything else on stderr");

@@ -13,6 +13,8 @@
 
 namespace omniflight::cli {
 
+inline constexpr double kMeet = 2.0;  ///< s until the participants of a run are found
+
 class OperatorDesk {
  public:
   /// Joins the domain of a run.

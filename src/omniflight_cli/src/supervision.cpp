@@ -11,7 +11,7 @@ namespace {
 
 // s of wall time for the rest to notice that a component is gone; none is needed for the recorder or a
 // component that never began
-constexpr double kGrace = 4.0, kGraceShort = 0.5;
+constexpr double kGraceOfRest = 4.0, kGraceShort = 0.5;
 // s for the clock master to end by itself: the longest ramp of the gate (10 s), and telling everybody
 constexpr double kWindDown = 12.0;
 
@@ -50,7 +50,7 @@ Supervised supervise(std::vector<Child>& children, const Supervision& how) {
       if (!planned && flight.reason.empty()) flight.reason = lost;
       flight.refused = flight.refused || would_not_start(words);
       if (!how.lockstep && dispensable(child) && !would_not_start(words)) continue;
-      give_up = std::min(give_up, wall() + (flight.refused || k == 0 ? kGraceShort : kGrace));
+      give_up = std::min(give_up, wall() + (flight.refused || k == 0 ? kGraceShort : kGraceOfRest));
     }
     if (interrupted()) {
       flight.interrupted = true;

@@ -63,14 +63,14 @@ std::string vec(const Vec3& v) {
   return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);
 }
 
-std::string quoted(std::string text) {
+std::string quoted_yaml(std::string text) {
   std::erase_if(text, [](char c) { return c == '"' || c == '\\' || static_cast<unsigned char>(c) < 0x20; });
   return '"' + text + '"';
 }
 
-std::string list(const std::vector<std::string>& lines) {
+std::string yaml_list(const std::vector<std::string>& lines) {
   std::string out;
-  for (const auto& line : lines) out += (out.empty() ? "" : ",\n            ") + quoted(line);
+  for (const auto& line : lines) out += (out.empty() ? "" : ",\n            ") + quoted_yaml(line);
   return "[" + out + "]";
 }
 
@@ -125,7 +125,7 @@ Result<VehicleDraft> vehicle_from_log(const std::string& name, const Recording& 
       "rotors:                                          # spin +1: positive thrust exerts +drag_ratio * "
       "thrust along "
       "the axis\n",
-      quoted(std::filesystem::path(r.file).filename().string()), name, mass, inertia.x(), inertia.y(),
+      quoted_yaml(std::filesystem::path(r.file).filename().string()), name, mass, inertia.x(), inertia.y(),
       inertia.z());
   for (const RotorHint& rotor : rotors) {
     const double most = rotor.max_thrust.value_or(kThrustToWeight * weight / count);
@@ -138,8 +138,8 @@ Result<VehicleDraft> vehicle_from_log(const std::string& name, const Recording& 
         std::max(0.02, 0.4 * arm));
   }
   out.yaml += "tilt: {kind: none, min_deg: 0, max_deg: 0, rate_deg_s: 0}\nprovenance:\n  geometry: " +
-              quoted(hints.rotors.empty() ? "made up" : "parameters of the autopilot in the log") +
-              "\n  missing: " + list(out.missing) + "\n";
+              quoted_yaml(hints.rotors.empty() ? "made up" : "parameters of the autopilot in the log") +
+              "\n  missing: " + yaml_list(out.missing) + "\n";
   return out;
 }
 

@@ -8,7 +8,6 @@
 namespace omniflight::cli {
 namespace {
 
-constexpr double kMeet = 2.0;  // s until the participants of a run are found
 constexpr double kArm = 12.0;  // s for motors to start and the first command to come
 
 }  // namespace

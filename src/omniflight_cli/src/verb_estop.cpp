@@ -10,7 +10,6 @@
 namespace omniflight::cli {
 namespace {
 
-constexpr double kMeet = 2.0;         // s until the participants of a run are found
 constexpr double kAcknowledge = 1.0;  // s for the gate to answer, from when it is found
 
 /// One run: says it, waits for the answer. True when the gate has acknowledged.

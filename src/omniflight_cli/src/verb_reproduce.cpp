@@ -26,9 +26,9 @@ using reproduction::Figure;
 using reproduction::Finding;
 using reproduction::Inputs;
 
-constexpr const char* kSchema = "omniflight.reproduced_figure/1";
-constexpr std::size_t kLargest = 64 * files::kMegabyte;  // of a figure's file
-constexpr double kDiagnosis = 300;                       // s that the diagnosis may take
+constexpr const char* kFigureSchema = "omniflight.reproduced_figure/1";
+constexpr std::size_t kLargestFigure = 64 * files::kMegabyte;  // of a figure's file
+constexpr double kDiagnosis = 300;                             // s that the diagnosis may take
 
 struct ReproduceOptions {
   std::vector<std::string> figures;
@@ -123,10 +123,10 @@ class Run {
   }
 
   void keep(Computed& one, const std::string& key) {
-    const auto text = files::read_file(file_of(*one.figure), kLargest);
+    const auto text = files::read_file(file_of(*one.figure), kLargestFigure);
     if (!text) return;
     const auto j = nlohmann::json::parse(*text, nullptr, false);
-    if (!j.is_object() || !j.contains("finding") || j.value("schema", nlohmann::json()) != kSchema ||
+    if (!j.is_object() || !j.contains("finding") || j.value("schema", nlohmann::json()) != kFigureSchema ||
         j.value("key", nlohmann::json()) != key)
       return;
     auto finding = reproduction::finding_from_json(j["finding"]);
@@ -206,7 +206,7 @@ class Run {
     one.finding = std::move(*finding);
     for (const std::string& name : one.figure->flights)
       if (missing_.count(name) > 0) return;  // with the flight it would be another finding
-    const nlohmann::json j{{"schema", kSchema},
+    const nlohmann::json j{{"schema", kFigureSchema},
                            {"key", key},
                            {"id", one.figure->id},
                            {"seconds", one.seconds},

@@ -23,14 +23,9 @@ else()
   option(OMNIFLIGHT_PRECOMPILE "Precompile the headers that a package names" ON)
 endif()
 
-# A package of many small sources sets OMNIFLIGHT_SMALL_SOURCES before it finds this one: joined, they take half to two
-# thirds of the time from nothing (large ones, full of Eigen, gain nothing), and more for one changed source. Names in
-# the anonymous namespaces of such a package must differ; where two are the same, the compiler says "redefinition".
-option(OMNIFLIGHT_UNITY "Compile small sources of a target eight at a time" OFF)
-if(OMNIFLIGHT_UNITY AND OMNIFLIGHT_SMALL_SOURCES)
-  set(CMAKE_UNITY_BUILD ON)
-  set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
-endif()
+# From nothing, a source spends most of its time on headers and on templates that the next one instantiates again.
+# Joined, the sources of a package take half to two thirds of the time, and more for one changed source.
+option(OMNIFLIGHT_UNITY "Compile the sources of a folder twelve at a time" OFF)
 # GCC collects its garbage from 128 MB on, which one source with Eigen needs several times: a twelfth of the time.
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   add_compile_options("$<$<COMPILE_LANGUAGE:CXX>:SHELL:--param ggc-min-heapsize=500000>")
@@ -62,8 +57,11 @@ set(OMNIFLIGHT_HEAVY_HEADERS <Eigen/Dense> <algorithm> <chrono> <filesystem> <fu
 # A package whose sources share heavier headers still names them before omniflight_library():
 # set(OMNIFLIGHT_PRECOMPILED <omniflight_x/x.hpp>).
 # omniflight_precompile(TARGET REUSE_FROM target | header...)
+# Not for joined sources: GCC takes four times as long to save the headers as to read them, and nothing else of the
+# package compiles meanwhile.
 function(omniflight_precompile TARGET)
-  if(NOT OMNIFLIGHT_PRECOMPILE OR "${ARGN}" STREQUAL "")
+  get_target_property(_joined ${TARGET} UNITY_BUILD)
+  if(_joined OR NOT OMNIFLIGHT_PRECOMPILE OR "${ARGN}" STREQUAL "")
     return()
   endif()
   # GCC 12 no longer knows that what is precompiled comes from the system, and warns of paths that nobody takes.
@@ -76,6 +74,45 @@ function(omniflight_precompile TARGET)
   endif()
 endfunction()
 
+# omniflight_join(TARGET...): with OMNIFLIGHT_UNITY, joins sources of one folder, in groups of equal length; eight or
+# more make at least two groups, so that two processors have work. Names in the anonymous namespaces of a folder must
+# therefore differ; where two are the same, the compiler says "redefinition". Sources with options of their own stay
+# alone.
+function(omniflight_join)
+  if(NOT OMNIFLIGHT_UNITY)
+    return()
+  endif()
+  foreach(_target IN LISTS ARGN)
+    get_target_property(_sources ${_target} SOURCES)
+    list(FILTER _sources INCLUDE REGEX "\\.cpp$")
+    set(_folders "")
+    foreach(_source IN LISTS _sources)
+      get_filename_component(_folder ${_source} ABSOLUTE)
+      get_filename_component(_folder ${_folder} DIRECTORY)
+      file(RELATIVE_PATH _folder ${CMAKE_CURRENT_SOURCE_DIR} ${_folder})
+      string(MAKE_C_IDENTIFIER "${_folder}_" _folder)
+      list(APPEND _folders ${_folder})
+      list(APPEND _sources_of_${_folder} ${_source})
+    endforeach()
+    list(REMOVE_DUPLICATES _folders)
+    foreach(_folder IN LISTS _folders)
+      list(LENGTH _sources_of_${_folder} _count)
+      math(EXPR _groups "(${_count} + 11) / 12")
+      if(_groups EQUAL 1 AND _count GREATER 7)
+        set(_groups 2)
+      endif()
+      set(_index 0)
+      foreach(_source IN LISTS _sources_of_${_folder})
+        math(EXPR _group "${_index} * ${_groups} / ${_count}")
+        set_source_files_properties(${_source} PROPERTIES UNITY_GROUP ${_folder}_${_group})
+        math(EXPR _index "${_index} + 1")
+      endforeach()
+      set(_sources_of_${_folder} "")
+    endforeach()
+    set_target_properties(${_target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  endforeach()
+endfunction()
+
 # One INTERFACE target carries the warnings, so that they never leak into a user's own build.
 if(NOT TARGET omniflight_warnings)
   add_library(omniflight_warnings INTERFACE)
@@ -85,7 +122,7 @@ if(NOT TARGET omniflight_warnings)
   else()
     target_compile_options(omniflight_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Werror -Wno-restrict)
   endif()
-  if(CMAKE_UNITY_BUILD)  # GCC takes a joined source for a header, whose classes should have no unnamed types
+  if(OMNIFLIGHT_UNITY)  # GCC takes a joined source for a header, whose classes should have no unnamed types
     target_compile_options(omniflight_warnings INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-subobject-linkage>)
   endif()
   if(OMNIFLIGHT_NATIVE)
@@ -117,6 +154,7 @@ macro(omniflight_library)
   if(_sources)
     add_library(${PROJECT_NAME} STATIC ${_sources})
     target_link_libraries(${PROJECT_NAME} PUBLIC ${OFL_LINK} PRIVATE $<BUILD_INTERFACE:omniflight_warnings> ${OFL_LINK_PRIVATE})
+    omniflight_join(${PROJECT_NAME})
     omniflight_precompile(${PROJECT_NAME} ${OMNIFLIGHT_PRECOMPILED})
     set(_scope PUBLIC)
   else()
@@ -157,6 +195,7 @@ function(omniflight_executable NAME)
   cmake_parse_arguments(OFE "" "" "LINK" ${ARGN})
   add_executable(${NAME} ${OFE_UNPARSED_ARGUMENTS})
   target_link_libraries(${NAME} PRIVATE ${OFE_LINK} omniflight_warnings)
+  omniflight_join(${NAME})
   install(TARGETS ${NAME} RUNTIME DESTINATION bin)
 endfunction()
 

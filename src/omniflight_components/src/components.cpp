@@ -9,7 +9,7 @@ struct Entry {
   std::unique_ptr<bus::Component> (*make)();
 };
 // in starting order: the recorder first, the clock master last
-constexpr Entry table[] = {
+constexpr Entry kComponents[] = {
     {"recorder", make_recorder},     {"monitor", make_monitor},
     {"planner", make_planner},       {"allocator", make_allocator},
     {"controller", make_controller}, {"emulator", make_emulator},
@@ -21,14 +21,14 @@ constexpr Entry table[] = {
 const std::vector<std::string>& component_names() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> out;
-    for (const Entry& e : table) out.emplace_back(e.name);
+    for (const Entry& e : kComponents) out.emplace_back(e.name);
     return out;
   }();
   return names;
 }
 
 std::unique_ptr<bus::Component> make_component(const std::string& name) {
-  for (const Entry& e : table)
+  for (const Entry& e : kComponents)
     if (name == e.name) return e.make();
   return nullptr;
 }

@@ -4,7 +4,7 @@ namespace omniflight::identification {
 namespace {
 
 constexpr Eigen::Index kLongest = 20'000;
-constexpr double kSettled = 1e-3;  // of the end, over the last quarter
+constexpr double kSettledShare = 1e-3;  // of the end, over the last quarter
 
 /// Time [s] at which the response first reaches a share of its end, linear between samples.
 double reached(const Eigen::VectorXd& share, double level, double period_s) {
@@ -28,7 +28,7 @@ Result<ContinuousEquivalent> continuous_equivalent(const PolynomialModel& model,
     return bad_input("the model has no gain at rest", "model", "Choose another order or structure");
   for (Eigen::Index count = 200; count <= kLongest; count *= 2) {
     const Eigen::VectorXd share = model.step(input, count) / out.gain;
-    if ((share.tail(count / 4).array() - 1.0).abs().maxCoeff() > kSettled) continue;
+    if ((share.tail(count / 4).array() - 1.0).abs().maxCoeff() > kSettledShare) continue;
     const double t28 = reached(share, 0.283, model.period_s), t63 = reached(share, 0.632, model.period_s);
     out.lag_s = 1.5 * (t63 - t28);
     out.delay_s = std::max(0.0, t63 - out.lag_s);

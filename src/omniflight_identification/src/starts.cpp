@@ -5,10 +5,10 @@
 namespace omniflight::identification {
 namespace {
 
-constexpr int kLongOrder = 12;     // of the ARX model whose residuals stand in for the innovations
-constexpr int kRounds = 12;        // of Steiglitz and McBride; they settle in about five
-constexpr double kSettled = 1e-6;  // change of the loss from round to round
-constexpr double kRank = 1e-10;    // smallest pivot per largest, of columns scaled to one
+constexpr int kLongOrder = 12;         // of the ARX model whose residuals stand in for the innovations
+constexpr int kRounds = 12;            // of Steiglitz and McBride; they settle in about five
+constexpr double kSettledLoss = 1e-6;  // change of the loss from round to round
+constexpr double kRank = 1e-10;        // smallest pivot per largest, of columns scaled to one
 
 /// Least squares of stacked rows, by normal equations of columns scaled to one. Errors: rank.
 class Regression {
@@ -113,7 +113,7 @@ Result<PolynomialModel> steiglitz_mcbride(const Orders& o, const Dataset& data, 
     candidate.b = fitted->b;
     candidate.f = f;
     const double loss = simulation_loss(candidate, data, skip);
-    const bool settled = std::abs(loss - least) < kSettled * loss;
+    const bool settled = std::abs(loss - least) < kSettledLoss * loss;
     if (loss < least) {
       least = loss;
       best = candidate;

@@ -7,7 +7,7 @@ namespace {
 
 /// Of the largest inertial wrench on the way: what rounding leaves, as in WrenchSet::load.
 constexpr double kUnreachable = 1e-6;
-constexpr double kRounding = 1e-10;  // of the weight
+constexpr double kThrustRounding = 1e-10;  // of the weight
 
 }  // namespace
 
@@ -24,7 +24,8 @@ Status check_actuation(const std::vector<TrajectoryKnot>& knots, const allocatio
   if (!at) return {};
   Reference still;
   still.q_WB = at->reference.q_WB;
-  if (worst.norm() <= kUnreachable * largest + kRounding * rotors.required_wrench(still).norm()) return {};
+  if (worst.norm() <= kUnreachable * largest + kThrustRounding * rotors.required_wrench(still).norm())
+    return {};
   const bool force = worst.head<3>().norm() >= worst.tail<3>().norm();
   const Vec3 direction = (force ? worst.head<3>() : worst.tail<3>()).normalized();
   const Vec3 rpy = roll_pitch_yaw(at->reference.q_WB);

@@ -2,12 +2,12 @@
 #include <unsupported/Eigen/Splines>
 
 #include "omniflight_planning/flatness.hpp"
+#include "rotation_length.hpp"
 
 namespace omniflight::planning {
 namespace {
 
-constexpr double kRotationLength = 0.3;  // m a radian
-constexpr int kDegree = 5;               // four continuous derivatives
+constexpr int kDegree = 5;  // four continuous derivatives
 using Spline = Eigen::Spline<double, 4, kDegree>;
 using Point = Eigen::Vector4d;
 

@@ -8,7 +8,7 @@
 namespace omniflight::planning {
 namespace {
 
-constexpr double kSameTilt = to_radians(0.5);  // moves a rim of 0.1 m by less than 1 mm
+constexpr double kFlownTiltTolerance = to_radians(0.5);  // moves a rim of 0.1 m by less than 1 mm
 
 }  // namespace
 
@@ -23,7 +23,7 @@ Result<FlownClearance> flown_clearance(const std::vector<FlownPose>& path, const
   double alpha = HUGE_VAL;
   for (const FlownPose& flown : path) {
     if (!is_finite(flown.pose)) continue;
-    if (!(std::abs(flown.alpha - alpha) <= kSameTilt)) {
+    if (!(std::abs(flown.alpha - alpha) <= kFlownTiltTolerance)) {
       alpha = flown.alpha;
       spheres = cover_with_spheres(vehicle, alpha);
     }

@@ -6,12 +6,12 @@
 namespace omniflight::planning {
 namespace {
 
-constexpr double kLeastRoom = 3e-4;  // m, a little more than a valid pose must have
-constexpr double kApart = 0.3;       // m, between two gaps of a way
-constexpr double kBalance = 0.03;    // m beyond the margin within which spheres count
+constexpr double kLeastGapRoom = 3e-4;  // m, a little more than a valid pose must have
+constexpr double kApart = 0.3;          // m, between two gaps of a way
+constexpr double kBalance = 0.03;       // m beyond the margin within which spheres count
 constexpr int kRandomAttitudes = 40;
 constexpr std::size_t kImproved = 6;  // of the attitudes
-constexpr double kStep = 0.03;        // m, of the crawl
+constexpr double kCrawlStep = 0.03;   // m, of the crawl
 constexpr int kMostSteps = 60;
 
 /// How well a pose fits: valid ones by their room, the others by what their spheres miss.
@@ -49,7 +49,7 @@ class Fitter {
   Fit fit(const Pose& pose) const {
     Fit out;
     const double room = check_.room(pose);
-    if (room > kLeastRoom)
+    if (room > kLeastGapRoom)
       out.room = room;
     else
       out.missing = missing(pose);
@@ -115,7 +115,7 @@ class Fitter {
       if (check_.map().distance(now.p_WB) > open) return true;
       bool moved = false;
       for (const double reach : {0.004, 0.012}) {
-        Pose next{now.p_WB + kStep * along, now.q_WB};
+        Pose next{now.p_WB + kCrawlStep * along, now.q_WB};
         if (improve(next, along, 16, reach, 3.0 * reach).room < 0.0 || !check_.motion_valid(now, next))
           continue;
         along = (0.8 * along + 0.2 * (next.p_WB - now.p_WB).normalized()).normalized();

@@ -8,10 +8,10 @@
 namespace omniflight::planning {
 namespace {
 
-constexpr int kWays = 16;             // that are tried, each without the gaps that nothing fitted before
-constexpr double kClosed = 0.6;       // m, how far a gap reaches that nothing was found to fit
-constexpr int kIterations = 3000;     // of the search from one gap to the next
-constexpr double kBeyondWide = 0.02;  // m
+constexpr int kWays = 16;                // that are tried, each without the gaps that nothing fitted before
+constexpr double kClosed = 0.6;          // m, how far a gap reaches that nothing was found to fit
+constexpr int kSearchIterations = 3000;  // of the search from one gap to the next
+constexpr double kBeyondWide = 0.02;     // m
 
 bool connect(const StateCheck& check, std::vector<Pose>& path, const Pose& to, const PathOptions& options) {
   if (check.motion_valid(path.back(), to)) {
@@ -19,7 +19,7 @@ bool connect(const StateCheck& check, std::vector<Pose>& path, const Pose& to, c
     return true;
   }
   OmplSearch rrt(kRrtConnect, check, path.back(), to, options.seed);
-  const auto part = rrt.solve(options.deadline, kIterations);
+  const auto part = rrt.solve(options.deadline, kSearchIterations);
   if (!part) return false;
   path.insert(path.end(), part->begin() + 1, part->end());
   return true;

@@ -3,7 +3,7 @@
 namespace omniflight::planning {
 namespace {
 
-constexpr std::size_t kKnotsBetweenLooks = 64;  // at the clock: 1 ms
+constexpr std::size_t kFiguresBetweenLooks = 64;  // at the clock: 1 ms
 
 }  // namespace
 
@@ -13,7 +13,7 @@ Result<std::vector<KnotFigures>> figures_of(const std::vector<TrajectoryKnot>& k
   std::optional<Rotors::Thrusts> thrusts;
   const AtTilt* here = nullptr;
   for (std::size_t k = 0; k < knots.size(); ++k) {
-    if (k % kKnotsBetweenLooks == 0 && deadline.passed()) break;
+    if (k % kFiguresBetweenLooks == 0 && deadline.passed()) break;
     const Reference& r = knots[k].reference;
     if (!here || r.alpha != knots[k - 1].reference.alpha) {
       const auto found = tilts.at(r.alpha);

@@ -7,7 +7,7 @@
 namespace omniflight::planning {
 namespace {
 
-constexpr double kStep = 0.2;  // m, motion after which the boxes nearby are gathered again
+constexpr double kGatherStep = 0.2;  // m, motion after which the boxes nearby are gathered again
 
 }  // namespace
 
@@ -75,10 +75,10 @@ double OctreeBoxes::segment_distance(const Vec3& a, const Vec3& b, double enough
 }
 
 void OctreeBoxes::gather(const Vec3& center, double radius) {
-  if (gathered_ && (center - around_).norm() < kStep) return;
+  if (gathered_ && (center - around_).norm() < kGatherStep) return;
   near_.clear();
   for (const Box& box : all_)
-    if (box.distance(center) <= radius + kBoxHorizon + kStep) near_.push_back(box);
+    if (box.distance(center) <= radius + kBoxHorizon + kGatherStep) near_.push_back(box);
   around_ = center;
   gathered_ = true;
 }

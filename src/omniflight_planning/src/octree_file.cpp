@@ -4,15 +4,12 @@
 
 #include <sstream>
 
+#include "octree_advice.hpp"
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/mesh.hpp"
 
 namespace omniflight::planning {
-namespace {
-
-const char* const kRemake = "Make the map again with omniflight_make_test_bed or OctoMap";
-
-}  // namespace
+namespace {}  // namespace
 
 Result<std::shared_ptr<const octomap::OcTree>> octree_of(std::string bytes, const std::string& name,
                                                          const Deadline& deadline) {
@@ -30,7 +27,7 @@ Result<std::shared_ptr<const octomap::OcTree>> octree_of(std::string bytes, cons
   // is left.
   if (!(header->full ? tree->readData(stream) : tree->readBinaryData(stream)) ||
       tree->size() != header->nodes)
-    return bad_input("OctoMap could not read the map", name, kRemake);
+    return bad_input("OctoMap could not read the map", name, kRemakeMap);
   if (header->full) {  // what inner nodes say may be anything, and only occupied or not is asked
     tree->updateInnerOccupancy();
     tree->toMaxLikelihood();

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "octree_advice.hpp"
 #include "omniflight_files/files.hpp"
 
 namespace omniflight::planning {
@@ -14,7 +15,6 @@ namespace {
 
 constexpr std::size_t kMaxHeader = 64 * 1024;
 constexpr int kMaxDepth = 16;
-const char* const kRemake = "Make the map again with omniflight_make_test_bed or OctoMap";
 constexpr std::string_view kBinary = "# Octomap OcTree binary file", kFull = "# Octomap OcTree file";
 
 template <class Number>
@@ -34,13 +34,13 @@ Result<OctreeHeader> scan_header(std::string_view bytes, const std::string& name
     const std::size_t end = window.find('\n');
     const std::string where = name + ":" + std::to_string(line_number);
     if (end == std::string_view::npos)
-      return bad_input("the header has no 'data' line within 64 kB", where, kRemake);
+      return bad_input("the header has no 'data' line within 64 kB", where, kRemakeMap);
     std::string_view line = window.substr(0, end);
     at += end + 1;
     if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
     if (line_number == 1 && !line.starts_with(kBinary) && !line.starts_with(kFull))
       return bad_input("not an OctoMap .bt or .ot file: the first line is " + files::shown(line), where,
-                       kRemake);
+                       kRemakeMap);
     if (line_number == 1) header.full = line.starts_with(kFull);
     if (line.empty() || line.front() == '#') continue;
     if (line == "data") break;
@@ -50,21 +50,21 @@ Result<OctreeHeader> scan_header(std::string_view bytes, const std::string& name
         space == std::string_view::npos ? std::string_view{} : line.substr(space + 1);
     if (key == "id") {
       if (value != "OcTree")
-        return bad_input("id is " + files::shown(value) + ", not OcTree", where, kRemake);
+        return bad_input("id is " + files::shown(value) + ", not OcTree", where, kRemakeMap);
       id = true;
     } else if (key == "size") {
       if (!parse(value, header.nodes))
-        return bad_input("size " + files::shown(value) + " is not a count of nodes", where, kRemake);
+        return bad_input("size " + files::shown(value) + " is not a count of nodes", where, kRemakeMap);
       size = true;
     } else if (key == "res") {
       if (!parse(value, header.resolution) || !(header.resolution >= 1e-3 && header.resolution <= 10.0))
-        return bad_input("res " + files::shown(value) + " is outside [0.001, 10] m", where, kRemake);
+        return bad_input("res " + files::shown(value) + " is outside [0.001, 10] m", where, kRemakeMap);
       resolution = true;
     } else {
-      return bad_input("unknown header field " + files::shown(key), where, kRemake);
+      return bad_input("unknown header field " + files::shown(key), where, kRemakeMap);
     }
   }
-  if (!id || !size || !resolution) return bad_input("the header lacks id, size or res", name, kRemake);
+  if (!id || !size || !resolution) return bad_input("the header lacks id, size or res", name, kRemakeMap);
   header.data_begin = at;
   return header;
 }
@@ -119,16 +119,16 @@ class NodeScan {
 
   Status read_node() {
     if (at + (header.full ? kFullNode : 2) > bytes.size())
-      return bad_input("the file ends in the middle of node " + std::to_string(count), name, kRemake);
+      return bad_input("the file ends in the middle of node " + std::to_string(count), name, kRemakeMap);
     if (auto ok = header.full ? read_full_node() : read_binary_node(); !ok) return ok;
     if (count > header.nodes)
       return bad_input(
           "the file holds more nodes than the " + std::to_string(header.nodes) + " of its header", name,
-          kRemake);
+          kRemakeMap);
     return {};
   }
 
-  Status too_deep() const { return bad_input("the tree is deeper than 16 levels", name, kRemake); }
+  Status too_deep() const { return bad_input("the tree is deeper than 16 levels", name, kRemakeMap); }
 
   /// Four bytes of log-odds, and a byte that has a bit for each child there is.
   Status read_full_node() {
@@ -136,7 +136,7 @@ class NodeScan {
     std::memcpy(&log_odds, bytes.data() + at, sizeof log_odds);
     ++count;
     if (!std::isfinite(log_odds))
-      return bad_input("the occupancy of node " + std::to_string(count) + " is not finite", name, kRemake);
+      return bad_input("the occupancy of node " + std::to_string(count) + " is not finite", name, kRemakeMap);
     Level& here = level_[static_cast<std::size_t>(depth_)];
     here.inner = static_cast<unsigned char>(bytes[at + sizeof log_odds]);
     at += kFullNode;
@@ -182,7 +182,7 @@ Result<OctreeHeader> scan_octree(std::string_view bytes, const std::string& name
   if (!header) return header;
   if (header->nodes == 0)
     return bad_input("the map is empty (size 0): it would mean that there is no obstacle at all", name,
-                     kRemake);
+                     kRemakeMap);
   if (header->nodes > kMaxOctreeNodes)
     return bad_input("the map announces " + std::to_string(header->nodes) +
                          " nodes, more than the limit of " + std::to_string(kMaxOctreeNodes),
@@ -192,14 +192,14 @@ Result<OctreeHeader> scan_octree(std::string_view bytes, const std::string& name
   const std::size_t at = scan.at;
   const std::uint64_t count = scan.count;
   if (at != bytes.size())
-    return bad_input(std::to_string(bytes.size() - at) + " bytes follow the last node", name, kRemake);
+    return bad_input(std::to_string(bytes.size() - at) + " bytes follow the last node", name, kRemakeMap);
   if (count != header->nodes)
     return bad_input("the file holds " + std::to_string(count) + " nodes, its header says " +
                          std::to_string(header->nodes),
-                     name, kRemake);
+                     name, kRemakeMap);
   if (!header->has_occupied)
     return bad_input("the map has no occupied node: it would mean that there is no obstacle at all", name,
-                     kRemake);
+                     kRemakeMap);
   return header;
 }
 

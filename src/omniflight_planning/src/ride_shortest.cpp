@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kSteps = 200;
 constexpr int kLooks = 2000;         // at a ride, each time that it is slowed down
-constexpr int kIterations = 40;      // of local slowing
+constexpr int kSlowings = 40;        // of local slowing
 constexpr double kGentle = 0.5;      // share of an excess that one takes away
 constexpr double kFirstWidth = 2.0;  // time constants of the slowest motor, and a knot's period at least
 constexpr double kWider = 1.25;
@@ -61,7 +61,7 @@ class LocalSlowing {
     for (int k = 0;; ++k) {
       if (deadline.passed()) return out_of_time(deadline, "finding the fastest ride");
       auto profile = places_.fastest(shares);
-      if (!profile || k == kIterations || !slow(*profile, width, shares)) return profile;
+      if (!profile || k == kSlowings || !slow(*profile, width, shares)) return profile;
     }
   }
 

@@ -2,12 +2,12 @@
 
 #include "omniflight_core/random.hpp"
 #include "omniflight_planning/planner.hpp"
+#include "rotation_length.hpp"
 
 namespace omniflight::planning {
 namespace {
 
-constexpr double kRotationLength = 0.3;  // m a radian
-constexpr int kInVain = 30;              // attempts in a row after which a path counts as short
+constexpr int kInVain = 30;  // attempts in a row after which a path counts as short
 /// Share of the length that an attempt must gain not to count as one in vain. Paths round the frame get 4 %
 /// longer than where any gain counts, in a third of the time, and have fewer corners to slow down at: the
 /// flight is 3 % shorter (46.3 s for 47.7 s, medians of 30 seeds).

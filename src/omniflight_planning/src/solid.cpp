@@ -8,8 +8,8 @@ namespace {
 
 using Kind = vehicle::CollisionShape::Kind;
 
-constexpr double kExact = 1e-4;     // m
-constexpr double kRounding = 1e-9;  // m, taken off every bound
+constexpr double kExact = 1e-4;          // m
+constexpr double kBoundRounding = 1e-9;  // m, taken off every bound
 constexpr int kMostProjections = 64;
 
 }  // namespace
@@ -56,7 +56,7 @@ double Solid::gap_along(const Vec3& unit, const Vec3& cube, double half) const {
 double Solid::distance_to_cube(const Vec3& cube, double half, double enough) const {
   const auto in_cube = [&](const Vec3& y) { return Vec3(cube + (y - cube).cwiseMax(-half).cwiseMin(half)); };
   if (kind_ == Kind::sphere)
-    return std::max(0.0, (in_cube(center_) - center_).norm() - size_.x() - kRounding);
+    return std::max(0.0, (in_cube(center_) - center_).norm() - size_.x() - kBoundRounding);
   // Faces first: between nearly parallel ones the projections below converge slowly.
   double low = 0.0;
   for (int k = kind_ == Kind::box ? 0 : 2; k < 3; ++k)
@@ -74,7 +74,7 @@ double Solid::distance_to_cube(const Vec3& cube, double half, double enough) con
     if (high - low <= kExact) break;
     x = in_cube(y);
   }
-  return std::max(0.0, low - kRounding);
+  return std::max(0.0, low - kBoundRounding);
 }
 
 }  // namespace omniflight::planning

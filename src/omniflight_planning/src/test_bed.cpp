@@ -10,8 +10,8 @@
 namespace omniflight::planning {
 namespace {
 
-constexpr double kMaxVoxels = 10e6;  // as octree_file.hpp reads
-constexpr double kFarthest = 100.0;  // m
+constexpr double kMaxVoxels = 10e6;       // as octree_file.hpp reads
+constexpr double kFarthestInBed = 100.0;  // m
 
 double segment_distance(const Vec3& p, const Vec3& a, const Vec3& b) {
   const Vec3 d = b - a;
@@ -43,9 +43,9 @@ Primitive capsule(std::string name, const Vec3& from, const Vec3& to, double rad
 /// Four beams on the ground, four to the apex. The capsule holds the square profile.
 void add_pyramid(files::YamlReader frame, std::vector<Primitive>& out) {
   const std::string name = frame.string("name");
-  const Vec3 center = frame.vec3("center", files::between(-kFarthest, kFarthest, "m"));
-  const double half = 0.5 * frame.number("base", files::between(0.1, kFarthest, "m"));
-  const double apex = frame.number("apex", files::between(0.1, kFarthest, "m"));
+  const Vec3 center = frame.vec3("center", files::between(-kFarthestInBed, kFarthestInBed, "m"));
+  const double half = 0.5 * frame.number("base", files::between(0.1, kFarthestInBed, "m"));
+  const double apex = frame.number("apex", files::between(0.1, kFarthestInBed, "m"));
   const double radius = std::sqrt(0.5) * frame.number("profile", files::between(1e-3, 1.0, "m"));
   const Vec3 corners[] = {{half, half, 0}, {-half, half, 0}, {-half, -half, 0}, {half, -half, 0}};
   for (int k = 0; k < 4; ++k) {
@@ -58,8 +58,8 @@ void add_pyramid(files::YamlReader frame, std::vector<Primitive>& out) {
 
 Primitive read_primitive(files::YamlReader item) {
   using Kind = Primitive::Kind;
-  const auto place = files::between(-kFarthest, kFarthest, "m");
-  const auto length = files::between(1e-3, kFarthest, "m");
+  const auto place = files::between(-kFarthestInBed, kFarthestInBed, "m");
+  const auto length = files::between(1e-3, kFarthestInBed, "m");
   Primitive p;
   p.name = item.string("name");
   p.kind = item.choice<Kind>("kind",
@@ -132,9 +132,9 @@ Result<TestBed> load_test_bed(const std::filesystem::path& path) {
   root->string("notes", "");
   bed.resolution = root->number("resolution", files::between(0.005, 1.0, "m"), 0.05);
   auto bounds = root->child("bounds");
-  bed.lower = bounds.vec3("min", files::between(-kFarthest, kFarthest, "m"));
-  bed.upper = bounds.vec3("max", files::between(-kFarthest, kFarthest, "m"));
-  bed.ground_z = root->number("ground_z", files::between(-kFarthest, kFarthest, "m"), 0.0);
+  bed.lower = bounds.vec3("min", files::between(-kFarthestInBed, kFarthestInBed, "m"));
+  bed.upper = bounds.vec3("max", files::between(-kFarthestInBed, kFarthestInBed, "m"));
+  bed.ground_z = root->number("ground_z", files::between(-kFarthestInBed, kFarthestInBed, "m"), 0.0);
   if (root->ok() && (bed.ground_z < bed.lower.z() || bed.ground_z > bed.upper.z()))
     root->error_at("ground_z", "lies outside of the bounds", "Give a height [m] between min and max");
   const Vec3 cells = (bed.upper - bed.lower) / bed.resolution;

@@ -9,9 +9,9 @@
 namespace omniflight::planning {
 namespace {
 
-constexpr double kHalfPiece = 0.005;    // m, pieces of the segment that are not divided further
-constexpr double kShortest = 1e-6;      // m, below which a segment has no direction
-constexpr double kShownReserve = 5e-4;  // m, below which messages do not speak of tracking errors
+constexpr double kHalfPiece = 0.005;       // m, pieces of the segment that are not divided further
+constexpr double kShortestSegment = 1e-6;  // m, below which a segment has no direction
+constexpr double kShownReserve = 5e-4;     // m, below which messages do not speak of tracking errors
 
 /// Least distance of a piece of the segment: its centre's, less half of its length.
 double least(const DistanceMap& map, const Vec3& a, const Vec3& b, double best) {
@@ -39,7 +39,7 @@ double tether_slack(const Tether& tether, double reach, const Vec3& p_WB, const 
   const Vec3 way = tether.anchor_W - tether.attachment_W(p_WB, q_WB);
   const double distance = way.norm(), slack = tether.length - distance;
   if (tether.cone >= kPi) return slack - tether.reserve;
-  if (distance < kShortest) return -tether.reserve;
+  if (distance < kShortestSegment) return -tether.reserve;
   // a motion by d < distance turns the segment by asin(d / distance) <= pi/2 d / distance at most, and the
   // body by d / reach
   const double left = tether.cone - angle_from_axis(tether, way / distance, q_WB);
@@ -64,7 +64,7 @@ std::optional<TetherConflict> tether_conflict(const Tether& tether, double near,
              tether.length, distance,
              tether.reserve >= kShownReserve ? text(" and %.3f m of tracking errors", tether.reserve).c_str()
                                              : "")};
-  if (tether.cone < kPi && distance >= kShortest)
+  if (tether.cone < kPi && distance >= kShortestSegment)
     if (const double angle = angle_from_axis(tether, way / distance, q_WB); angle >= tether.cone)
       return blocked(text("the tether leaves the vehicle at %.1f deg from the axis of its cone of %.1f deg",
                           to_degrees(angle), to_degrees(tether.cone)));
@@ -88,7 +88,7 @@ TetherUse tether_use(const Tether& tether, const std::vector<TrajectoryKnot>& kn
     const Vec3 way = tether.attachment_W(r.p_WB, r.q_WB) - tether.anchor_W;
     const double distance = way.norm();
     use.longest = std::max(use.longest, distance);
-    const double rate = distance < kShortest ? 0.0 : (r.q_WB * r.w_WB_B).dot(way / distance);
+    const double rate = distance < kShortestSegment ? 0.0 : (r.q_WB * r.w_WB_B).dot(way / distance);
     if (k > 0) twist += 0.5 * (rate + before) * (knots[k].t - knots[k - 1].t);
     before = rate;
     if (std::abs(twist) > use.twist) use.twist = std::abs(twist), use.twist_at = knots[k].t;

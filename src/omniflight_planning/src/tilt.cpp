@@ -6,9 +6,9 @@
 namespace omniflight::planning {
 namespace {
 
-constexpr double kSameTilt = 1e-12;   // rad
-constexpr double kShareOfRate = 0.5;  // of the servo's, so that it can follow
-constexpr double kShortest = 0.5;     // s
+constexpr double kSameTilt = 1e-12;    // rad
+constexpr double kShareOfRate = 0.5;   // of the servo's, so that it can follow
+constexpr double kShortestTilt = 0.5;  // s
 
 }  // namespace
 
@@ -25,7 +25,7 @@ std::vector<TiltPiece> tilt_pieces(const std::vector<TrajectoryKnot>& knots) {
 }
 
 std::vector<TrajectoryKnot> move_tilt(const Pose& pose, double from, double to, double rate) {
-  const double seconds = std::max(kShortest, 1.875 * std::abs(to - from) / (kShareOfRate * rate));
+  const double seconds = std::max(kShortestTilt, 1.875 * std::abs(to - from) / (kShareOfRate * rate));
   const int periods = static_cast<int>(std::ceil(seconds / kKnotPeriod));
   std::vector<TrajectoryKnot> out(static_cast<std::size_t>(periods) + 1);
   for (int i = 0; i <= periods; ++i) {

@@ -4,13 +4,12 @@
 #include <cmath>
 
 #include "actuation.hpp"
+#include "rotation_length.hpp"
 #include "shortest_ride.hpp"
 #include "text.hpp"
 
 namespace omniflight::planning {
 namespace {
-
-constexpr double kRotationLength = 0.3;  // m a radian
 
 /// The rotation vector of q that lies nearest to `near`: it must not jump by a turn along a curve.
 Vec3 log_near(const Quat& q, const Vec3& near) {

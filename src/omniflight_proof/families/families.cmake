@@ -28,6 +28,7 @@ target_link_libraries(omniflight_proof_family_scores PUBLIC omniflight_proof_fam
 omniflight_executable(omniflight_proof_families_score ${FAMILIES}/families_score.cpp
   LINK omniflight_proof_family_scores CLI11::CLI11)
 foreach(_library family_truth family_cases injection family_scores)
+  omniflight_join(omniflight_proof_${_library})
   omniflight_precompile(omniflight_proof_${_library} REUSE_FROM omniflight_proof)
 endforeach()
 

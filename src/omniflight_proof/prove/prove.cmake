@@ -41,6 +41,7 @@ target_link_libraries(omniflight_proof_baseline_methods PUBLIC omniflight_vehicl
 omniflight_executable(omniflight_proof_baselines ${PROVE}/baseline_run.cpp
   LINK omniflight_proof_baseline_methods omniflight_proof_protocol CLI11::CLI11)
 foreach(_library protocol paths cases baseline_methods)
+  omniflight_join(omniflight_proof_${_library})
   omniflight_precompile(omniflight_proof_${_library} REUSE_FROM omniflight_proof)
 endforeach()
 

@@ -42,7 +42,7 @@ Cell parse(std::string_view text, double& value) {
   return std::isfinite(value) ? Cell::number : Cell::bad;
 }
 
-bool sniff(std::string_view head) {
+bool is_csv(std::string_view head) {
   const std::string_view line = head.substr(0, head.find('\n'));
   if (line.empty() || line.find(',') == std::string_view::npos || head.find('\n') == std::string_view::npos)
     return false;
@@ -52,7 +52,7 @@ bool sniff(std::string_view head) {
   return parse(trimmed(line.substr(0, line.find(','))), number) == Cell::bad;  // a header, not a number
 }
 
-Result<Recording> read(std::string_view bytes, const std::string& file, const LoadOptions& options) {
+Result<Recording> read_csv(std::string_view bytes, const std::string& file, const LoadOptions& options) {
   if (bytes.substr(0, 3) == "\xef\xbb\xbf") bytes.remove_prefix(3);
   std::size_t line_number = 0, at = 0;
   bool last_line_whole = true;
@@ -164,7 +164,7 @@ Result<Recording> read(std::string_view bytes, const std::string& file, const Lo
 }  // namespace
 
 const Format& csv_format() {
-  static const Format format{"csv", "canonical CSV, or any CSV with a map", sniff, read};
+  static const Format format{"csv", "canonical CSV, or any CSV with a map", is_csv, read_csv};
   return format;
 }
 

@@ -10,9 +10,9 @@
 namespace omniflight::recording {
 namespace {
 
-class Loader {
+class McapLoader {
  public:
-  Loader(TopicMap map, Recording& recording) : recording_(recording), feeds_(std::move(map), recording) {}
+  McapLoader(TopicMap map, Recording& recording) : recording_(recording), feeds_(std::move(map), recording) {}
 
   void message(const McapChannel& channel, const McapMessage& m) {
     const auto [place, fresh] = channels_.try_emplace(channel.id);
@@ -82,13 +82,13 @@ class Loader {
   std::map<std::uint16_t, Channel> channels_;
 };
 
-bool sniff(std::string_view head) { return head.substr(0, mcap::kMagic.size()) == mcap::kMagic; }
+bool is_mcap(std::string_view head) { return head.substr(0, mcap::kMagic.size()) == mcap::kMagic; }
 
-Result<Recording> read(std::string_view bytes, const std::string& file, const LoadOptions& options) {
+Result<Recording> read_mcap(std::string_view bytes, const std::string& file, const LoadOptions& options) {
   auto map = topic_map_for(options.map);
   if (!map) return Failure(map.error());
   Recording recording;
-  Loader loader(std::move(*map), recording);
+  McapLoader loader(std::move(*map), recording);
   const auto content =
       scan_mcap(bytes, file, [&](const McapChannel& c, const McapMessage& m) { loader.message(c, m); });
   if (!content) return Failure(content.error());
@@ -99,7 +99,7 @@ Result<Recording> read(std::string_view bytes, const std::string& file, const Lo
 }  // namespace
 
 const Format& mcap_format() {
-  static const Format format{"mcap", "MCAP (omniflight or ROS 2)", sniff, read};
+  static const Format format{"mcap", "MCAP (omniflight or ROS 2)", is_mcap, read_mcap};
   return format;
 }
 

@@ -195,14 +195,14 @@ void note_gaps(const std::string& name, const std::vector<double>& t, Recording&
                    static_cast<std::uint64_t>(missing));
 }
 
-bool sniff(std::string_view head) {
+bool is_microsd(std::string_view head) {
   if (head.size() < 8 || static_cast<unsigned char>(head[0]) != 0xBC) return false;
   const unsigned version =
       static_cast<unsigned char>(head[1]) | static_cast<unsigned>(static_cast<unsigned char>(head[2])) << 8;
   return version < 100;
 }
 
-Result<Recording> read(std::string_view bytes, const std::string& file, const LoadOptions&) {
+Result<Recording> read_microsd(std::string_view bytes, const std::string& file, const LoadOptions&) {
   ByteCursor cursor(bytes);
   cursor.get<std::uint8_t>();
   const auto version = cursor.get<std::uint16_t>();
@@ -280,7 +280,7 @@ Result<Recording> read(std::string_view bytes, const std::string& file, const Lo
 }  // namespace
 
 const Format& microsd_format() {
-  static const Format format{"crazyflie_microsd", "Crazyflie micro-SD log", sniff, read};
+  static const Format format{"crazyflie_microsd", "Crazyflie micro-SD log", is_microsd, read_microsd};
   return format;
 }
 

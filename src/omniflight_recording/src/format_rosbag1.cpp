@@ -6,9 +6,9 @@
 namespace omniflight::recording {
 namespace {
 
-bool sniff(std::string_view head) { return head.substr(0, kBag1Magic.size()) == kBag1Magic; }
+bool is_rosbag1(std::string_view head) { return head.substr(0, kBag1Magic.size()) == kBag1Magic; }
 
-Result<Recording> read(std::string_view bytes, const std::string& file, const LoadOptions& options) {
+Result<Recording> read_rosbag1(std::string_view bytes, const std::string& file, const LoadOptions& options) {
   auto map = topic_map_for(options.map);
   if (!map) return Failure(map.error());
   Recording recording;
@@ -45,7 +45,7 @@ Result<Recording> read(std::string_view bytes, const std::string& file, const Lo
 }  // namespace
 
 const Format& rosbag1_format() {
-  static const Format format{"rosbag1", "ROS 1 bag", sniff, read};
+  static const Format format{"rosbag1", "ROS 1 bag", is_rosbag1, read_rosbag1};
   return format;
 }
 

@@ -14,8 +14,8 @@
 namespace omniflight::recording {
 namespace {
 
-constexpr std::string_view kMagic{"SQLite format 3\0", 16};
-constexpr std::size_t kHeaderBytes = 100;
+constexpr std::string_view kSqliteMagic{"SQLite format 3\0", 16};
+constexpr std::size_t kSqliteHeaderBytes = 100;
 constexpr int kMostValue = 256 << 20;  // bytes of one message
 
 struct Close {
@@ -29,7 +29,8 @@ using Statement = std::unique_ptr<sqlite3_stmt, Close>;
 class Database {
  public:
   Status open(std::string_view bytes, const std::string& file) {
-    if (bytes.size() < kHeaderBytes) return bad_input("holds only the start of an SQLite database", file);
+    if (bytes.size() < kSqliteHeaderBytes)
+      return bad_input("holds only the start of an SQLite database", file);
     bytes = made_whole(bytes);
     sqlite3* db = nullptr;
     int code = sqlite3_open_v2(":memory:", &db, SQLITE_OPEN_READWRITE | SQLITE_OPEN_MEMORY, nullptr);
@@ -80,7 +81,7 @@ class Database {
     const bool cut = told > there || bytes.size() % page != 0;
     if (!cut && bytes[kWriteVersion] != 2 && bytes[kReadVersion] != 2) return bytes;
     copy_ = std::string(bytes.substr(0, std::size_t{there} * page));
-    if (copy_.size() < kHeaderBytes) return bytes;
+    if (copy_.size() < kSqliteHeaderBytes) return bytes;
     copy_[kWriteVersion] = copy_[kReadVersion] = 1;
     if (cut) {
       missing_pages_ = std::max(told, there + 1) - there;
@@ -101,9 +102,9 @@ std::string text(const Statement& s, int column) {
                : std::string();
 }
 
-class Loader {
+class Rosbag2Loader {
  public:
-  Loader(Database& db, std::size_t bytes, TopicMap map, Recording& recording)
+  Rosbag2Loader(Database& db, std::size_t bytes, TopicMap map, Recording& recording)
       : db_(db),
         budget_(std::max<std::uint64_t>(files::kSmallEnough, bytes * files::kMostGzipRatio)),
         recording_(recording),
@@ -217,15 +218,15 @@ class Loader {
   std::map<std::int64_t, std::size_t> topics_;
 };
 
-bool sniff(std::string_view head) { return head.substr(0, kMagic.size()) == kMagic; }
+bool is_rosbag2(std::string_view head) { return head.substr(0, kSqliteMagic.size()) == kSqliteMagic; }
 
-Result<Recording> read(std::string_view bytes, const std::string& file, const LoadOptions& options) {
+Result<Recording> read_rosbag2(std::string_view bytes, const std::string& file, const LoadOptions& options) {
   auto map = topic_map_for(options.map);
   if (!map) return Failure(map.error());
   Database db;
   if (auto ok = db.open(bytes, file); !ok) return Failure(ok.error());
   Recording recording;
-  if (auto ok = Loader(db, bytes.size(), std::move(*map), recording).run(file); !ok)
+  if (auto ok = Rosbag2Loader(db, bytes.size(), std::move(*map), recording).run(file); !ok)
     return Failure(ok.error());
   std::error_code ec;
   if (const auto size = std::filesystem::file_size(file + "-wal", ec); !ec && size > 0)
@@ -239,7 +240,7 @@ Result<Recording> read(std::string_view bytes, const std::string& file, const Lo
 }  // namespace
 
 const Format& rosbag2_format() {
-  static const Format format{"rosbag2_sqlite", "ROS 2 bag (SQLite)", sniff, read};
+  static const Format format{"rosbag2_sqlite", "ROS 2 bag (SQLite)", is_rosbag2, read_rosbag2};
   return format;
 }
 

@@ -12,9 +12,9 @@ namespace {
 
 constexpr std::size_t kShownTexts = 50, kShownDropouts = 50, kShownChanges = 20;
 
-class Loader {
+class UlogLoader {
  public:
-  Loader(TopicMap map, Recording& recording) : recording_(recording), feeds_(std::move(map), recording) {}
+  UlogLoader(TopicMap map, Recording& recording) : recording_(recording), feeds_(std::move(map), recording) {}
 
   void message(const UlogContent& content, const UlogSubscription& topic, std::string_view data,
                std::uint64_t us) {
@@ -116,13 +116,13 @@ class Loader {
   bool started_ = false;
 };
 
-bool sniff(std::string_view head) { return head.substr(0, ulog::kMagic.size()) == ulog::kMagic; }
+bool is_ulog(std::string_view head) { return head.substr(0, ulog::kMagic.size()) == ulog::kMagic; }
 
-Result<Recording> read(std::string_view bytes, const std::string& file, const LoadOptions& options) {
+Result<Recording> read_ulog(std::string_view bytes, const std::string& file, const LoadOptions& options) {
   auto map = topic_map_for(options.map);
   if (!map) return Failure(map.error());
   Recording recording;
-  Loader loader(std::move(*map), recording);
+  UlogLoader loader(std::move(*map), recording);
   const auto content =
       scan_ulog(bytes, file,
                 [&](const UlogContent& c, const UlogSubscription& topic, std::string_view data,
@@ -135,7 +135,7 @@ Result<Recording> read(std::string_view bytes, const std::string& file, const Lo
 }  // namespace
 
 const Format& ulog_format() {
-  static const Format format{"ulog", "PX4 ULog", sniff, read};
+  static const Format format{"ulog", "PX4 ULog", is_ulog, read_ulog};
   return format;
 }
 

@@ -13,7 +13,7 @@ namespace {
 using namespace mcap;
 
 constexpr std::uint64_t kMaxUnpacked = std::uint64_t{4} << 30, kMaxAttachments = 64u << 20;
-constexpr std::size_t kMaxNotes = 1000;
+constexpr std::size_t kMaxMcapNotes = 1000;
 
 double seconds(std::uint64_t ns) { return 1e-9 * static_cast<double>(ns); }
 
@@ -27,14 +27,15 @@ std::map<std::string, std::string> read_strings(ByteCursor& cursor) {
   return out;
 }
 
-class Scanner {
+class McapScanner {
  public:
-  Scanner(std::string_view bytes, const McapVisitor& visit) : bytes_(bytes), visit_(visit) {}
+  McapScanner(std::string_view bytes, const McapVisitor& visit) : bytes_(bytes), visit_(visit) {}
   McapContent content;
 
   void run() {
-    if (bytes_.substr(0, kMagic.size()) != kMagic) note(Note::Kind::damage, "the leading magic is damaged");
-    std::size_t at = kMagic.size();
+    if (bytes_.substr(0, mcap::kMagic.size()) != mcap::kMagic)
+      note(Note::Kind::damage, "the leading magic is damaged");
+    std::size_t at = mcap::kMagic.size();
     while (!finished_) at = step(at);
     settle_lost_chunk();
     cross_check();
@@ -109,7 +110,7 @@ class Scanner {
   void end_of_file(std::size_t at) {
     finished_ = true;
     footer_ = true;
-    if (bytes_.substr(at) != kMagic)
+    if (bytes_.substr(at) != mcap::kMagic)
       note(Note::Kind::damage, "the trailing magic is missing or followed by other bytes");
   }
 
@@ -315,7 +316,7 @@ class Scanner {
 
   void note(Note::Kind kind, std::string text, std::uint64_t messages = 0, double from_s = 0,
             double to_s = 0) {
-    if (content.notes.size() < kMaxNotes)
+    if (content.notes.size() < kMaxMcapNotes)
       content.notes.push_back({kind, std::move(text), messages, from_s, to_s});
   }
 
@@ -334,10 +335,10 @@ class Scanner {
 }  // namespace
 
 Result<McapContent> scan_mcap(std::string_view bytes, const std::string& file, const McapVisitor& visit) {
-  if (bytes.size() < kMagic.size() + 9)
+  if (bytes.size() < mcap::kMagic.size() + 9)
     return bad_input("holds nothing but the start of an MCAP file", file,
                      "The recorder was killed at once; record again");
-  Scanner scanner(bytes, visit);
+  McapScanner scanner(bytes, visit);
   scanner.run();
   if (scanner.content.channels.empty() && scanner.content.metadata.empty() && scanner.content.profile.empty())
     return bad_input("contains no readable MCAP record", file, "Give a recording");

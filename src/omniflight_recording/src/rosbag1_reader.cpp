@@ -20,7 +20,7 @@ enum Op : std::uint8_t {
 };
 
 constexpr std::uint32_t kMostHeader = 1u << 20, kMostChunk = 256u << 20;
-constexpr std::size_t kMaxNotes = 200, kMaxConnections = 65536;
+constexpr std::size_t kMaxBag1Notes = 200, kMaxConnections = 65536;
 
 using Fields = std::map<std::string_view, std::string_view>;
 
@@ -46,7 +46,7 @@ struct BagRecord {
 };
 
 /// The record at this byte; nothing when there is no sound header.
-std::optional<BagRecord> record_at(std::string_view bytes, std::size_t at) {
+std::optional<BagRecord> bag_record_at(std::string_view bytes, std::size_t at) {
   if (at >= bytes.size()) return std::nullopt;
   ByteCursor c(bytes.substr(at));
   const auto length = c.get<std::uint32_t>();
@@ -75,9 +75,9 @@ std::optional<T> number(const Fields& fields, std::string_view name) {
   return ByteCursor(found->second).get<T>();
 }
 
-class Scanner {
+class Bag1Scanner {
  public:
-  Scanner(std::string_view bytes, const Bag1Visitor& visit)
+  Bag1Scanner(std::string_view bytes, const Bag1Visitor& visit)
       : bytes_(bytes),
         visit_(visit),
         budget_(std::max<std::uint64_t>(files::kSmallEnough, bytes.size() * files::kMostGzipRatio)) {}
@@ -87,7 +87,7 @@ class Scanner {
   void run() {
     std::size_t at = kBag1Magic.size();
     while (at < bytes_.size()) {
-      const auto record = record_at(bytes_, at);
+      const auto record = bag_record_at(bytes_, at);
       if (!record || (!record->whole && record->op != kChunk)) {
         at = behind_damage(at);
         continue;
@@ -130,7 +130,7 @@ class Scanner {
          mark = bytes_.find(kMark, mark + 1))
       for (std::size_t back = kBefore; back <= std::min(mark, kFurthest); ++back) {
         if (mark - back < from) break;
-        const auto record = record_at(bytes_, mark - back);
+        const auto record = bag_record_at(bytes_, mark - back);
         if (record && record->whole && record->op == kChunk) return mark - back;
       }
     return bytes_.size();
@@ -193,7 +193,7 @@ class Scanner {
 
   void records_of_chunk(std::string_view records) {
     for (std::size_t at = 0; at < records.size();) {
-      const auto record = record_at(records, at);
+      const auto record = bag_record_at(records, at);
       if (!record || !record->whole || (record->op != kMessage && record->op != kConnection)) {
         note(Note::Kind::loss, "chunk " + std::to_string(content.chunks) +
                                    " ends in the middle of a record, or is damaged: its last " +
@@ -263,7 +263,7 @@ class Scanner {
   }
 
   void note(Note::Kind kind, std::string what, std::uint64_t messages = 0) {
-    if (content.notes.size() < kMaxNotes) content.notes.push_back({kind, std::move(what), messages});
+    if (content.notes.size() < kMaxBag1Notes) content.notes.push_back({kind, std::move(what), messages});
   }
 
   std::string_view bytes_;
@@ -279,7 +279,7 @@ class Scanner {
 Result<Bag1Content> scan_bag1(std::string_view bytes, const std::string& file, const Bag1Visitor& visit) {
   if (bytes.substr(0, kBag1Magic.size()) != kBag1Magic)
     return bad_input("is no ROS 1 bag of version 2.0", file, "Give a recording");
-  Scanner scanner(bytes, visit);
+  Bag1Scanner scanner(bytes, visit);
   scanner.run();
   return std::move(scanner.content);
 }

@@ -13,7 +13,7 @@ namespace {
 
 using namespace ulog;
 
-constexpr std::size_t kMaxNotes = 200, kMaxTexts = 1000, kMaxDropouts = 1000, kMaxInformation = 1000,
+constexpr std::size_t kMaxUlogNotes = 200, kMaxTexts = 1000, kMaxDropouts = 1000, kMaxInformation = 1000,
                       kMaxParameters = 20000, kMaxChanges = 1000, kLongestValue = 300;
 constexpr int kChain = 4;                             // so many records in a row are no coincidence
 constexpr std::uint64_t kLongestPause = 600'000'000;  // us without any message; more is a wrong stamp
@@ -60,16 +60,16 @@ class StampGuard {
   bool any_ = false;
 };
 
-class Scanner {
+class UlogScanner {
  public:
-  Scanner(std::string_view bytes, const UlogVisitor& visit, std::uint64_t start_us)
+  UlogScanner(std::string_view bytes, const UlogVisitor& visit, std::uint64_t start_us)
       : bytes_(bytes), visit_(visit), stamps_(start_us) {}
 
   UlogContent content;
 
   /// An error only when the file forbids to be read without knowing more.
   Status run(const std::string& file) {
-    std::size_t at = kHeaderBytes;
+    std::size_t at = ulog::kHeaderBytes;
     if (auto ok = read_flags(at, file); !ok) return ok;
     for (std::size_t section = 0; section <= appended_.size(); ++section) {
       const std::size_t end = section < appended_.size() ? appended_[section] : bytes_.size();
@@ -314,7 +314,7 @@ class Scanner {
   }
 
   void note(Note::Kind kind, std::string what, std::uint64_t messages = 0) {
-    if (content.notes.size() < kMaxNotes)
+    if (content.notes.size() < kMaxUlogNotes)
       content.notes.push_back({kind, std::move(what), messages});
     else
       ++notes_left_out_;
@@ -333,12 +333,12 @@ class Scanner {
 }  // namespace
 
 Result<UlogContent> scan_ulog(std::string_view bytes, const std::string& file, const UlogVisitor& visit) {
-  if (bytes.size() < kHeaderBytes || bytes.substr(0, kMagic.size()) != kMagic)
+  if (bytes.size() < ulog::kHeaderBytes || bytes.substr(0, ulog::kMagic.size()) != ulog::kMagic)
     return bad_input("holds no whole ULog header", file, "Copy the log from the card again");
-  ByteCursor head(bytes.substr(kMagic.size()));
+  ByteCursor head(bytes.substr(ulog::kMagic.size()));
   const unsigned version = head.get<std::uint8_t>();
   const auto start_us = head.get<std::uint64_t>();
-  Scanner scanner(bytes, visit, start_us);
+  UlogScanner scanner(bytes, visit, start_us);
   scanner.content.version = version;
   scanner.content.start_us = start_us;
   if (auto ok = scanner.run(file); !ok) return Failure(ok.error());

@@ -190,7 +190,7 @@ Result<std::string> Page::html() const {
     }
     return numbers;
   };
-  std::size_t samples = max_samples;
+  std::size_t samples = kMaxSamples;
   while (samples > min_samples && count(samples) > max_numbers)
     samples = std::max(min_samples, samples * 4 / 5);
 

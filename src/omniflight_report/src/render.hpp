@@ -9,7 +9,7 @@
 
 namespace omniflight::report {
 
-inline constexpr std::size_t max_samples = 3000;  ///< of one series, about three a pixel
+inline constexpr std::size_t kMaxSamples = 3000;  ///< of one series, about three a pixel
 
 const char* tone_class(Tone tone);
 

@@ -19,7 +19,7 @@ Result<Finding> drawn(const Inputs& in) {
 }
 
 /// The readings of OmniMorph, then those of choice 1.
-Result<Finding> uniformity(const Inputs& in, bool torques, const std::vector<std::string>& keys) {
+Result<Finding> appendix_uniformity(const Inputs& in, bool torques, const std::vector<std::string>& keys) {
   Finding f;
   const auto of = torques ? torque_uniformity : force_uniformity;
   const auto tilts = compared_tilts();
@@ -43,11 +43,11 @@ Result<Finding> uniformity(const Inputs& in, bool torques, const std::vector<std
   return f;
 }
 
-Result<Finding> forces(const Inputs& in) {
-  return uniformity(in, false, {"A.2/force_30", "A.2/force_45", "A.2/force_55"});
+Result<Finding> appendix_forces(const Inputs& in) {
+  return appendix_uniformity(in, false, {"A.2/force_30", "A.2/force_45", "A.2/force_55"});
 }
-Result<Finding> torques(const Inputs& in) {
-  return uniformity(in, true, {"A.3/torque_30", "A.3/torque_45", "A.3/torque_55"});
+Result<Finding> appendix_torques(const Inputs& in) {
+  return appendix_uniformity(in, true, {"A.3/torque_30", "A.3/torque_45", "A.3/torque_55"});
 }
 
 Result<Finding> at_50_deg(const Inputs& in) {
@@ -186,8 +186,8 @@ std::vector<Figure> appendix() {
   for (const auto& name : of("t2")) both.push_back(name);
   return {
       {"A.1", "Rotors, normals and tilt axes of choice 1 at other tilts", true, true, {}, false, drawn},
-      {"A.2", "Uniformity of forces of the appendix", false, true, {}, false, forces},
-      {"A.3", "Uniformity of torques of the appendix", false, true, {}, false, torques},
+      {"A.2", "Uniformity of forces of the appendix", false, true, {}, false, appendix_forces},
+      {"A.3", "Uniformity of torques of the appendix", false, true, {}, false, appendix_torques},
       {"A.4", "Force in the weakest direction at 50 deg", false, true, {}, false, at_50_deg},
       {"A.5", "Runs of the motors: errors in speed", false, false, both, false, runs},
       {"A.6", "Rotor speeds, trajectory 1", true, false, of("t1"), false, speeds_1},

@@ -15,16 +15,16 @@ using nlohmann::json;
 constexpr std::size_t kMostItems = 2000, kMostSamples = 100000;
 
 /// JSON has no NaN: null.
-json number(double x) { return std::isfinite(x) ? json(x) : json(); }
+json json_number(double x) { return std::isfinite(x) ? json(x) : json(); }
 json numbers(const std::vector<double>& values) {
   json out = json::array();
-  for (const double x : values) out.push_back(number(x));
+  for (const double x : values) out.push_back(json_number(x));
   return out;
 }
 
 json cell(const report::Cell& c) {
   if (const auto* text = std::get_if<std::string>(&c.value)) return *text;
-  return number(std::get<double>(c.value));
+  return json_number(std::get<double>(c.value));
 }
 
 json table_json(const report::Table& t) {
@@ -143,7 +143,7 @@ report::TimePlot plot_of(const json& j) {
 json row_json(const Row& row) {
   json readings = json::array();
   for (const Reading& r : row.readings)
-    readings.push_back({{"assumption", r.assumption}, {"value", number(r.value)}});
+    readings.push_back({{"assumption", r.assumption}, {"value", json_number(r.value)}});
   json out{{"key", row.key},
            {"what", row.what},
            {"unit", row.unit},

@@ -1,17 +1,12 @@
 #include "omniflight_safety/pose_monitor.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <numeric>
+
+#include "words.hpp"
 
 namespace omniflight::safety {
 namespace {
-
-std::string words(const char* format, double a, double b = 0) {
-  char text[160];
-  std::snprintf(text, sizeof text, format, a, b);
-  return text;
-}
 
 /// The reasons of a stamp are the first ones of a pose.
 PoseRefusal of(StampRefusal refusal) { return static_cast<PoseRefusal>(refusal); }

@@ -2,19 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "words.hpp"
 
 namespace omniflight::safety {
-namespace {
-
-std::string words(const char* format, double a) {
-  char text[160];
-  std::snprintf(text, sizeof text, format, a);
-  return text;
-}
-
-}  // namespace
-
 Status check(const StampClockConfig& c) {
   const struct {
     double value;

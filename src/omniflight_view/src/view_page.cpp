@@ -25,7 +25,7 @@ struct Asset {
   const char* type;
   const char *begin, *end;
 };
-const Asset assets[] = {
+const Asset kAssets[] = {
     {"/", kPage, omniflight_view_view_html, omniflight_view_view_html_end},
     {"/view.css", kStyle, omniflight_view_view_css, omniflight_view_view_css_end},
     {"/view.js", kScript, omniflight_view_view_js, omniflight_view_view_js_end},
@@ -53,7 +53,7 @@ ViewPage::ViewPage(const Scene& scene, std::string replay, OnStop on_stop)
 std::optional<Resource> ViewPage::get(std::string_view path) const {
   if (path == "/scene.json") return Resource{kJson, scene_};
   if (path == "/replay.json" && replay_) return Resource{kJson, replay_};
-  for (const Asset& a : assets)
+  for (const Asset& a : kAssets)
     if (path == a.path) return Resource{a.type, bytes(std::string(a.begin, a.end))};
   return std::nullopt;
 }

@@ -11,7 +11,7 @@ namespace {
 
 // Chosen, not measured.
 // s, lag taken for a clock error; lags of motors, radios and filters are shorter
-constexpr double kFar = 0.15;
+constexpr double kFarLag = 0.15;
 constexpr double kAlike = 0.1;      // s, two lags that differ by less have one cause
 constexpr double kSure = 0.7;       // least correlation of a lag that is acted upon
 constexpr double kWorthIt = 1e-3;   // s, least drift over the recording that is corrected
@@ -37,7 +37,7 @@ void move(Repaired& r, std::initializer_list<const char*> names, const Line& by)
   r.clock_moved = true;
 }
 
-bool far(const Alignment* a) { return a && std::abs(a->lag_s) > kFar && std::abs(a->correlation) > kSure; }
+bool far(const Alignment* a) { return a && std::abs(a->lag_s) > kFarLag && std::abs(a->correlation) > kSure; }
 
 /// Adds the finding clock_offset: the clock `whose` deviates by lag_s and is corrected to that of `ruler`.
 void name_clock(Repaired& r, const char* channel, const char* whose, double lag_s, double se_s,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "../numerics/statistics.hpp"
 #include "../numerics/text.hpp"
 #include "attitude_rows.hpp"
 #include "omniflight_diagnosis/filter.hpp"
@@ -15,13 +16,6 @@ namespace {
 
 using recording::Recording;
 using recording::Signal;
-
-double quantile(std::vector<double> v, double share) {
-  if (v.empty()) return 0;
-  const auto k = static_cast<std::size_t>(share * static_cast<double>(v.size() - 1));
-  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(k), v.end());
-  return v[k];
-}
 
 std::vector<double> norms(const Signal& s) {
   std::vector<double> out;

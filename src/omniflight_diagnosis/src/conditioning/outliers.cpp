@@ -9,7 +9,7 @@ namespace {
 
 /// Distance over its local mean above which a sample is an outlier. Chosen: the mean distance of white noise
 /// is about 0.6 standard deviations, so that this is about 6 of them.
-constexpr double kFar = 10;
+constexpr double kFarOverNear = 10;
 /// Samples of a block of the local mean: the motion changes along a flight
 constexpr Eigen::Index kLocal = 50;
 
@@ -50,7 +50,7 @@ recording::Signal without_outliers(const recording::Signal& signal) {
       double near = 0;
       for (Eigen::Index k = std::max<Eigen::Index>(0, b - 1); k <= std::min(b + 1, blocks - 1); ++k)
         near = std::max(near, scale[static_cast<std::size_t>(k)]);
-      if (near > 0 && far[static_cast<std::size_t>(i)] > kFar * near)
+      if (near > 0 && far[static_cast<std::size_t>(i)] > kFarOverNear * near)
         out.values(i, c) = 0.5 * (x[i - 1] + x[i + 1]);
     }
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../numerics/statistics.hpp"
+
 namespace omniflight::diagnosis {
 namespace {
 
@@ -18,13 +20,6 @@ constexpr double kSmoothJump = 3;
 constexpr double kLeastLevels = 50;  // resolution steps in the range, below which it reaches its ends anyway
 // Samples of a freeze; of a lasting plateau at a limit; at a limit in all, where no plateau lasts.
 constexpr Eigen::Index kLeastRepeats = 4, kLeastPlateau = 3, kLeastOften = 10;
-
-double quantile(std::vector<double> v, double share) {
-  if (v.empty()) return 0;
-  const auto k = v.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(v.size() - 1));
-  std::nth_element(v.begin(), k, v.end());
-  return *k;
-}
 
 /// Distance of two rows; for quaternions of the nearer sign.
 double apart(const Signal& s, Eigen::Index a, Eigen::Index b) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../numerics/statistics.hpp"
+
 namespace omniflight::diagnosis {
 namespace {
 
@@ -34,12 +36,6 @@ constexpr Variable kVariables[] = {
        for (const auto& r : s.all_rotors()) sum += std::abs(r.thrust);
        return sum;
      }}};
-
-double quantile(std::vector<double> x, double q) {
-  const auto at = x.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(x.size() - 1));
-  std::nth_element(x.begin(), at, x.end());
-  return *at;
-}
 
 }  // namespace
 

@@ -63,4 +63,11 @@ double explained_share(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, Eigen
   return total > 0 ? std::clamp(1.0 - (y - Z * b).squaredNorm() / total, 0.0, 1.0) : 0.0;
 }
 
+double quantile(std::vector<double> x, double share) {
+  if (x.empty()) return 0;
+  const auto at = x.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(x.size() - 1));
+  std::nth_element(x.begin(), at, x.end());
+  return *at;
+}
+
 }  // namespace omniflight::diagnosis

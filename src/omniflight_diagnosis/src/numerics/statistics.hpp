@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <vector>
 
 namespace omniflight::diagnosis {
 
@@ -18,6 +19,9 @@ double log_normal_between(double low, double high);
 /// Share of the variance of y that X (with a constant added) explains, and the coefficients (constant last).
 double explained_share(const Eigen::MatrixXd& X, const Eigen::VectorXd& y,
                        Eigen::VectorXd* coefficients = nullptr);
+
+/// Sample below which `share` of the others are, without interpolation; 0 without samples.
+double quantile(std::vector<double> x, double share);
 
 inline double rms(const Eigen::VectorXd& x) {
   return x.size() > 0 ? std::sqrt(x.squaredNorm() / static_cast<double>(x.size())) : 0.0;

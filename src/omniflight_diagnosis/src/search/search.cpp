@@ -8,9 +8,9 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr int kRounds = 4;          ///< of neighbours of the best set
-constexpr double kNear = 5;         ///< nat: what is this far behind has less than a hundredth of the mass
-constexpr double kGridShare = 0.3;  ///< of a gain, at the best point of a grid at least
+constexpr int kNeighbourRounds = 4;  ///< of neighbours of the best set
+constexpr double kNearSet = 5;       ///< nat: what is this far behind has less than a hundredth of the mass
+constexpr double kGridShare = 0.3;   ///< of a gain, at the best point of a grid at least
 constexpr std::size_t kMostAdditions = 4;  ///< fitted a round
 constexpr std::size_t kMostExchanges = 4;  ///< fitted a member and round
 
@@ -25,7 +25,7 @@ class Search {
     out.nothing = *fits_.at({});
     if (!seed.empty()) visit({seed});
     visit(grid_.promising_sets());
-    for (int round = 0; round < kRounds && !stopped(); ++round) {
+    for (int round = 0; round < kNeighbourRounds && !stopped(); ++round) {
       const double before = best_joint();
       visit_neighbours();
       if (best_joint() <= before) break;
@@ -92,7 +92,7 @@ class Search {
     };
     if (best.size() < static_cast<std::size_t>(limits_.most_members)) {
       auto more = grid_.additions(whole);
-      join(whole, more.laws, -kNear, kMostAdditions);
+      join(whole, more.laws, -kNearSet, kMostAdditions);
       join(whole, more.patterns, 0, 1);
     }
     for (std::size_t k = 0; k < whole.members.size(); ++k) {
@@ -106,8 +106,8 @@ class Search {
       // an exchange matters when it comes near to what the member brought
       const double brought = joint(best) - joint(fit->first);
       auto instead = grid_.additions(*fit->second);
-      join(*fit->second, instead.laws, kGridShare * brought - kNear, kMostExchanges);
-      join(*fit->second, instead.patterns, brought - kNear, 1);
+      join(*fit->second, instead.laws, kGridShare * brought - kNearSet, kMostExchanges);
+      join(*fit->second, instead.patterns, brought - kNearSet, 1);
     }
     visit(others);
   }

@@ -22,7 +22,7 @@ using recording::Recording;
 using recording::Signal;
 
 // Chosen, not measured.
-constexpr double kBlock = 3.0;         // s, block whose mean is one observation
+constexpr double kSpeedBlock = 3.0;    // s, block whose mean is one observation
 constexpr double kSurely = 5;          // standard errors
 constexpr double kLeastGain = 0.0012;  // relative speed error that timing of the telemetry may cause
 constexpr double kLeastServo = 0.02;   // s, delay of telemetry and clocks that is not taken for a servo lag
@@ -79,7 +79,7 @@ std::vector<SpeedGain> speed_gains(const Signal& speed, const Signal& command) {
     for (std::size_t i = 0; i < n;) {
       double turned = 0, asked = 0, low = 1e300, high = -1e300;
       std::size_t j = i;
-      for (; j < n && speed.t_s[j] < speed.t_s[i] + kBlock; ++j) {
+      for (; j < n && speed.t_s[j] < speed.t_s[i] + kSpeedBlock; ++j) {
         const double u = ordered(static_cast<Eigen::Index>(j), r);
         const double w = speed.values(static_cast<Eigen::Index>(j), r);
         if (!std::isfinite(u) || !std::isfinite(w)) continue;
@@ -211,7 +211,7 @@ void judge_voltage(const Recording& r, Diagnosis& d) {
 }
 
 void judge_tilt(const Recording& r, const vehicle::Tilt& servo, Diagnosis& d) {
-  const TiltLags lags = tilt_lags(r, servo, kBlock);
+  const TiltLags lags = tilt_lags(r, servo, kSpeedBlock);
   const Estimate lag = mean_of(lags.lag);
   if (!lag.is_not(lags.told, kLeastServo)) return;
   Estimate beyond = lag;  // the effect is an addition to the lag of the vehicle file
@@ -263,7 +263,7 @@ void judge_gyro(const Recording& r, const Options& o, Diagnosis& d) {
     int count = 0;
     const double from = attitude->t_s[static_cast<std::size_t>(i)];
     Eigen::Index j = i;
-    for (; j + 1 < n && attitude->t_s[static_cast<std::size_t>(j)] < from + kBlock; ++j) {
+    for (; j + 1 < n && attitude->t_s[static_cast<std::size_t>(j)] < from + kSpeedBlock; ++j) {
       const double dt =
           attitude->t_s[static_cast<std::size_t>(j) + 1] - attitude->t_s[static_cast<std::size_t>(j) - 1];
       if (!(dt > 0 && dt < 0.1) || !rate.row(j).allFinite() || !attitude->values.row(j - 1).allFinite() ||
