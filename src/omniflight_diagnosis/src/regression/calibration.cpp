@@ -31,7 +31,7 @@ constexpr double kSettled = 1;
 constexpr double kLevel = 0.966, kLeastHover = 1;
 
 /// Numbers of parts, whose errors add up to what is told of the whole vehicle.
-constexpr std::array<std::string_view, 5> kParts{"rotor_scale", "rotor_axis", "rotor_place", "drag_torque",
+constexpr std::array<std::string_view, 5> kOfParts{"rotor_scale", "rotor_axis", "rotor_place", "drag_torque",
                                                  "center_of_mass"};
 
 constexpr const char* kAxis[] = {"x", "y", "z"};
@@ -280,7 +280,7 @@ Eigen::MatrixXd Columns::totals() const {
   if (static_cast<double>(level.size()) * problem_.period() < kLeastHover) return out;
   for (Eigen::Index k = 0; k < count; ++k) {
     const auto at = static_cast<std::size_t>(k);
-    if (std::find(kParts.begin(), kParts.end(), out_.kinds[at]) == kParts.end()) continue;
+    if (std::find(kOfParts.begin(), kOfParts.end(), out_.kinds[at]) == kOfParts.end()) continue;
     Vec6 sum = Vec6::Zero();
     for (const int i : level) {
       Vec6 w;
