@@ -12,8 +12,9 @@
 namespace omniflight::planning {
 namespace {
 
-constexpr double kBodyRadius = 0.5;  // m, scaled
-constexpr double kBeyond = 0.15;     // m, of the map beyond what the body can reach
+constexpr double kBodyRadius = 0.5;   // m, scaled
+constexpr double kBeyond = 0.15;      // m, of the map beyond what the body can reach
+constexpr double kSphereShare = 0.2;  // of the body's radius: spheres, below which triangles are measured
 constexpr double kLeastResolution = 0.01, kMostResolution = 1.0;  // m
 
 Failure bad_problem(const std::string& why, const std::string& field) {
@@ -87,7 +88,7 @@ Result<RigidBodyScene> RigidBodyScene::create(const RigidBodyProblem& problem,
   if (!map) return Failure(map.error());
   out.map_ = std::make_unique<const DistanceMap>(std::move(*map));
   out.check_ = std::make_unique<const StateCheck>(
-      StateCheck(*out.map_, cover_with_spheres(body), nullptr, 0.0, 0.0)
+      StateCheck(*out.map_, cover_with_spheres(body, kSphereShare), nullptr, 0.0, 0.0)
           .among({.obstacles = std::make_shared<const TriangleTree>(std::move(obstacles)),
                   .lower = -half,
                   .upper = half,
