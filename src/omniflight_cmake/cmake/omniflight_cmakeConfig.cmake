@@ -123,7 +123,8 @@ if(NOT TARGET omniflight_warnings)
     target_compile_options(omniflight_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Werror -Wno-restrict)
   endif()
   if(OMNIFLIGHT_UNITY)  # GCC takes a joined source for a header, whose classes should have no unnamed types
-    target_compile_options(omniflight_warnings INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-subobject-linkage>)
+    # and locals of one source may have the name of a constant of the next
+    target_compile_options(omniflight_warnings INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-subobject-linkage> $<$<COMPILE_LANGUAGE:CXX>:-Wno-shadow>)
   endif()
   if(OMNIFLIGHT_NATIVE)
     target_compile_options(omniflight_warnings INTERFACE -march=native)
