@@ -14,7 +14,7 @@ namespace omniflight::planning {
 namespace {
 
 constexpr std::size_t kMostProperties = 64, kMostElements = 16;
-constexpr std::uint64_t kMostCorners = 1000;
+constexpr std::uint64_t kMostCornersOfFace = 1000;
 enum class Body { ascii, little, big };
 
 struct Property {
@@ -157,7 +157,7 @@ Status scan_ply(std::string_view bytes, const std::string& name) {
         if (p.count_bytes > 0 && (!values.take(p.count_bytes, false, count) || count > bytes.size()))
           return ends();
         const bool indices = p.name == "vertex_indices" || p.name == "vertex_index";
-        if (indices && (count < 3 || count > kMostCorners))
+        if (indices && (count < 3 || count > kMostCornersOfFace))
           return refuse_mesh(text("face %llu has fewer than 3 or more than 1000 corners",
                                   static_cast<unsigned long long>(i)),
                              name);
