@@ -7,7 +7,7 @@
 namespace omniflight::planning {
 namespace {
 
-constexpr std::size_t kBlock = 250;               // samples between two comparisons of the searches
+constexpr std::size_t kSamplesATurn = 250;        // samples between two comparisons of the searches
 constexpr std::uint64_t kSeedStep = 982'451'653;  // far from those of missions and restarts
 
 /// Threads that are joined, whatever happens; work for which there is none is done at once.
@@ -52,7 +52,7 @@ Portfolio::Portfolio(const StateCheck& check, const Pose& start, const Pose& goa
 std::optional<std::vector<Pose>> Portfolio::solve(const Deadline& end, std::size_t samples) {
   if (searches_.size() == 1) return searches_.front()->rrt.solve(end, samples);
   for (std::size_t left = samples; left > 0 && !end.passed();) {
-    const std::size_t block = std::min(left, kBlock);
+    const std::size_t block = std::min(left, kSamplesATurn);
     left -= block;
     done_ += block;
     {
@@ -80,7 +80,7 @@ void Portfolio::meanwhile(const Deadline& end, const std::function<void()>& work
     Search* search = searches_[i].get();
     // the same blocks as solve() would take, from where they stand
     if (!crew.begin([search, &end, &over] {
-          while (!over && !search->path && !end.passed()) search->go_on(end, kBlock);
+          while (!over && !search->path && !end.passed()) search->go_on(end, kSamplesATurn);
         }))
       break;
   }
