@@ -208,7 +208,8 @@ Result<Mission> load_mission(const std::string& spec) {
   auto yaml = m.test_bed;
   yaml.replace_extension(".yaml");
   std::error_code ignored;
-  if (fs::is_regular_file(yaml, ignored)) m.description = yaml;
+  // a mission beside its map may have the map's name
+  if (fs::is_regular_file(yaml, ignored) && !fs::equivalent(yaml, *path, ignored)) m.description = yaml;
   auto hash = files::sha256_file(*path);
   if (!hash) return Failure(hash.error());
   m.sha256 = *hash;
