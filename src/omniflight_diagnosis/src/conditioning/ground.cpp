@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "../numerics/statistics.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -121,8 +124,7 @@ double lift_scale(const Eigen::MatrixXd& speed, const Eigen::MatrixXd& alpha, co
     if (lift > 0.4 * top && p(i, 2) > floor) ratio.push_back(v.mass * force.row(i).norm() / lift);
   }
   if (ratio.empty()) return 1;
-  std::nth_element(ratio.begin(), ratio.begin() + static_cast<std::ptrdiff_t>(ratio.size() / 2), ratio.end());
-  return ratio[ratio.size() / 2];
+  return median(std::move(ratio));
 }
 
 }  // namespace omniflight::diagnosis

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "../numerics/statistics.hpp"
 #include "omniflight_diagnosis/residual.hpp"
 
 namespace omniflight::diagnosis {
@@ -70,9 +72,7 @@ Lasting lasting(const Signal& speed, const Eigen::MatrixXd& ordered) {
 double quantile(const std::vector<Sample>& samples, double Sample::*of, double share) {
   std::vector<double> x;
   for (const Sample& s : samples) x.push_back(s.*of);
-  const auto k = static_cast<std::size_t>(share * static_cast<double>(x.size() - 1));
-  std::nth_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(k), x.end());
-  return x[k];
+  return diagnosis::quantile(std::move(x), share);
 }
 
 std::optional<LimitSpeed> ceiling_of(const Lasting& l, double period) {

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 #include "../numerics/log_factor.hpp"
+#include "../numerics/statistics.hpp"
 #include "omniflight_physics/effect_ids.hpp"
 #include "quantisation.hpp"
 #include "rotor_limits.hpp"
@@ -75,8 +77,7 @@ double speed_over_duty(const recording::Signal& speed, const Eigen::MatrixXd& du
   for (Eigen::Index i = 0; i < speed.size(); ++i)
     if (duty(i, rotor) > 0.05) ratio.push_back(std::abs(speed.values(i, rotor)) / duty(i, rotor));
   if (ratio.size() < 50) return 0;
-  std::nth_element(ratio.begin(), ratio.begin() + static_cast<long>(ratio.size() / 2), ratio.end());
-  return ratio[ratio.size() / 2];
+  return median(std::move(ratio));
 }
 
 /// Adds rotors whose speed at a duty cycle deviates from the median rotor by more than motors of one type

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "../numerics/statistics.hpp"
 #include "omniflight_physics/actuators.hpp"
 
 namespace omniflight::diagnosis {
@@ -42,6 +43,7 @@ class Regression {
   void begin(Eigen::Index most) {
     if (x_.rows() < most) {
       x_.resize(most, 3);
+      weighted_.resize(most, 3);
       y_.resize(most);
       r_.resize(most);
       w_.resize(most);
@@ -57,7 +59,8 @@ class Regression {
     w_.head(n_).setOnes();
     for (int k = 0; k <= kTurns; ++k) {
       const auto x = x_.topRows(n_);
-      const Eigen::Matrix<double, Eigen::Dynamic, 3> weighted = w_.head(n_).matrix().asDiagonal() * x;
+      auto weighted = weighted_.topRows(n_);
+      weighted = w_.head(n_).matrix().asDiagonal() * x;
       Eigen::Matrix3d H = x.transpose() * weighted;
       H.diagonal().array() += 1e-9 * H.trace() + 1e-12;
       const Eigen::Vector3d best = H.ldlt().solve(weighted.transpose() * y_.head(n_).matrix());
@@ -82,14 +85,13 @@ class Regression {
   double middle_square() const {
     std::vector<double> sizes(r_.data(), r_.data() + n_);
     for (double& x : sizes) x = std::abs(x);
-    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-    std::nth_element(sizes.begin(), middle, sizes.end());
-    return *middle * *middle;
+    const double middle = median(std::move(sizes));
+    return middle * middle;
   }
 
   Eigen::Index n_ = 0;
   double scale2_ = 0;
-  Eigen::Matrix<double, Eigen::Dynamic, 3> x_;
+  Eigen::Matrix<double, Eigen::Dynamic, 3> x_, weighted_;
   Eigen::ArrayXd y_, r_, w_;
 };
 

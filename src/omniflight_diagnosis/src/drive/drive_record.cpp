@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "../numerics/statistics.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -123,9 +126,7 @@ std::optional<DriveRecord> drive_record(const recording::Recording& r, const veh
   for (Eigen::Index k = 0; k < out.speed.cols(); ++k) {
     std::vector<double> sizes;
     for (const double x : out.speed.col(k)) sizes.push_back(std::abs(x));
-    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-    std::nth_element(sizes.begin(), middle, sizes.end());
-    out.counts.col(k) = out.speed.col(k).array().abs() > kTurns * *middle;
+    out.counts.col(k) = out.speed.col(k).array().abs() > kTurns * median(std::move(sizes));
   }
   return out;
 }

@@ -70,4 +70,11 @@ double quantile(std::vector<double> x, double share) {
   return *at;
 }
 
+double median(std::vector<double> x) {
+  if (x.empty()) return 0;
+  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
+  std::nth_element(x.begin(), middle, x.end());
+  return *middle;
+}
+
 }  // namespace omniflight::diagnosis

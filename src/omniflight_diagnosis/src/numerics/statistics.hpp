@@ -23,6 +23,9 @@ double explained_share(const Eigen::MatrixXd& X, const Eigen::VectorXd& y,
 /// Sample below which `share` of the others are, without interpolation; 0 without samples.
 double quantile(std::vector<double> x, double share);
 
+/// The upper one of the two middle samples of an even number; 0 without samples.
+double median(std::vector<double> x);
+
 inline double rms(const Eigen::VectorXd& x) {
   return x.size() > 0 ? std::sqrt(x.squaredNorm() / static_cast<double>(x.size())) : 0.0;
 }

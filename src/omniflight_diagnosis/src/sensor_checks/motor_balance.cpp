@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "../conditioning/thrust_source.hpp"
+#include "../numerics/statistics.hpp"
 #include "../numerics/text.hpp"
 #include "findings.hpp"
 #include "merge_recordings.hpp"
@@ -66,9 +67,7 @@ Steady steady_thrust(const Recording& r, const Signal& speed, const vehicle::Veh
     low = p->values.col(2).minCoeff() +
           std::min(0.15, 0.4 * (p->values.col(2).maxCoeff() - p->values.col(2).minCoeff()));
   const Eigen::VectorXd tilt = tilt_of(r, v, speed.t_s, out.tilt_unknown);
-  std::vector<double> tilts(tilt.begin(), tilt.end());
-  std::nth_element(tilts.begin(), tilts.begin() + n / 2, tilts.end());
-  out.alpha = tilts[static_cast<std::size_t>(n / 2)];
+  out.alpha = median({tilt.begin(), tilt.end()});
   std::vector<std::vector<double>> kept(static_cast<std::size_t>(rotors));
   const double period = speed.median_period_s();
   double open = -1;
@@ -94,8 +93,7 @@ Steady steady_thrust(const Recording& r, const Signal& speed, const vehicle::Veh
   for (Eigen::Index k = 0; k < rotors; ++k) {
     auto& c = kept[static_cast<std::size_t>(k)];
     if (c.empty()) continue;
-    std::nth_element(c.begin(), c.begin() + static_cast<std::ptrdiff_t>(c.size() / 2), c.end());
-    out.thrust[k] = c[c.size() / 2];
+    out.thrust[k] = median(std::move(c));
   }
   return out;
 }

@@ -123,8 +123,7 @@ void judge_speeds(const Recording& r, Diagnosis& d) {
   for (const Estimate& g : gains)
     if (g.se < 1) known.push_back(g.value);
   if (known.size() < 3) return;
-  std::nth_element(known.begin(), known.begin() + static_cast<long>(known.size() / 2), known.end());
-  const double common = known[known.size() / 2];
+  const double common = median(known);
   int odd = 0, slow = 0, sinking = 0, last = -1;
   double se = 0;
   for (std::size_t k = 0; k < gains.size(); ++k) {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "../conditioning/repeats.hpp"
+#include "../numerics/statistics.hpp"
 #include "../numerics/text.hpp"
 #include "findings.hpp"
 #include "omniflight_physics/effect_ids.hpp"
@@ -18,13 +19,6 @@ using recording::Signal;
 constexpr double kStillEnough = 5.0;  // s at rest before a reading is judged as an error; chosen
 constexpr const char* kJudged[] = {"acc",      "gyro",         "position",     "attitude",
                                    "velocity", "est_position", "est_attitude", "est_velocity"};
-
-double median(std::vector<double> x) {
-  if (x.empty()) return 0;
-  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), middle, x.end());
-  return *middle;
-}
 
 /// RMS white noise of the noisiest component in samples [from, to), from third differences, which cancel
 /// motion that is quadratic over four samples (variance 20 times that of the noise).
