@@ -82,14 +82,11 @@ Evidence::Evidence(const RegressionProblem& problem, const FittedAmplitudes& fit
       law_error_(law_error),
       tolerances_(tolerances),
       deviations_(problem.calibration().deviations(tolerances)),
-      z_(noise.scale(fitted.residual)) {
-  set_calibration(noise.scale(fitted.calibration));
-}
-
-void Evidence::set_calibration(Eigen::MatrixXd whitened) {
+      z_(noise.scale(fitted.residual)),
+      log_totals_(log_density_of_totals(problem.calibration(), deviations_)) {
+  Eigen::MatrixXd whitened = noise.scale(fitted.calibration);
   whitened.bottomRows(NoiseModel::kBeside) = problem_.calibration().totals;
   whitened = whitened * deviations_.asDiagonal();
-  log_totals_ = log_density_of_totals(problem_.calibration(), deviations_);
   bb_ = inner_products(whitened);
   b_ = std::make_shared<const Eigen::MatrixXd>(std::move(whitened));
 }

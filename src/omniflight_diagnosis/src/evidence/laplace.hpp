@@ -89,8 +89,6 @@ class Evidence {
   static double log_integral_over_law_errors(const Layout& layout, const Eigen::VectorXd& u,
                                              const Eigen::MatrixXd& precision,
                                              const Eigen::VectorXd& gradient, Eigen::Index law);
-  /// Whitened columns of one deviation each, with the rows of totals.
-  void set_calibration(Eigen::MatrixXd whitened);
   double first_stage_of(const SetMember& member) const;
   Eigen::MatrixXd law_error_columns(const std::vector<SetMember>& members) const;
 

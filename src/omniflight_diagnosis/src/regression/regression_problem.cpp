@@ -32,9 +32,7 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
       period_(1.0 / options.grid_hz),
       size_(physics::size_of(vehicle, options.environment.gravity)),
       commanded_(vehicle),
-      told_noise_(options.noise),
-      temperature_(options.temperature),
-      told_temperature_(options.told_temperature) {
+      told_noise_(options.noise) {
   const Mat3 c = skew(vehicle.center_of_mass);
   inertia_ << vehicle.mass * Mat3::Identity(), -vehicle.mass * c, vehicle.mass * c,
       vehicle.inertia - vehicle.mass * c * c;
@@ -86,6 +84,7 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
   };
   y_ = channel_major(rest);
   if (drawn.size() == rest.size()) sensor_noise_ = channel_major(drawn);
+  temperature_ = noise_told() ? options.told_temperature : options.temperature;
   expected_.setZero(rows());
   calibration_ = calibrate(*this, flights, vehicle, options, drive);
 }

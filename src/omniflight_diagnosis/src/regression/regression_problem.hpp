@@ -78,7 +78,7 @@ class RegressionProblem {
   bool noise_told() const { return sensor_noise_.size() > 0; }
   const ToldNoise& told_noise() const { return told_noise_; }
   /// Divides log-likelihoods of the residual.
-  double temperature() const { return noise_told() ? told_temperature_ : temperature_; }
+  double temperature() const { return temperature_; }
   /// A draw of what the told noise of the sensors does to the residual; all rows.
   const Eigen::VectorXd& sensor_noise() const { return sensor_noise_; }
   /// Flight::kernel_s of a flight.
@@ -134,7 +134,7 @@ class RegressionProblem {
   Eigen::VectorXd expected_;  ///< wrench besides that of the rotors, in predicted accelerations
   Eigen::VectorXd y_;
   ToldNoise told_noise_;
-  double temperature_ = 1, told_temperature_ = 1;
+  double temperature_ = 1;
   Eigen::VectorXd sensor_noise_;
   std::vector<double> kernel_s_;
   Calibration calibration_;

@@ -138,7 +138,6 @@ HorizonTest Horizons::test(std::size_t k, const Eigen::VectorXd& known,
       const auto there = estimators(*problems_[longer], *noise, regressors(*problems_[longer]));
       for (std::size_t asked = 0; asked < own.size(); ++asked) {
         if (own[asked].size() == 0 || there[asked].size() == 0) continue;
-        // a law that is known with its coefficient differs by nothing between horizons
         const Eigen::VectorXd difference = own[asked] - there[asked];
         ++out.compared;
         const double statistic = std::pow(difference.dot(z), 2) / difference.squaredNorm();
