@@ -85,7 +85,7 @@ TEST(CommandedDrives, TheWrenchOfADelayIsThatOfLaterThrust) {
   const auto f = prepare_flight(r, v, o);
   ASSERT_TRUE(f) << f.error().text();
   const Flight* flight = &*f;
-  const RegressionProblem problem(std::span(&flight, 1), v, o, 0.1);
+  const RegressionProblem problem(std::span(&flight, 1), v, o, Horizon{0.1});
   const physics::Effect* delay = physics::find_effect("transport_delay");
   ASSERT_TRUE(delay);
   Eigen::VectorXd value;

@@ -46,7 +46,7 @@ TEST(RegressionProblem, LoadsWeighByTheAccelerationThatTheVehicleHasWithThem) {
   const auto flight = prepare_flight(test::fly(v, world, f), v, o);
   ASSERT_TRUE(flight) << flight.error().text();
   const Flight* one[] = {&*flight};
-  RegressionProblem problem(one, v, o, least_horizon(*flight));
+  RegressionProblem problem(one, v, o, Horizon{least_horizon(*flight)});
   std::vector<EffectTerm> terms;
   for (const physics::ActiveEffect& e : world) terms.push_back({e.effect, e.theta, {}});
   const auto left = [&](States states) {

@@ -31,7 +31,7 @@ std::vector<HorizonTest> asked(double answer_s) {
   for (std::size_t k = 0; k < horizons.count(); ++k) {
     EXPECT_EQ(horizons.problem(k)->rows(), 6 * horizons.problem(k)->samples());
     out.push_back(horizons.test(k));
-    EXPECT_GE(out.back().horizon_s, least_horizon(flight));
+    EXPECT_GE(out.back().horizon.s, least_horizon(flight));
   }
   EXPECT_TRUE(out.back().agrees());  // with nothing
   return out;
@@ -66,8 +66,7 @@ TEST(PredictionHorizon, ALawThatFeedbackMimicsIsNotFoundAgain) {
   const vehicle::Vehicle v = test::omnimorph();
   const Options o;
   const HorizonTest mimicked = of_law("payload_mass", flown(v, o, 0.04), v, o);
-  EXPECT_EQ(mimicked.about, "payload_mass");
-  EXPECT_FALSE(mimicked.agrees()) << mimicked.statistic;
+  EXPECT_GT(mimicked.of_laws, mimicked.threshold());
   const HorizonTest real =
       of_law("payload_mass", flown(v, o, 0, {{physics::find_effect("payload_mass"), {0.05}}}), v, o);
   EXPECT_TRUE(real.agrees()) << real.about << " " << real.statistic;

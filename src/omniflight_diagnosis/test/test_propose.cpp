@@ -25,7 +25,7 @@ std::vector<ProposedFlight> proposed(const vehicle::Vehicle& v, const physics::A
   EXPECT_TRUE(flight) << flight.error().text();
   if (!flight) return {};
   const Flight* one[] = {&*flight};
-  const RegressionProblem problem(one, v, o, least_horizon(*flight));
+  const RegressionProblem problem(one, v, o, Horizon{least_horizon(*flight)});
   const auto noise =
       estimate_noise(problem, slow_columns(problem), Eigen::VectorXd::Zero(problem.rows()), o.temperature);
   return propose_flights(problem, *noise, *flight, v, {pair}, o);

@@ -34,7 +34,7 @@ struct Setting {
     EXPECT_TRUE(prepared);
     flight = *prepared;
     const Flight* one[] = {&flight};
-    problem = std::make_unique<RegressionProblem>(one, vehicle, options, 0.15);
+    problem = std::make_unique<RegressionProblem>(one, vehicle, options, Horizon{0.15});
   }
   std::unique_ptr<NoiseModel> noise() const {
     return estimate_noise(*problem, slow_columns(*problem), Eigen::VectorXd::Zero(problem->rows()), 1);

@@ -77,8 +77,7 @@ struct Flight {
   bool speed_from_command = false;  ///< no measured rotor speeds: they are commands through the nominal lag
   CommandTrack commands;            ///< set with speed_from_command
   bool thrust_modelled = false;  ///< thrust is modelled from duty cycles; its scale is fitted to this flight
-  /// n, set with thrust_modelled: ln(mean rotor speed / its mean), ln(voltage / its mean)
-  Eigen::VectorXd log_drive, log_voltage;
+  Eigen::VectorXd log_voltage;   ///< n, set with thrust_modelled: ln(voltage / its mean)
   std::vector<Alignment> alignment;
   double floor_z = 0;  ///< m, world height of the floor that is used
   /// m, world height of the body origin while standing; empty: floor told, or never stood

@@ -219,28 +219,4 @@ FineMotion fine_motion(const ChosenSignals& signals, const Repaired& repaired, c
   return m;
 }
 
-Eigen::MatrixXd reference_motion(const Recording& recording, const Grid& grid, const Options& o) {
-  const auto given = [&](const char* name, const char* integral) -> Eigen::MatrixXd {
-    if (const Signal* s = recording.find(name)) return on_grid(*s, grid, o).x;
-    const Signal* s = integral ? recording.find(integral) : nullptr;
-    return s ? differentiate(on_grid(*s, grid, o).x, grid.rate_hz) : Eigen::MatrixXd::Zero(grid.size(), 0);
-  };
-  Eigen::MatrixXd v = given("ref_velocity", "ref_position"), a = given("ref_acceleration", "ref_velocity"),
-                  w = given("ref_angular_velocity", nullptr),
-                  dw = given("ref_angular_acceleration", "ref_angular_velocity");
-  if (a.cols() == 0 && v.cols() > 0) a = differentiate(v, grid.rate_hz);
-  const Signal* attitude = recording.find("ref_attitude");
-  if (attitude && w.cols() == 0) w = rate_from_attitude(on_grid(*attitude, grid, o).x, grid.rate_hz);
-  if (w.cols() > 0 && dw.cols() == 0) dw = differentiate(w, grid.rate_hz);
-  a.rowwise() += o.environment.gravity * Eigen::RowVector3d::UnitZ().leftCols(a.cols());
-  if (attitude) {
-    const Eigen::MatrixXd q = on_grid(*attitude, grid, o).x;
-    for (Eigen::MatrixXd* x : {&v, &a})
-      if (x->cols() == 3) turn_into_body(q, *x);
-  }
-  Eigen::MatrixXd out(grid.size(), v.cols() + a.cols() + w.cols() + dw.cols());
-  out << v, a, w, dw;
-  return out;
-}
-
 }  // namespace omniflight::diagnosis

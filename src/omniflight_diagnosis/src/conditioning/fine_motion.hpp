@@ -26,8 +26,4 @@ Result<Grid> fine_grid(const ChosenSignals& signals, const std::string& file, co
 FineMotion fine_motion(const ChosenSignals& signals, const Repaired& repaired, const Grid& grid,
                        const vehicle::Vehicle& vehicle, const Options& options, UsedSamples& used, Flight& f);
 
-/// Flight::reference on the fine grid.
-Eigen::MatrixXd reference_motion(const recording::Recording& recording, const Grid& grid,
-                                 const Options& options);
-
 }  // namespace omniflight::diagnosis

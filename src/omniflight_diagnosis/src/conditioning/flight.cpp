@@ -9,6 +9,7 @@
 #include "neighbours.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 #include "omniflight_physics/effect_ids.hpp"
+#include "reference_motion.hpp"
 #include "segments.hpp"
 #include "sensor_faults.hpp"
 #include "sensor_noise.hpp"
@@ -128,7 +129,7 @@ std::vector<char> sample_flight(const Recording& recording, const FineMotion& m,
                                 Flight& f) {
   const std::vector<physics::NeighbourTrack> neighbours = neighbours_of(recording, o);
   const Eigen::MatrixXd spin_up = differentiate(m.rotor_turning, grid.rate_hz);
-  const Eigen::MatrixXd asked = reference_motion(recording, grid, o);
+  const Eigen::MatrixXd asked = reference_motion(recording, grid, vehicle, o);
   const Signal* reference = f.has_position ? recording.find("ref_position") : nullptr;
   const Eigen::MatrixXd place_asked = reference ? on_grid(*reference, grid, o).x : Eigen::MatrixXd();
   physics::Environment environment = o.environment;
@@ -180,17 +181,14 @@ CommandTrack commands_of(const Signal& speeds) {
   return out;
 }
 
-/// What a modelled thrust depends on besides its scale.
-void add_drive(const Recording& recording, Flight& f) {
+void add_voltage(const Recording& recording, Flight& f) {
   const int n = f.size();
-  f.log_drive = f.log_voltage = Eigen::VectorXd::Zero(n);
+  f.log_voltage = Eigen::VectorXd::Zero(n);
   const Signal* vbat = recording.find("vbat");
   const Eigen::MatrixXd volt = vbat ? recording::resample(*vbat, f.t) : Eigen::MatrixXd::Ones(n, 1);
-  const double mean = vbat ? vbat->values.mean() : 1.0, top = f.rotor_speed.cwiseAbs().mean();
-  for (int k = 0; k < n; ++k) {
-    f.log_drive[k] = std::log(std::clamp(f.rotor_speed.row(k).cwiseAbs().mean() / top, 0.2, 5.0));
+  const double mean = vbat ? vbat->values.mean() : 1.0;
+  for (int k = 0; k < n; ++k)
     if (std::isfinite(volt(k, 0))) f.log_voltage[k] = std::log(std::clamp(volt(k, 0) / mean, 0.3, 3.0));
-  }
 }
 
 /// Clocks as recorded, since that is what the reader of a report has.
@@ -265,7 +263,7 @@ Result<Flight> conditioned(const Repaired& repaired, const vehicle::Vehicle& veh
   f.rate_hz = o.grid_hz;
   for (const Signal* s : signals->all()) f.reach_s = std::max(f.reach_s, s->median_period_s());
   std::vector<char> good = sample_flight(recording, motion, *grid, used, vehicle, o, f);
-  if (f.thrust_modelled) add_drive(recording, f);
+  if (f.thrust_modelled) add_voltage(recording, f);
   if (const Signal* aid = recording.find("position");
       aid && signals->velocity && signals->velocity->name == "est_velocity")
     cut_unaided(unaided(*aid, *grid, o.max_gap_s), *grid, used, good, f);

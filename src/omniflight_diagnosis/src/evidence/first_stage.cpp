@@ -1,14 +1,19 @@
 #include "first_stage.hpp"
 
 namespace omniflight::diagnosis {
+
+bool is_weak(const Eigen::Ref<const Eigen::VectorXd>& instrument, double coefficient,
+             const Eigen::Ref<const Eigen::VectorXd>& left, double least) {
+  const double explained = coefficient * instrument.squaredNorm();
+  return explained * explained < least * instrument.cwiseProduct(left).squaredNorm();
+}
+
 double first_stage(const Eigen::Ref<const Eigen::VectorXd>& predicted,
                    const Eigen::Ref<const Eigen::VectorXd>& measured) {
   const double information = predicted.squaredNorm();
   if (!(information > 0)) return 0;
   const double coefficient = predicted.dot(measured) / information;
-  const double explained = coefficient * coefficient * information;
-  const double left = (measured - coefficient * predicted).squaredNorm();
-  return explained * static_cast<double>(predicted.size()) < kWeakInstrument * left ? 0.0 : coefficient;
+  return is_weak(predicted, coefficient, measured - coefficient * predicted) ? 0.0 : coefficient;
 }
 
 Eigen::VectorXd first_stages(const Eigen::MatrixXd& predicted, const Eigen::MatrixXd& measured) {

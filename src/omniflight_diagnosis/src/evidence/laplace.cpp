@@ -351,12 +351,14 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
       if (!more) break;
     }
     double length = 1, fell = 0;
+    bool clipped = false;  // what is free is not at its optimum beside what met its bound
     for (int halving = 0; halving < 6; ++halving, length *= 0.4) {
       Eigen::VectorXd trial = u + length * step;
       for (Eigen::Index k = 0; k < layout.total; ++k) {
         const auto& c = layout.all[static_cast<std::size_t>(k)];
         trial[k] = std::clamp(trial[k], c.low, c.high);
       }
+      clipped = trial != u + length * step;
       evaluate(layout, trial, members, trial_rest, nullptr);
       const double value = 0.5 * (trial_rest.squaredNorm() + trial.squaredNorm());
       if (!(value < objective)) continue;
@@ -371,7 +373,7 @@ SetFit Evidence::fit(std::vector<SetMember> members) const {
     } else {
       evaluate(layout, u, members, rest, nullptr);
     }
-    if (fell < kConverged || (linear && length == 1)) break;
+    if (fell < kConverged || (linear && length == 1 && !clipped)) break;
   }
 
   // A free coordinate has no gradient at the optimum. What is left of one where a law has a kink (a rope that

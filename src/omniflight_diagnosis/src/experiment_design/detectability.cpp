@@ -66,7 +66,7 @@ void group(const std::vector<const physics::Effect*>& candidates, const std::vec
 void describe_candidates(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
                          const std::vector<const physics::Effect*>& candidates, const Options& o,
                          Intake& intake) {
-  const RegressionProblem problem(flights, vehicle, o, least_horizon(flights));
+  const RegressionProblem problem(flights, vehicle, o, Horizon{least_horizon(flights)});
   for (const StateVariable& v : state_variables(problem)) {
     if (v.x.size() == 0) continue;
     intake.excitation.push_back(

@@ -307,7 +307,7 @@ std::vector<ProposedFlight> propose_flights(const RegressionProblem& flown, cons
     const Flight planned = nominal_flight(f, start, vehicle, flight, o);
     if (planned.segments.empty()) continue;
     const Flight* one[] = {&planned};
-    const RegressionProblem next(one, vehicle, o, 0);
+    const RegressionProblem next(one, vehicle, o, Horizon{});
     const Whitener whiten_next(next, noise);
     const Eigen::MatrixXd known_next = whiten_next(calibration_named(next, names));
     std::vector<Seen> after;

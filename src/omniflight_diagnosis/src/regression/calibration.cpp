@@ -22,6 +22,11 @@ constexpr double kFilterDelay = 0.005;
 /// Exponent of thrust over rotor speed, one standard deviation about 2: thrust stands find 1.9 to 2.1.
 constexpr double kThrustExponent = 0.05;
 
+/// Half the second derivative of ln thrust by ln speed where thrust is modelled from duty cycles, one
+/// standard deviation: between a linear and a quadratic law of the duty cycle it is at most 1/8 /
+/// kDutyToSpeed^2.
+constexpr double kDutyCurvature = 0.1;
+
 /// Calibration::settled of quantities that do not depend on how well the vehicle was measured (air density,
 /// filters).
 constexpr double kSettled = 1;
@@ -32,7 +37,7 @@ constexpr double kLevel = 0.966, kLeastHover = 1;
 
 /// Numbers of parts, whose errors add up to what is told of the whole vehicle.
 constexpr std::array<std::string_view, 5> kOfParts{"rotor_scale", "rotor_axis", "rotor_place", "drag_torque",
-                                                 "center_of_mass"};
+                                                   "center_of_mass"};
 
 constexpr const char* kAxis[] = {"x", "y", "z"};
 
@@ -60,7 +65,7 @@ class Columns {
   void of_accelerometer();
   void of_rotors();
   void of_clocks(std::span<const Flight* const> flights);
-  void of_thrust_law(const std::vector<std::array<double, 2>>& drive);
+  void of_thrust_law(const std::vector<double>& log_voltage);
   Calibration take();
 
  private:
@@ -231,32 +236,33 @@ void Columns::of_clocks(std::span<const Flight* const> flights) {
         kSettled);
 }
 
-/// Exponent of thrust over speed: T ln(Omega / mean). For a thrust modelled from duty cycles, exponents of
-/// speed and of voltage, with `drive` as in calibrate().
-void Columns::of_thrust_law(const std::vector<std::array<double, 2>>& drive) {
-  if (modelled()) {
-    for (std::size_t k = 0; k < 2; ++k)
-      add(
-          k == 0 ? "thrust_exponent" : "thrust_voltage", "",
-          k == 0 ? tol_.modelled_exponent : tol_.modelled_voltage,
-          [&drive, k](const Situation& s, int i) {
-            return Vec6(physics::rotor_wrench(s) * drive[static_cast<std::size_t>(i)][k]);
-          },
-          kSettled);
-    return;
-  }
+/// Thrust over speed: its exponent, T ln(Omega / mean) along each rotor. That of a thrust from duty cycles is
+/// no power of any: there is also T ln(Omega / mean)^2, and the wrench times ln(voltage / mean).
+void Columns::of_thrust_law(const std::vector<double>& log_voltage) {
   double mean = 0;
   for (int i = 0; i < problem_.samples(); ++i)
     for (const RotorSituation& r : problem_.situation(i).all_rotors()) mean += std::abs(r.speed);
   mean = std::max(1.0, mean / std::max(1, problem_.samples() * rotors()));
+  const auto by_speed = [&](const char* kind, double deviation, int power) {
+    add(
+        kind, "", deviation,
+        [mean, power](Situation s, int) {
+          for (int k = 0; k < s.rotor_count; ++k) {
+            RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
+            const double ratio = std::log(std::max(0.1, std::abs(r.speed) / mean));
+            r.thrust *= power == 1 ? ratio : ratio * ratio;
+          }
+          return physics::rotor_wrench(s);
+        },
+        kSettled);
+  };
+  by_speed("thrust_exponent", modelled() ? tol_.modelled_exponent : kThrustExponent, 1);
+  if (!modelled()) return;
+  by_speed("thrust_curvature", kDutyCurvature, 2);
   add(
-      "thrust_exponent", "", kThrustExponent,
-      [mean](Situation s, int) {
-        for (int k = 0; k < s.rotor_count; ++k) {
-          RotorSituation& r = s.rotors[static_cast<std::size_t>(k)];
-          r.thrust *= std::log(std::max(0.1, std::abs(r.speed) / mean));
-        }
-        return physics::rotor_wrench(s);
+      "thrust_voltage", "", tol_.modelled_voltage,
+      [&log_voltage](const Situation& s, int i) {
+        return Vec6(physics::rotor_wrench(s) * log_voltage[static_cast<std::size_t>(i)]);
       },
       kSettled);
 }
@@ -311,14 +317,14 @@ Calibration Columns::take() {
 
 Calibration calibrate(const RegressionProblem& problem, std::span<const Flight* const> flights,
                       const vehicle::Vehicle& vehicle, const Options& options,
-                      const std::vector<std::array<double, 2>>& drive) {
+                      const std::vector<double>& log_voltage) {
   Columns columns(problem, vehicle, options);
   columns.of_constants();
   columns.of_body();
   columns.of_accelerometer();
   columns.of_rotors();
   columns.of_clocks(flights);
-  columns.of_thrust_law(drive);
+  columns.of_thrust_law(log_voltage);
   return columns.take();
 }
 

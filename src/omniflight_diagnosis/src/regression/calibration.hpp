@@ -6,10 +6,9 @@
 namespace omniflight::diagnosis {
 
 /// Columns [N, Nm, channel-major] per standard deviation of each parameter, at predicted and at measured
-/// states. `drive`: per sample ln(speed / mean) and ln(voltage / mean), for a thrust that is modelled from
-/// duty cycles.
+/// states. `log_voltage`: per sample ln(voltage / mean), for a thrust that is modelled from duty cycles.
 Calibration calibrate(const RegressionProblem& problem, std::span<const Flight* const> flights,
                       const vehicle::Vehicle& vehicle, const Options& options,
-                      const std::vector<std::array<double, 2>>& drive);
+                      const std::vector<double>& log_voltage);
 
 }  // namespace omniflight::diagnosis

@@ -151,7 +151,7 @@ struct CommandedWrench::Known {
 CommandedWrench::CommandedWrench(const vehicle::Vehicle& vehicle)
     : vehicle_(vehicle), step_(step_of(vehicle)), known_(std::make_shared<Known>()) {}
 
-void CommandedWrench::add(const Flight& f, Segment segment, double period, int lag) {
+void CommandedWrench::add(const Flight& f, Segment segment, double period, int lag, bool reference_alone) {
   const int n = segment.end - segment.begin;
   const physics::Actuation nominal = physics::nominal_actuation(vehicle_);
   period_ = period;
@@ -168,8 +168,9 @@ void CommandedWrench::add(const Flight& f, Segment segment, double period, int l
     const Eigen::MatrixXd commands = commands_on_grid(f).middleRows(segment.begin, n);
     const std::span<const physics::Situation> situations{f.situation.data() + segment.begin,
                                                          static_cast<std::size_t>(n)};
-    p.ahead = predict_from_commands(
-        f, segment, wrench_of(commands.cwiseProduct(commands.cwiseAbs()), situations), period, lag);
+    p.ahead =
+        predict_from_commands(f, segment, wrench_of(commands.cwiseProduct(commands.cwiseAbs()), situations),
+                              period, lag, reference_alone);
     p.expected.width = period;
     for (int i = 0; i < n; ++i) p.expected.track.t.push_back(i * period);
     p.expected.track.value = p.ahead->of(commands).transpose();

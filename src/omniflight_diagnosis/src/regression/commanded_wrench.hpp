@@ -16,9 +16,9 @@ class CommandedWrench {
  public:
   explicit CommandedWrench(const vehicle::Vehicle& vehicle);
 
-  /// Adds a stretch with samples spaced by `period` [s] and a prediction horizon of `lag` samples. Stretches
-  /// must be added in the order of their rows in RegressionProblem.
-  void add(const Flight& flight, Segment segment, double period, int lag);
+  /// Adds a stretch with samples spaced by `period` [s] and a prediction horizon of `lag` samples, see
+  /// Horizon. Stretches must be added in the order of their rows in RegressionProblem.
+  void add(const Flight& flight, Segment segment, double period, int lag, bool reference_alone);
 
   /// Wrench [N, Nm, body axes, about the body origin] of an effect at theta over all samples, channel-major
   /// as in RegressionProblem. Rotor geometry is that of `measured`. With `predicted`, its conditional

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "linear_prediction.hpp"
 #include "omniflight_diagnosis/residual.hpp"
@@ -25,6 +26,8 @@ constexpr double kBlock = 1.0;
 /// step ahead of the sample to two steps behind.
 constexpr double kReferenceStep = 0.075;
 constexpr int kReferenceShifts = 4;
+/// The same where nothing else is known: a cascade of controllers answers within half a second.
+constexpr int kReferenceAloneShifts = 9;
 
 /// Arguments `apart` and `block` of LinearPrediction, in rows.
 int rows_apart(double period, int lag) { return lag + static_cast<int>(std::lround(kApart / period)); }
@@ -49,6 +52,34 @@ Eigen::Matrix<double, 1, kState> state_before(const Measured& measured, int i, i
   return out;
 }
 
+/// The first `lag` samples have no past: what was to be known of it is as it mostly is.
+void without_a_past(int lag, Eigen::Ref<Eigen::MatrixXd> known) {
+  const Eigen::Index first = std::min<Eigen::Index>(lag, known.rows() - 1);
+  const Eigen::RowVectorXd mean = known.bottomRows(known.rows() - first).colwise().mean();
+  known.topRows(first).rowwise() = mean;
+}
+
+/// Speed and acceleration of a rotor; n x 2.
+template <class Measured>
+Eigen::MatrixXd turning_of(const Measured& measured, Eigen::Index n, std::size_t rotor) {
+  Eigen::MatrixXd out(n, 2);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const physics::RotorSituation& r = measured(static_cast<int>(i)).rotors[rotor];
+    out.row(i) << r.speed, r.acceleration;
+  }
+  return out;
+}
+
+/// `predicted`: speed and acceleration, n x 2.
+void set_rotor(const Eigen::MatrixXd& predicted, std::size_t rotor, std::vector<physics::Situation>& out) {
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    physics::RotorSituation& x = out[i].rotors[rotor];
+    x.speed = predicted(static_cast<Eigen::Index>(i), 0);
+    x.acceleration = predicted(static_cast<Eigen::Index>(i), 1);
+    x.thrust = x.thrust_coefficient * x.speed * std::abs(x.speed);
+  }
+}
+
 /// Replaces rotor speeds and accelerations in `out` by predictions from their own past, the past state and
 /// `asked`.
 template <class Measured>
@@ -56,36 +87,31 @@ void predict_rotors(std::vector<physics::Situation>& out, int lag, int block, in
                     const Measured& measured, const Eigen::MatrixXd& asked) {
   const auto n = static_cast<Eigen::Index>(out.size());
   constexpr Eigen::Index kOwn = 4;
-  Eigen::MatrixXd known(n, kState + asked.cols() + kOwn), targets(n, 2);
+  Eigen::MatrixXd known(n, kState + asked.cols() + kOwn);
   known.middleCols(kState, asked.cols()) = asked;
   for (Eigen::Index i = 0; i < n; ++i)
     known.row(i).head<kState>() = state_before(measured, static_cast<int>(i), lag);
-  for (int r = 0; r < out[0].rotor_count; ++r) {
+  without_a_past(lag, known.leftCols(kState));
+  for (std::size_t r = 0; r < static_cast<std::size_t>(out[0].rotor_count); ++r) {
     const auto rotor = [&](Eigen::Index i) -> const physics::RotorSituation& {
-      return measured(static_cast<int>(i)).rotors[static_cast<std::size_t>(r)];
+      return measured(static_cast<int>(i)).rotors[r];
     };
-    for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index i = 0; i < n; ++i)
       known.row(i).tail<kOwn>() << rotor(i - lag).speed, rotor(i - lag).acceleration,
           rotor(i - lag - 1).speed, rotor(i - lag - 2).speed;
-      targets.row(i) << rotor(i).speed, rotor(i).acceleration;
-    }
-    const Eigen::MatrixXd predicted = predict_linearly(known, targets, block, apart);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      physics::RotorSituation& x = out[static_cast<std::size_t>(i)].rotors[static_cast<std::size_t>(r)];
-      x.speed = predicted(i, 0);
-      x.acceleration = predicted(i, 1);
-      x.thrust = x.thrust_coefficient * x.speed * std::abs(x.speed);
-    }
+    without_a_past(lag, known.rightCols(kOwn));
+    set_rotor(predict_linearly(known, turning_of(measured, n, r), block, apart), r, out);
   }
 }
 
-/// The reference at shifts of multiples of kReferenceStep around each sample; n x (kReferenceShifts columns).
-Eigen::MatrixXd reference_around(const Eigen::MatrixXd& reference, Segment segment, double period) {
+/// The reference from one step of kReferenceStep ahead of each sample backwards; n x (shifts columns).
+Eigen::MatrixXd reference_around(const Eigen::MatrixXd& reference, Segment segment, double period,
+                                 int shifts) {
   const Eigen::Index n = segment.end - segment.begin, m = reference.cols();
   const int step = std::max(1, static_cast<int>(std::lround(kReferenceStep / period)));
-  Eigen::MatrixXd out(n, m * kReferenceShifts);
+  Eigen::MatrixXd out(n, m * shifts);
   for (Eigen::Index i = 0; i < n; ++i)
-    for (int k = 0; k < kReferenceShifts; ++k) {
+    for (int k = 0; k < shifts; ++k) {
       const Eigen::Index from =
           std::clamp<Eigen::Index>(segment.begin + i + (1 - k) * step, 0, reference.rows() - 1);
       out.row(i).segment(k * m, m) = reference.row(from);
@@ -104,12 +130,15 @@ double least_horizon(std::span<const Flight* const> flights) {
 }
 
 LinearPrediction predict_from_commands(const Flight& f, Segment segment, const Eigen::MatrixXd& commanded,
-                                       double period, int lag) {
+                                       double period, int lag, bool reference_alone) {
+  const int block = rows_of_block(period), apart = rows_apart(period, lag);
+  if (reference_alone)
+    return {reference_around(f.reference, segment, period, kReferenceAloneShifts), block, apart};
   const Eigen::Index n = segment.end - segment.begin;
   const auto measured = [&](int i) -> const physics::Situation& {
     return f.situation[static_cast<std::size_t>(segment.begin + std::max(0, i))];
   };
-  const Eigen::MatrixXd asked = reference_around(f.reference, segment, period);
+  const Eigen::MatrixXd asked = reference_around(f.reference, segment, period, kReferenceShifts);
   // Samples; a motor lag remembers some tenths of a second
   constexpr std::array<int, 5> kBefore{0, 1, 2, 4, 8};
   Eigen::MatrixXd known(n, kState + asked.cols() + static_cast<Eigen::Index>(6 * kBefore.size()));
@@ -120,13 +149,15 @@ LinearPrediction predict_from_commands(const Flight& f, Segment segment, const E
       known.row(i).segment<6>(kState + asked.cols() + static_cast<Eigen::Index>(6 * k)) =
           commanded.row(std::max<Eigen::Index>(0, i - lag - kBefore[k]));
   }
-  return {known, rows_of_block(period), rows_apart(period, lag)};
+  without_a_past(lag, known.leftCols(kState));
+  without_a_past(lag, known.rightCols(static_cast<Eigen::Index>(6 * kBefore.size())));
+  return {known, block, apart};
 }
 
 std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, const Mat6& inertia,
-                                              const Vec3& center_of_mass, double period, int lag) {
+                                              const Vec3& center_of_mass, double period, int lag,
+                                              bool reference_alone) {
   const int n = segment.end - segment.begin;
-  const double ahead = lag * period;
   const int apart = rows_apart(period, lag), block = rows_of_block(period);
   const Eigen::PartialPivLU<Mat6> mass(inertia);
   const auto measured = [&](int i) -> const physics::Situation& {
@@ -139,13 +170,21 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
     slow.push_back(i == 0 ? rest[0] : Vec6(keep * slow.back() + (1 - keep) * rest.back()));
   }
   std::vector<physics::Situation> out(f.situation.begin() + segment.begin, f.situation.begin() + segment.end);
-  const Eigen::MatrixXd asked = reference_around(f.reference, segment, period);
-  predict_rotors(out, lag, block, apart, measured, asked);
+  const Eigen::MatrixXd asked = reference_around(f.reference, segment, period,
+                                                 reference_alone ? kReferenceAloneShifts : kReferenceShifts);
+  const auto from_reference =
+      reference_alone ? std::optional<LinearPrediction>(std::in_place, asked, block, apart) : std::nullopt;
+  if (from_reference)
+    for (std::size_t r = 0; r < static_cast<std::size_t>(out[0].rotor_count); ++r)
+      set_rotor(from_reference->of(turning_of(measured, n, r)), r, out);
+  else
+    predict_rotors(out, lag, block, apart, measured, asked);
   Eigen::MatrixXd known(n, 24 + asked.cols()), targets(n, 9);
   known.rightCols(asked.cols()) = asked;
   for (int i = 0; i < n; ++i) {
     physics::Situation& s = out[static_cast<std::size_t>(i)];
     const physics::Situation &now = measured(i), &then = measured(i - lag), &last = measured(i - lag);
+    const double ahead = std::min(i, lag) * period;
     // acceleration of the predicted rotors, and of the low-passed residual at the horizon
     const Vec6 modelled =
         acceleration_of(now) +
@@ -164,15 +203,20 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
     s.observed_dw_B = now.dw_WB_B;
     s.a_WB_B = modelled.head<3>();
   }
+  without_a_past(lag, known.leftCols(24));
   // The angular acceleration is predicted without the residual: otherwise an inertia error of any sign would
   // predict the residual from its own past.
   Eigen::MatrixXd motion(n, 12 + asked.cols());
   motion << known.middleCols(6, 6), known.middleCols(18, 6), asked;
-  const Eigen::MatrixXd predicted = predict_linearly(known, targets.leftCols(6), block, apart),
-                        turning = predict_linearly(motion, targets.rightCols(3), block, apart);
-  for (int i = lag; i < n; ++i) {
+  const auto predict = [&](const Eigen::MatrixXd& from, const Eigen::MatrixXd& what) {
+    return from_reference ? from_reference->of(what) : predict_linearly(from, what, block, apart);
+  };
+  const Eigen::MatrixXd predicted = predict(known, targets.leftCols(6)),
+                        turning = predict(motion, targets.rightCols(3));
+  for (int i = 0; i < n; ++i) {
     physics::Situation& s = out[static_cast<std::size_t>(i)];
     const physics::Situation& last = measured(i - lag);
+    const double ahead = std::min(i, lag) * period;
     s.body.w_WB_B = predicted.row(i).segment<3>(0).transpose();
     s.body.v_WB_W = last.R_WB * Vec3(predicted.row(i).segment<3>(3).transpose());
     s.body.p_WB = last.body.p_WB + 0.5 * ahead * (last.body.v_WB_W + s.body.v_WB_W);

@@ -27,7 +27,7 @@ constexpr double kDriveStep = 0.02;
 }  // namespace
 
 RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
-                                     const Options& options, double horizon_s)
+                                     const Options& options, Horizon horizon)
     : flight_count_(static_cast<int>(flights.size())),
       period_(1.0 / options.grid_hz),
       size_(physics::size_of(vehicle, options.environment.gravity)),
@@ -36,9 +36,9 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
   const Mat3 c = skew(vehicle.center_of_mass);
   inertia_ << vehicle.mass * Mat3::Identity(), -vehicle.mass * c, vehicle.mass * c,
       vehicle.inertia - vehicle.mass * c * c;
-  const int lag = std::max(1, static_cast<int>(std::ceil(horizon_s / period_ - 1e-9)));
+  const int lag = std::max(1, static_cast<int>(std::ceil(horizon.s / period_ - 1e-9)));
   std::vector<Vec6> rest, drawn;
-  std::vector<std::array<double, 2>> drive;  // of a modelled thrust: ln of speed and voltage over means
+  std::vector<double> log_voltage;  // of a modelled thrust
   lowest_.setConstant(1e18);
   highest_.setConstant(-1e18);
   for (int k = 0; k < flight_count_; ++k) {
@@ -47,8 +47,8 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
     kernel_s_.push_back(f.kernel_s);
     for (const Segment& segment : f.segments) {
       const std::vector<physics::Situation> ahead =
-          predetermined(f, segment, inertia_, vehicle.center_of_mass, period_, lag);
-      commanded_.add(f, segment, period_, lag);
+          predetermined(f, segment, inertia_, vehicle.center_of_mass, period_, lag, horizon.reference_alone);
+      commanded_.add(f, segment, period_, lag, horizon.reference_alone);
       stretches_.push_back({n_, n_ + segment.end - segment.begin, k});
       for (int i = segment.begin; i < segment.end; ++i, ++n_) {
         const physics::Situation& now = f.situation[static_cast<std::size_t>(i)];
@@ -56,8 +56,7 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
         if (f.sensor_noise.size() > 0) drawn.emplace_back(f.sensor_noise.row(i));
         situation_.push_back(ahead[static_cast<std::size_t>(i - segment.begin)]);
         measured_.push_back(now);
-        const bool modelled = f.log_drive.size() > 0;
-        drive.push_back({modelled ? f.log_drive[i] : 0.0, modelled ? f.log_voltage[i] : 0.0});
+        log_voltage.push_back(f.log_voltage.size() > 0 ? f.log_voltage[i] : 0.0);
         const Vec3& p = now.body.p_WB;
         lowest_ = lowest_.cwiseMin(p);
         highest_ = highest_.cwiseMax(p);
@@ -86,7 +85,7 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
   if (drawn.size() == rest.size()) sensor_noise_ = channel_major(drawn);
   temperature_ = noise_told() ? options.told_temperature : options.temperature;
   expected_.setZero(rows());
-  calibration_ = calibrate(*this, flights, vehicle, options, drive);
+  calibration_ = calibrate(*this, flights, vehicle, options, log_voltage);
 }
 
 void RegressionProblem::expect(const Eigen::VectorXd& wrench) {

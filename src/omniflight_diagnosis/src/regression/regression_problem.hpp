@@ -11,6 +11,7 @@
 #include "commanded_wrench.hpp"
 #include "omniflight_diagnosis/flight.hpp"
 #include "omniflight_physics/prior.hpp"
+#include "predetermined.hpp"
 
 namespace omniflight::diagnosis {
 
@@ -60,9 +61,8 @@ struct Calibration {
 /// body.
 class RegressionProblem {
  public:
-  /// Regressors are predicted over horizon_s [s].
   RegressionProblem(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
-                    const Options& options, double horizon_s);
+                    const Options& options, Horizon horizon);
 
   int samples() const { return n_; }
   int rows() const { return 6 * n_; }

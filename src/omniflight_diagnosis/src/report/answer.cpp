@@ -185,7 +185,7 @@ void add_decisions(const Inference& in, const std::set<std::string>& named, Diag
     }
   }
   for (const HorizonTest& t : in.horizon.tests)
-    d.decisions.push_back({format("horizon %.3f s", t.horizon_s),
+    d.decisions.push_back({format("horizon %.3f s%s", t.horizon.s, t.horizon.reference_alone ? ", reference alone" : ""),
                            std::string("estimates against those of longer horizons") +
                                (t.beside_found ? ", beside what was found" : "") +
                                (t.about.empty() ? "" : ", " + t.about),

@@ -52,7 +52,7 @@ std::optional<double> hub_height(const std::vector<Flight>& flights, const vehic
     if (f.stood_at) standing.push_back(f);
   if (!(radius > 0) || standing.empty()) return {};
   const std::vector<const Flight*> all = pointers_to(standing);
-  const double horizon = least_horizon(all);
+  const Horizon horizon{least_horizon(all)};
   const RegressionProblem assumed(all, vehicle, o, horizon);
   const auto noise = estimate_noise(assumed, slow_columns(assumed), Eigen::VectorXd::Zero(assumed.rows()),
                                     assumed.temperature());  // the floor is no matter to it

@@ -14,16 +14,21 @@ namespace {
 
 /// Horizons [s] that are asked besides the shortest that the sensors' kernels allow; controllers of
 /// multirotors answer within about 0.1 s, so that little of a disturbance is left in what was predicted 0.3 s
-/// before.
+/// before. Turbulence is slower than that about yaw: the last to be asked is the reference alone.
 constexpr std::array<double, 3> kHorizons{0.075, 0.15, 0.3};
 
-/// Calibration beside which horizons are compared, and its standard deviations over those that are assumed or
-/// told: a body whose numbers are wrong is no reason to predict further ahead. What follows the rotors is not
-/// among it, since feedback would hide there.
+/// Calibration beside which horizons are compared. What follows the rotors is not among it, since feedback
+/// would hide there.
 constexpr std::array<std::string_view, 8> kOfBody{
     "torque_trim",         "world_force",        "acceleration_bias", "inertia",
     "accelerometer_scale", "accelerometer_turn", "center_of_mass",    "imu_position"};
+/// Its standard deviations, over those that are assumed or told, beside what is always asked: a body whose
+/// numbers are wrong is no reason to predict further ahead. Beside laws it is one, as where they were found:
+/// a wrong inertia, mass or force is a law, too.
 constexpr double kWide = 10;
+/// F statistic below which a coefficient is not compared. Its own variance is in the test: a weak instrument
+/// only loses power, but what chance alone explains has no distribution.
+constexpr double kComparable = 2;
 constexpr double kUnbound = 1e4;  ///< norm of a whitened column that a prior of one does not move
 
 constexpr std::array<const char*, 12> kAsked{"Fx of rotors", "Fy of rotors", "Fz of rotors", "Mx of rotors",
@@ -71,7 +76,8 @@ Regressors of_laws(const RegressionProblem& p, std::span<const EffectTerm> laws)
 
 /// Each beside the others and beside the body's calibration: what its numbers have wrong correlates with a
 /// regressor differently at every horizon, and would look like feedback.
-std::vector<Estimator> estimators(const RegressionProblem& p, const NoiseModel& noise, const Regressors& x) {
+std::vector<Estimator> estimators(const RegressionProblem& p, const NoiseModel& noise, const Regressors& x,
+                                  double width) {
   const Eigen::Index asked = x.predicted.cols();
   const Calibration& calibration = p.calibration();
   std::vector<Eigen::Index> of_body;
@@ -80,7 +86,7 @@ std::vector<Estimator> estimators(const RegressionProblem& p, const NoiseModel& 
       of_body.push_back(static_cast<Eigen::Index>(k));
   const auto beside = static_cast<Eigen::Index>(of_body.size());
   Eigen::MatrixXd A(noise.whitened_rows(), beside + asked);
-  A << kWide * noise.apply(calibration.columns(Eigen::all, of_body)), noise.apply(x.predicted);
+  A << width * noise.apply(calibration.columns(Eigen::all, of_body)), noise.apply(x.predicted);
   const Eigen::MatrixXd z = noise.apply(x.measured);
   // without a prior for what is asked
   Eigen::VectorXd norm = A.rightCols(asked).colwise().norm().cwiseMax(1e-300);
@@ -96,21 +102,25 @@ std::vector<Estimator> estimators(const RegressionProblem& p, const NoiseModel& 
     const Eigen::Index at = beside + k;
     if (!(covariance(at, at) < 0.5)) continue;  // not excited, beside the others
     const Eigen::VectorXd own = A * covariance.col(at) / covariance(at, at);
-    const double explained = coefficients(at, k) * coefficients(at, k) * own.squaredNorm();
-    if (explained * static_cast<double>(own.size()) < kWeakInstrument * left.col(k).squaredNorm()) continue;
+    if (is_weak(own, coefficients(at, k), left.col(k), kComparable)) continue;
     out[static_cast<std::size_t>(k)] = own / own.dot(z.col(k));
   }
   return out;
 }
 
+/// What a horizon comes to.
+double in_samples(double horizon_s, const Options& o) { return std::ceil(horizon_s * o.grid_hz - 1e-9); }
+
 }  // namespace
 
 Horizons::Horizons(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
                    const Options& o) {
-  horizons_s_.push_back(least_horizon(flights));
+  horizons_.push_back({least_horizon(flights)});
   for (const double h : kHorizons)
-    if (h > horizons_s_.back() + 0.5 / o.grid_hz) horizons_s_.push_back(h);
-  for (const double h : horizons_s_)
+    if (in_samples(h, o) > in_samples(horizons_.back().s, o)) horizons_.push_back({h});
+  if (std::all_of(flights.begin(), flights.end(), [](const Flight* f) { return f->reference.cols() > 0; }))
+    horizons_.push_back({horizons_.back().s, true});
+  for (const Horizon& h : horizons_)
     problems_.push_back(std::make_unique<RegressionProblem>(flights, vehicle, o, h));
   slow_ = slow_columns(*problems_.front());
 }
@@ -126,32 +136,40 @@ HorizonTest Horizons::test(std::size_t k) const {
 HorizonTest Horizons::test(std::size_t k, const Eigen::VectorXd& known,
                            std::span<const EffectTerm> laws) const {
   HorizonTest out;
-  out.horizon_s = horizons_s_[k];
+  out.horizon = horizons_[k];
   out.beside_found = !known.isZero(0);
   if (k + 1 == count()) return out;  // the longest has nothing to disagree with
   const RegressionProblem& first = *problems_.front();
   const auto noise = estimate_noise(first, slow_, known, 1.0);
   const Eigen::VectorXd z = noise->apply(first.residual() - known);
-  const auto compare = [&](const auto& regressors, const auto& name) {
-    const auto own = estimators(*problems_[k], *noise, regressors(*problems_[k]));
+  const auto compare = [&](const auto& regressors, double width, const auto& name, HorizonTest& test) {
+    const auto own = estimators(*problems_[k], *noise, regressors(*problems_[k]), width);
     for (std::size_t longer = k + 1; longer < count(); ++longer) {
-      const auto there = estimators(*problems_[longer], *noise, regressors(*problems_[longer]));
+      const auto there = estimators(*problems_[longer], *noise, regressors(*problems_[longer]), width);
       for (std::size_t asked = 0; asked < own.size(); ++asked) {
         if (own[asked].size() == 0 || there[asked].size() == 0) continue;
         const Eigen::VectorXd difference = own[asked] - there[asked];
-        ++out.compared;
+        ++test.compared;
         const double statistic = std::pow(difference.dot(z), 2) / difference.squaredNorm();
-        if (statistic > out.statistic) {
-          out.statistic = statistic;
-          out.about = name(asked);
+        if (statistic > test.statistic) {
+          test.statistic = statistic;
+          test.about = name(asked);
         }
       }
     }
   };
-  compare(always_asked, [](std::size_t asked) { return std::string(kAsked[asked]); });
-  if (!laws.empty())
-    compare([&](const RegressionProblem& p) { return of_laws(p, laws); },
-            [&](std::size_t asked) { return laws[asked].effect->info().id; });
+  compare(
+      always_asked, kWide, [](std::size_t asked) { return std::string(kAsked[asked]); }, out);
+  if (laws.empty()) return out;
+  HorizonTest found;
+  compare([&](const RegressionProblem& p) { return of_laws(p, laws); }, 1,
+          [&](std::size_t asked) { return laws[asked].effect->info().id; }, found);
+  out.compared += found.compared;
+  out.of_laws = found.statistic;
+  if (found.statistic > out.statistic) {
+    out.statistic = found.statistic;
+    out.about = found.about;
+  }
   return out;
 }
 

@@ -18,8 +18,9 @@ inline constexpr double kHorizonsDisagree = 0.01;
 
 /// A horizon that was asked about, and the largest of its statistics against longer ones.
 struct HorizonTest {
-  double horizon_s = 0;
+  Horizon horizon;
   double statistic = 0;       ///< chi-square, one degree of freedom
+  double of_laws = 0;         ///< the largest that belongs to a law
   int compared = 0;           ///< statistics out of which this is the largest
   std::string about;          ///< the regressor it belongs to: "Mz of rotors", or the id of a law
   bool beside_found = false;  ///< on what the best set at this horizon leaves, not on the whole residual
@@ -30,12 +31,13 @@ struct HorizonTest {
 
 struct HorizonChoice {
   std::vector<HorizonTest> tests;  ///< in the order in which they were asked; last of the chosen horizon
-  double horizon_s() const { return tests.back().horizon_s; }
+  Horizon horizon() const { return tests.back().horizon; }
 };
 
 /// The horizons that may be chosen for these flights, and the test between them (the idea of Hausman 1978;
 /// the variance of a difference is that of its own weights on white noise): a short one is efficient, but
-/// biased where feedback acts on what the recording does not tell; a long one is less so.
+/// biased where feedback acts on what the recording does not tell; a long one is less so, and what follows
+/// from the reference alone not at all.
 class Horizons {
  public:
   Horizons(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle, const Options& options);
@@ -54,7 +56,7 @@ class Horizons {
 
  private:
   std::vector<std::unique_ptr<RegressionProblem>> problems_;  ///< the shortest horizon first
-  std::vector<double> horizons_s_;
+  std::vector<Horizon> horizons_;
   SlowColumns slow_;  ///< of the first, in whose noise all are tested
 };
 

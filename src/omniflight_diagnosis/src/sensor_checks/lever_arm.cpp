@@ -76,7 +76,7 @@ void attribute_lever(const Flight& flight, const vehicle::Vehicle& vehicle, cons
                                  [](const auto& p) { return p.effect == physics::effect_id::imu_lever_arm; });
   if (part == kinematics.parts.end() || !flight.has_accelerometer) return;
   const Flight* one[] = {&flight};
-  const RegressionProblem problem(one, vehicle, o, least_horizon(flight));
+  const RegressionProblem problem(one, vehicle, o, Horizon{least_horizon(flight)});
   const auto share = share_in_forces(problem, vehicle.mass, part->value, flight.rate_hz);
   if (!share) return;
   const bool sure = std::abs(share->value - 0.5) > 2 * share->se;

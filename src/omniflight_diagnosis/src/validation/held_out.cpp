@@ -49,7 +49,7 @@ std::vector<ChannelFit> before_and_after(const Flight& flight, const std::vector
                                          const Inference& inference, const vehicle::Vehicle& vehicle,
                                          const Options& o, const std::string& name) {
   const Flight* one[] = {&flight};
-  RegressionProblem problem(one, vehicle, o, inference.horizon.horizon_s());
+  RegressionProblem problem(one, vehicle, o, inference.horizon.horizon());
   if (problem.samples() == 0) return {};
   const SlowColumns slow = slow_columns(problem);
   const Eigen::VectorXd before = what_is_left(problem, slow, {}), after = what_is_left(problem, slow, laws);
@@ -83,7 +83,7 @@ std::vector<SetMember> laws_among(const Inference& in, const SetFit& set) {
 std::vector<EffectTerm> refitted(const Inference& in, std::vector<SetMember> members, const Flight& flight,
                                  const vehicle::Vehicle& vehicle, const Options& o) {
   const Flight* one[] = {&flight};
-  RegressionProblem problem(one, vehicle, o, in.horizon.horizon_s());
+  RegressionProblem problem(one, vehicle, o, in.horizon.horizon());
   const std::vector<EffectTerm> laws = laws_of(in.hypotheses, members);
   problem.expect(laws);
   const auto noise = estimate_noise(problem, slow_columns(problem), problem.wrench_of(laws), 1);
