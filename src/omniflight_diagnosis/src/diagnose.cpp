@@ -5,6 +5,7 @@
 #include "conditioning/imu_place.hpp"
 #include "conditioning/input_validation.hpp"
 #include "conditioning/pointers.hpp"
+#include "conditioning/reference_motion.hpp"
 #include "conditioning/repair.hpp"
 #include "drive/drive_inference.hpp"
 #include "experiment_design/next_flight.hpp"

@@ -231,29 +231,6 @@ void judge(const Loop& loop, const std::string& frame, Finding& f, std::vector<M
 
 }  // namespace
 
-bool attitude_is_free(const vehicle::Vehicle& vehicle,
-                      const std::vector<const recording::Recording*>& recordings) {
-  constexpr double kParallel = 0.999;  // cosine of 2.6 deg: mounting errors are not counted; chosen
-  const auto parallel_at = [&](double tilt) {
-    for (int i = 1; i < vehicle.rotor_count(); ++i)
-      if (std::abs(vehicle.rotor_axis(i, tilt).dot(vehicle.rotor_axis(0, tilt))) < kParallel) return false;
-    return true;
-  };
-  bool tilts = false, tilted = false, known = !recordings.empty();
-  for (const vehicle::Rotor& r : vehicle.rotors) tilts = tilts || r.tilts;
-  if (!tilts) return !parallel_at(0.0);
-  for (const recording::Recording* r : recordings) {
-    const recording::Signal* alpha = r->find("alpha") ? r->find("alpha") : r->find("alpha_command");
-    if (!alpha || alpha->empty() || alpha->width() != 1) {
-      known = false;
-      continue;
-    }
-    for (Eigen::Index i = 0; i < alpha->values.rows(); ++i)
-      if (std::isfinite(alpha->values(i, 0)) && !parallel_at(alpha->values(i, 0))) tilted = true;
-  }
-  return !known || tilted;
-}
-
 void add_control(const recording::Recording& r, const ToldController& told, Diagnosis& d,
                  bool attitude_free) {
   // Prefer the estimate that the controller used: noise in measured regressors attenuates the gains.

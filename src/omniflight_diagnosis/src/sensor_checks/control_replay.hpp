@@ -15,10 +15,6 @@ namespace omniflight::diagnosis {
 /// estimated here.
 void add_control(const recording::Recording& recording, const ToldController& told, Diagnosis& diagnosis,
                  bool attitude_free = true);
-/// Whether the rotor axes, at the recorded tilts, are not all parallel, so that attitude and position are
-/// controlled independently. True where the rotors tilt and the tilt is not recorded.
-bool attitude_is_free(const vehicle::Vehicle& vehicle,
-                      const std::vector<const recording::Recording*>& recordings);
 
 /// add_control() for every recording, equal findings merged. Diagnosis::controller is that of the first
 /// recording, which is the one that the closed-loop simulation repeats.
