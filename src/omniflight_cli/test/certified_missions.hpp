@@ -26,7 +26,8 @@ struct Kind {
   const char* vehicle;  ///< under configs/vehicles
   bool leans = false;   ///< into its motion (thrust_vector)
   bool tethered = false;
-  bool tilting = false;  ///< the tilt moves to another angle at each waypoint
+  bool tilting = false;    ///< the tilt moves to another angle at each waypoint
+  bool in_flight = false;  ///< and it does so on the way there
   planning::Timing timing = planning::Timing::minimum_jerk;
   double tracking_position = 0.02, tracking_attitude = to_radians(4.0);  ///< m, rad, beside gusts
 };
@@ -128,6 +129,7 @@ inline planning::Mission random_mission(Random& random, const Kind& kind, const 
         leans ? from_roll_pitch_yaw(Vec3(0, 0, heading)) : from_roll_pitch_yaw(Vec3(roll, pitch, heading));
     if (leans) w.heading = heading;
     if (kind.tilting && !m.waypoints.empty()) w.alpha = to_radians(random.uniform(35, 55));
+    w.tilt_in_flight = kind.in_flight && w.alpha.has_value();
     m.waypoints.push_back(w);
   }
   return m;

@@ -25,6 +25,11 @@ const Kind kKinds[] = {
     {.name = "omnimorph tethered, shortest", .vehicle = "omnimorph", .tethered = true, .timing = kShortest},
     {.name = "omnimorph shortest", .vehicle = "omnimorph", .timing = kShortest},
     {.name = "omnimorph tilting", .vehicle = "omnimorph", .tethered = true, .tilting = true},
+    {.name = "omnimorph tilting in flight",
+     .vehicle = "omnimorph",
+     .tethered = true,
+     .tilting = true,
+     .in_flight = true},
     {.name = "quadrotor",
      .vehicle = "quadrotor_1200g",
      .leans = true,
@@ -117,7 +122,7 @@ void print(const char* name, const Score& s) {
 
 TEST(CertifiedFlights, RandomPlansKeepClearOfEverythingWithGustsAndTheHungCable) {
   const char *asked = std::getenv("OMNIFLIGHT_REPETITIONS"), *other = std::getenv("OMNIFLIGHT_SEED");
-  const int wanted = asked ? std::atoi(asked) : 18;
+  const int wanted = asked ? std::atoi(asked) : 21;
   const auto seed = static_cast<std::uint64_t>(other ? std::atoll(other) : 32);
   std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
   const std::string configs = OMNIFLIGHT_SOURCE_ROOT "/configs/";
