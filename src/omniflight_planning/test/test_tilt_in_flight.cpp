@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "missions.hpp"
+#include "omniflight_planning/flown.hpp"
 #include "omniflight_planning/plan.hpp"
 
 namespace omniflight::planning {
@@ -122,6 +123,34 @@ TEST_F(TiltInFlight, HoldsAWayThatNoSingleTiltHolds) {
     EXPECT_NE(refusal.error().text().find("share of the rotors' range"), std::string::npos)
         << refusal.error().text();
   }
+}
+
+TEST_F(TiltInFlight, ItsClearanceIsThatOfTheTiltOfTheMoment) {
+  const std::string keys = ", rotor_headroom: 0.1}\nalpha_deg: 25\n";
+  const auto sinking = [&](const std::string& name, const std::string& height, const std::string& tilt) {
+    return planned(name, keys, "  - {name: low, position: [0, 0, " + height + "], " + tilt + "}\n");
+  };
+  const std::string moving = "alpha_deg: 60, tilt: in_flight";
+  const auto plan = sinking("sinking", "0.92", moving);
+  ASSERT_TRUE(plan) << plan.error().text();
+  const fs::path dir = fs::path(testing::TempDir()) / "tilt_sinking";
+  ASSERT_TRUE(write_plan(*plan, dir));
+  const auto report = verify(dir);
+  ASSERT_TRUE(report) << report.error().text();
+  // the lower rotors' rims over the counter, whose voxels end at 0.6 m
+  const double rim = 0.92 - 0.125 - 0.1016 * std::sin(to_radians(60));
+  std::vector<FlownPose> path;
+  for (const TrajectoryKnot& k : plan->trajectory.knots())
+    path.push_back({k.t, {k.reference.p_WB, k.reference.q_WB}, k.reference.alpha});
+  const auto flown = flown_clearance(path, omnimorph(), kConfigs / "test_beds/pyramid.bt");
+  ASSERT_TRUE(flown) << flown.error().text();
+  EXPECT_NEAR(flown->least, rim - 0.6, 2e-3);
+  // verify stops looking where what is left of the way cannot use up its room
+  EXPECT_GE(report->min_clearance, 0.1);
+  EXPECT_LT(report->min_clearance, 0.92 - 0.125 - 0.1016 * std::sin(to_radians(45)) - 0.6);
+  // 2 cm lower there is room at the first tilt only
+  EXPECT_TRUE(sinking("lower_at_first_tilt", "0.9", "hold_s: 0.1"));
+  EXPECT_FALSE(sinking("lower", "0.9", moving));
 }
 
 TEST_F(TiltInFlight, AMoveThatCannotBeFlownIsRefusedWithItsReason) {
