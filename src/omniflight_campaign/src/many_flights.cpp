@@ -36,8 +36,10 @@ struct Moment {
 
 class Flights {
  public:
-  Flights(const Loop& loop, simulation::Batch batch, std::vector<Pilot> pilots)
+  /// `first` is the number of the first of them.
+  Flights(const Loop& loop, std::size_t first, simulation::Batch batch, std::vector<Pilot> pilots)
       : loop_(loop),
+        first_(first),
         batch_(std::move(batch)),
         pilots_(std::move(pilots)),
         motion_(motion_of(loop.trajectory).value_or(std::pair{0.0, loop.trajectory.duration()})) {}
@@ -120,6 +122,7 @@ class Flights {
             const Vec3& error, double distance) {
     Pilot& p = pilots_[i];
     FlightFigures& f = p.figures;
+    if (loop_.watch && now.along >= 0) loop_.watch({first_ + i, now.along, state, batch_.alpha(i), a.u});
     if (now.ending) f.end_error = std::max(f.end_error, distance);
     if (!now.moving) return;
     ++p.looks;
@@ -141,13 +144,14 @@ class Flights {
   }
 
   const Loop& loop_;
+  std::size_t first_;
   simulation::Batch batch_;
   std::vector<Pilot> pilots_;
   std::pair<double, double> motion_;
   double free_since_ = 0;
 };
 
-Result<Flights> prepare(const Loop& loop, std::span<const OneFlight> flights) {
+Result<Flights> prepare(const Loop& loop, std::size_t first, std::span<const OneFlight> flights) {
   simulation::BatchConfig config;
   config.plant = loop.plant;
   std::vector<physics::Model> models;
@@ -164,7 +168,7 @@ Result<Flights> prepare(const Loop& loop, std::span<const OneFlight> flights) {
   }
   auto batch = simulation::Batch::create(loop.vehicle, models, config);
   if (!batch) return Failure(batch.error());
-  return Flights(loop, std::move(*batch), std::move(pilots));
+  return Flights(loop, first, std::move(*batch), std::move(pilots));
 }
 
 }  // namespace
@@ -174,7 +178,7 @@ Result<std::vector<FlightFigures>> fly_many(const Loop& loop, std::span<const On
   std::vector<FlightFigures> out;
   for (std::size_t first = 0; first < flights.size(); first += kTogether) {
     const auto some = flights.subspan(first, std::min(kTogether, flights.size() - first));
-    auto group = prepare(loop, some);
+    auto group = prepare(loop, first, some);
     if (!group) return Failure(group.error());
     const auto whole = group->fly(stop);
     if (!whole) return Failure(whole.error());

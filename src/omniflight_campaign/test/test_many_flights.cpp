@@ -44,6 +44,32 @@ TEST(ManyFlights, AreTheFlightsAlone) {
   EXPECT_NE((*together)[0].mean_power, (*together)[7].mean_power);
 }
 
+TEST(ManyFlights, AreWatchedFromTheBeginOfThePlanOn) {
+  Loop loop = hovering(2);
+  std::vector<OneFlight> flights;
+  for (int k = 0; k < 40; ++k) flights.push_back(one(loop, {{"payload_mass", {0.005 * k}}}));
+  std::vector<double> lowest(flights.size(), 1e9);
+  std::vector<int> looks(flights.size(), 0);
+  double first = 1e9;
+  loop.watch = [&](const FlightMoment& m) {
+    first = std::min(first, m.along);
+    ++looks[m.flight];
+    lowest[m.flight] = std::min(lowest[m.flight], m.state.p_WB.z());
+    EXPECT_EQ(m.u.size(), loop.vehicle.rotor_count());
+  };
+  const auto out = fly_many(loop, flights);
+  ASSERT_TRUE(out) << out.error().text();
+  EXPECT_GE(first, 0.0);
+  EXPECT_LT(first, kLookEvery * loop.control_period);
+  for (std::size_t k = 0; k < flights.size(); ++k) {
+    EXPECT_EQ(looks[k], looks[0]) << k;
+    EXPECT_GT(looks[k], 50) << k;
+    if (k > 0) {
+      EXPECT_LT(lowest[k], lowest[k - 1]) << k;  // the heavier sags further
+    }
+  }
+}
+
 TEST(ManyFlights, ALostOneEndsAndTheOthersFlyOn) {
   const Loop loop = hovering(2);
   const auto out = fly_many(

@@ -71,15 +71,7 @@ class ControllerComponent final : public bus::Component {
   Status subscribe() {
     using namespace msgs;
     // The tick comes last: once it is there, nothing that belongs to it is missed.
-    Status ok = listen<trajectory_msgs::MultiDOFJointTrajectory>(
-        trajectory_subscription_, topics::trajectory, bus::Qos::latched_last(), [this](const auto& m) {
-          auto received = from_message(m);
-          tilt_told_ = tells_tilt(m);
-          if (received)
-            trajectory_ = std::move(*received);
-          else
-            finish(Failure(received.error()));
-        });
+    Status ok = follow_trajectories();
     if (ok)
       ok = listen<sensor_msgs::Imu>(
           imu_, topics::imu, bus::Qos::bulk(64).from_one_publisher(), [this](const auto& m) {
@@ -130,6 +122,26 @@ class ControllerComponent final : public bus::Component {
         pending_->header.frame_id = nullptr;
       });
     return ok;
+  }
+
+  /// A trajectory that comes in flight takes the place of the one before in the same time. It is built before
+  /// the lock is taken: for thousands of knots that takes as long as a control period.
+  Status follow_trajectories() {
+    using Message = msgs::trajectory_msgs::MultiDOFJointTrajectory;
+    auto made = bus::Subscription<Message>::create(
+        participant(), topics::trajectory, bus::Qos::latched_last(), [this](const Message& m, std::int64_t) {
+          auto received = from_message(m);
+          if (!received) return finish(Failure(received.error()));
+          {
+            const std::lock_guard lock(mutex_);
+            tilt_told_ = tells_tilt(m);
+            std::swap(trajectory_, *received);
+          }
+          serve();
+        });
+    if (!made) return Failure(made.error());
+    trajectory_subscription_.emplace(std::move(*made));
+    return {};
   }
 
   /// Takes what arrives under the lock, then lets the component answer outside of it.

@@ -1,23 +1,38 @@
 // The planner on the bus: plans a mission (or takes a plan that is there) and publishes its trajectory,
-// latched.
+// latched. A mission that comes in flight (another goal, another map) is planned from the state that the
+// flight will have a lead later; the trajectory that is published then is the old one up to there and the new
+// one from then on, in the same time. Where there is no such plan in time, the reason is said and the old one
+// is flown.
+#include <atomic>
+#include <filesystem>
+
 #include "factories.hpp"
 #include "omniflight_bus/parameters.hpp"
+#include "omniflight_bus/say.hpp"
+#include "omniflight_bus/subscription.hpp"
 #include "omniflight_components/topics.hpp"
-#include "omniflight_planning/plan.hpp"
+#include "omniflight_planning/replan.hpp"
+#include "request_worker.hpp"
 #include "trajectory_message.hpp"
 
 namespace omniflight::components {
 namespace {
 
+using msgs::omniflight_msgs::ControllerState;
+using msgs::std_msgs::String;
+
 class Planner final : public bus::Component {
  public:
   Planner() : Component("planner") {}
+  ~Planner() override { worker_.stop(); }
 
  private:
   Status on_configure(const YAML::Node& node) override {
     bus::Parameters p(node, "planner");
     const std::string directory = p.text("plan", "");
     const std::string mission_name = p.text("mission", "");
+    lead_ = p.number("replan_lead_s", 2.0, 0.1, 60);
+    folder_ = p.text("replans", "");
     if (auto ok = p.finish(); !ok) return ok;
     if (directory.empty() == mission_name.empty())
       return bad_input("needs either a plan folder or a mission", "planner.plan");
@@ -35,20 +50,69 @@ class Planner final : public bus::Component {
     auto made = advertise<TrajectoryMessage>(topics::trajectory, bus::Qos::latched_last());
     if (!made) return Failure(made.error());
     publisher_.emplace(std::move(*made));
+    auto state = bus::Subscription<ControllerState>::create(
+        participant(), topics::controller, bus::Qos::bulk(512),
+        [this](const ControllerState& m, std::int64_t) { along_ = m.trajectory_time; });
+    if (!state) return Failure(state.error());
+    controller_.emplace(std::move(*state));
+    auto missions = bus::Subscription<String>::create(
+        participant(), topics::mission, bus::Qos::bulk(4),
+        [this](const String& m, std::int64_t) { worker_.ask(std::string(bus::text(m.data))); });
+    if (!missions) return Failure(missions.error());
+    missions_.emplace(std::move(*missions));
     return {};
   }
   Status on_activate() override {
     to_message(trajectory_, *message_);
-    return publisher_->publish(*message_, 0);
+    if (auto ok = publisher_->publish(*message_, 0); !ok) return ok;
+    worker_.start([this](const std::string& mission) { plan_again(mission); });
+    return {};
+  }
+  Status on_deactivate() override {
+    worker_.stop();
+    return {};
   }
   Status on_cleanup() override {
+    missions_.reset();
+    controller_.reset();
     publisher_.reset();
     return {};
   }
 
+  /// In the worker's thread, which alone changes the trajectory once the component is active.
+  void plan_again(const std::string& name) {
+    constexpr double kShareOfLead = 0.7;  // for planning; the rest is for the way over the bus
+    const auto keep = [&](const std::string& why) {
+      bus::say("planner", "the mission " + name + " is not flown, the old plan is kept: " + why);
+    };
+    const auto mission = planning::load_mission(name);
+    if (!mission) return keep(mission.error().text());
+    const double now = std::max(0.0, along_.load());
+    planning::PlanOptions options;
+    options.budget_s = std::min(mission->budget_s, kShareOfLead * lead_);
+    const auto next = planning::replan(*mission, trajectory_, now + lead_, options);
+    if (!next) return keep(next.error().text());
+    if (const double late = along_.load() - next->join; late > 0.0)
+      return keep("its plan came " + std::to_string(late) + " s after the time it was made for");
+    if (!folder_.empty())
+      if (auto ok = planning::write_plan(next->plan, folder_ / std::to_string(++replans_)); !ok)
+        return keep(ok.error().text());
+    trajectory_ = next->trajectory;
+    to_message(trajectory_, *message_);
+    if (auto ok = publisher_->publish(*message_, 0); !ok) return finish(ok);
+    bus::say("planner", "the mission " + name + " is flown from " + std::to_string(next->join) + " s on");
+  }
+
   Trajectory trajectory_;
+  double lead_ = 2.0;             // s, from a request to the time that its plan begins at
+  std::filesystem::path folder_;  // where plans that were made in flight are kept; empty: nowhere
+  int replans_ = 0;
+  std::atomic<double> along_{-1.0};  // s, time of the trajectory; negative before it begins
   bus::Message<TrajectoryMessage> message_;
   std::optional<bus::Publisher<TrajectoryMessage>> publisher_;
+  std::optional<bus::Subscription<ControllerState>> controller_;
+  std::optional<bus::Subscription<String>> missions_;
+  RequestWorker worker_;
 };
 
 }  // namespace

@@ -15,7 +15,7 @@ std::map<std::string, bus::Rights> make_rights() {
   const Topics everything{"*"};
   std::map<std::string, bus::Rights> out{
       {"recorder", {{t::recorder}, everything}},
-      {"planner", {{t::trajectory}, {}}},
+      {"planner", {{t::trajectory}, {t::controller, t::mission}}},
       {"allocator", {{t::allocator, t::command, t::lost_rotors}, {t::controller, t::rotors, t::failsafe}}},
       {"controller",
        {{t::controller, t::failsafe, t::transforms},
@@ -33,7 +33,7 @@ std::map<std::string, bus::Rights> make_rights() {
       {"emulator", {{t::mocap, t::emulated_mocap, t::truth}, {t::tick}}},
       {"natnet", {{t::mocap}, {}}},
       {"natnet_emulator", {{}, {t::emulated_mocap}}},
-      {"operator", {{t::wish}, everything}},
+      {"operator", {{t::wish, t::mission}, everything}},
   };
   bus::Rights all{{}, everything};
   for (auto& [role, rights] : out) {

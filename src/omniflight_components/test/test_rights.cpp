@@ -27,6 +27,7 @@ TEST(Rights, OneKindOfAuthorATopic) {
   EXPECT_EQ(who_says(topics::command), (Roles{"allocator", "container"}));
   EXPECT_EQ(who_says(topics::lost_rotors), (Roles{"allocator", "container"}));
   EXPECT_EQ(who_says(topics::wish), (Roles{"operator"}));
+  EXPECT_EQ(who_says(topics::mission), (Roles{"operator"}));
   EXPECT_EQ(who_says(topics::gate), (Roles{"gateway", "container"}));
   EXPECT_EQ(who_says(topics::failsafe), (Roles{"controller", "container"}));
   EXPECT_EQ(who_says(topics::transforms), (Roles{"controller", "container"}));

@@ -5,6 +5,7 @@
 
 #include "text.hpp"
 #include "tilt.hpp"
+#include "tilting_check.hpp"
 
 namespace omniflight::planning {
 namespace {
@@ -33,12 +34,36 @@ Status certify(const Trajectory& trajectory, const vehicle::Vehicle& vehicle, Ti
   c.alpha_lowest = c.alpha_highest = c.alpha;
   const Knots& all = trajectory.knots();
   const auto late = [&] { return out_of_time(deadline, "checking the finished curve"); };
+  const auto note = [&](const CurveCheck& curve, double start) -> Status {
+    if (curve.out_of_time) return late();
+    if (!curve.free)
+      return fail(ErrorCode::incomplete,
+                  text("curve_blocked: the curve comes within %.3f m at %.2f s", curve.min_clearance,
+                       start + curve.at),
+                  c.mission_file, "Reduce clearance_m or add waypoints");
+    c.witnesses += curve.witnesses;
+    if (curve.min_clearance < c.min_clearance)
+      c.min_clearance = curve.min_clearance, c.min_clearance_at = start + curve.at;
+    return {};
+  };
   for (const TiltPiece& piece : tilt_pieces(all)) {
     if (deadline.passed()) return late();
     const double tilt = all[piece.first].reference.alpha, start = all[piece.first].t;
-    c.alpha_lowest = std::min(c.alpha_lowest, tilt), c.alpha_highest = std::max(c.alpha_highest, tilt);
-    if (piece.moves) {  // its room was checked when it was made
-      const auto most = peaks_while_tilting(vehicle, all, piece, headroom);
+    for (std::size_t k = piece.first; k <= piece.last; k += piece.moves ? 1 : piece.last - piece.first) {
+      c.alpha_lowest = std::min(c.alpha_lowest, all[k].reference.alpha);
+      c.alpha_highest = std::max(c.alpha_highest, all[k].reference.alpha);
+    }
+    if (piece.moves) {
+      const Knots moving(all.begin() + static_cast<std::ptrdiff_t>(piece.first),
+                         all.begin() + static_cast<std::ptrdiff_t>(piece.last) + 1);
+      c.peak_tilt_rate = std::max(c.peak_tilt_rate, fastest_tilt(moving));
+      c.tilts_in_flight = c.tilts_in_flight || std::any_of(moving.begin(), moving.end(), [](const auto& k) {
+                            return k.reference.v_WB_W.norm() + k.reference.w_WB_B.norm() > 0.0;
+                          });
+      const auto curve = curve_while_tilting(trajectory, piece, vehicle, tilts, deadline);
+      if (!curve) return Failure(curve.error());
+      if (auto ok = note(*curve, 0.0); !ok) return ok;
+      const auto most = peaks_while_tilting(vehicle, all, piece, headroom, deadline);
       if (!most) return Failure(most.error());
       if (most->rotor_load > 1.0 - headroom)
         return fail(ErrorCode::incomplete,
@@ -63,15 +88,7 @@ Status certify(const Trajectory& trajectory, const vehicle::Vehicle& vehicle, Ti
     const auto here = tilts.at(tilt);
     if (!here) return Failure(here.error());
     const CurveCheck curve = (*here)->check.curve(part, deadline);
-    if (curve.out_of_time) return late();
-    if (!curve.free)
-      return fail(ErrorCode::incomplete,
-                  text("curve_blocked: the curve comes within %.3f m at %.2f s", curve.min_clearance,
-                       start + curve.at),
-                  c.mission_file, "Reduce clearance_m or add waypoints");
-    c.witnesses += curve.witnesses;
-    if (curve.min_clearance < c.min_clearance)
-      c.min_clearance = curve.min_clearance, c.min_clearance_at = start + curve.at;
+    if (auto ok = note(curve, start); !ok) return ok;
     const auto most = peaks_until(deadline, part.knots(), **here);
     if (!most) return late();
     c.peak = larger(c.peak, *most, start);

@@ -35,6 +35,9 @@ Result<FlightState> state_at(const Trajectory& trajectory, double t) {
   out.reference = trajectory.sample(t);
   auto next = std::lower_bound(knots.begin() + 1, knots.end() - 1, t,
                                [](const TrajectoryKnot& k, double value) { return k.t < value; });
+  if (next->reference.alpha != (next - 1)->reference.alpha)
+    return bad_input(text("the tilt of the rotors moves at %.3f s, and plans begin at a tilt that rests", t),
+                     "", "Give a time at which it rests");
   out.j_WB_W = jerk_between(*(next - 1), *next, std::max(0.0, t - (next - 1)->t));
   // the last knot is sampled at rest, which it is; before the first motion there was none
   if (t <= 0.0 || t >= trajectory.duration()) out.j_WB_W.setZero();

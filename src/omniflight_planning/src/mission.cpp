@@ -65,8 +65,11 @@ Waypoint read_waypoint(files::YamlReader item, const Waypoint* previous, std::si
     if (item.has("alpha_deg"))
       w.alpha = to_radians(item.number("alpha_deg", files::between(-180.0, 180.0, "deg")));
     if (!w.stop && w.alpha)
-      item.error_at("alpha_deg", "the tilt does not move in flight through a via point",
-                    "Use mode: must_stop");
+      item.error_at("alpha_deg", "a via point has no tilt of its own",
+                    "Use mode: must_stop, or give the tilt to the stop after it with tilt: in_flight");
+    w.tilt_in_flight = item.choice<bool>("tilt", {{"at_rest", false}, {"in_flight", true}}, false);
+    if (w.tilt_in_flight && !w.alpha)
+      item.error_at("tilt", "the tilt has nowhere to move to", "Give alpha_deg beside it");
   }
   return w;
 }

@@ -11,6 +11,7 @@
 #include "omniflight_planning/planner.hpp"
 #include "pace.hpp"
 #include "ride_leg.hpp"
+#include "ride_tilting.hpp"
 #include "stop_ride.hpp"
 #include "text.hpp"
 #include "upright.hpp"
@@ -203,7 +204,10 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
   for (std::size_t i = 0; i < mission.waypoints.size(); ++i) {
     const Waypoint& waypoint = mission.waypoints[i];
     if (deadline.passed()) return out_of_time(deadline, "checking the waypoints");
-    const auto here = tilts.at(alpha);
+    if (waypoint.tilt_in_flight) alpha = waypoint.alpha.value_or(alpha);
+    if (waypoint.alpha)
+      if (auto ok = tilts.in_range(*waypoint.alpha, waypoint.where); !ok) return Failure(ok.error());
+    const auto here = waypoint.stop ? tilts.at(alpha) : tilts.towards(i, alpha);
     if (!here) return Failure(here.error());
     if ((*here)->flat && mission.tether)
       return bad_input("tether: '" + vehicle.name +
@@ -222,8 +226,6 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
                               100.0 * (1.0 - mission.limits.rotor_headroom));
       return Failure(error);
     }
-    if (waypoint.alpha)
-      if (auto ok = tilts.in_range(*waypoint.alpha, waypoint.where); !ok) return Failure(ok.error());
     alpha = waypoint.alpha.value_or(alpha);
   }
   alpha = c.alpha;
@@ -235,7 +237,7 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
     const Waypoint& goal = mission.waypoints[i];
     if (deadline.passed()) return out_of_time(deadline, "on the way to " + goal.name);
     path_options.budget_s = kShareOfSearch * deadline.left();
-    const auto here = tilts.at(alpha);
+    const auto here = tilts.towards(i, alpha);
     if (!here) return Failure(here.error());
     // what is left is shared by the legs that are still to be planned
     const double shorter_s = mission.anytime ? kShareOfRestarts * deadline.left() /
@@ -252,7 +254,10 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
     if (path_length(*part) > 1e-6) leg.push_back(*part);
     if (!goal.stop) continue;
     if (!leg.empty()) {
-      auto ridden = ride_leg(leg, **here, mission.limits, mission.timing, deadline);
+      const bool tilts_on_the_way = goal.tilt_in_flight && *goal.alpha != alpha;
+      auto ridden = tilts_on_the_way
+                        ? ride_tilting(leg, alpha, *goal.alpha, vehicle, tilts, mission.limits, deadline)
+                        : ride_leg(leg, **here, mission.limits, mission.timing, deadline);
       if (!ridden) {
         Error error = ridden.error();
         error.message = goal.name + ": " + error.message;
@@ -261,6 +266,12 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
       }
       if (ridden->stops_on_the_way) c.reason += "stops at every corner on the way to " + goal.name + "; ";
       append(knots, ridden->knots);
+      if (tilts_on_the_way) {
+        alpha = *goal.alpha;
+        if (mission.timing == Timing::shortest)
+          c.reason += "timing: shortest does not apply on the way to " + goal.name +
+                      ", where the tilt moves in flight; ";
+      }
     }
     if (goal.alpha && *goal.alpha != alpha) {
       const auto move = tilts.move(alpha, goal);

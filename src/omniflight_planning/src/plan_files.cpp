@@ -4,14 +4,13 @@
 
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/plan.hpp"
+#include "plan_reader.hpp"
 
 namespace omniflight::planning {
 namespace {
 
-using Json = nlohmann::ordered_json;
 constexpr std::size_t kMaxPlanFile = 256 * files::kMegabyte;
 constexpr std::size_t kMaxOverrides = 1000;
-const char* const kPlanAgain = "Plan the mission again";
 
 Json array(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -104,7 +103,9 @@ Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
              {"acceleration_mps2", c.peak.acceleration},
              {"rate_dps", to_degrees(c.peak.rate)},
              {"angular_acceleration_dps2", to_degrees(c.peak.angular_acceleration)},
-             {"lean_deg", to_degrees(c.peak.lean)}}}};
+             {"lean_deg", to_degrees(c.peak.lean)},
+             {"tilt_rate_dps", to_degrees(c.peak_tilt_rate)}}},
+           {"tilts_in_flight", c.tilts_in_flight}};
   if (c.from) out["from"] = to_json(*c.from);
   if (c.tether) out["tether"] = to_json(*c.tether);
   if (c.payload) out["payload"] = {{"mass_kg", c.payload->mass}, {"position_m", array(c.payload->p_B)}};
@@ -147,75 +148,7 @@ std::string to_csv(const Plan& plan) {
   return out;
 }
 
-/// Reads numbers from JSON of unknown origin; the first problem is kept.
-class Reader {
- public:
-  explicit Reader(std::string file) : file_(std::move(file)) {}
-
-  double number(const Json& object, const char* key, double low, double high) {
-    const auto found = object.is_object() ? object.find(key) : object.end();
-    if (!object.is_object() || found == object.end() || !found->is_number())
-      return refuse(key, "is missing or no number");
-    const double value = found->get<double>();
-    if (!(value >= low && value <= high)) return refuse(key, "is outside its bounds");
-    return value;
-  }
-  template <int N>
-  Eigen::Matrix<double, N, 1> numbers(const Json& object, const char* key, double limit) {
-    Eigen::Matrix<double, N, 1> out = Eigen::Matrix<double, N, 1>::Zero();
-    const auto found = object.is_object() ? object.find(key) : object.end();
-    if (!object.is_object() || found == object.end() || !found->is_array() || found->size() != N) {
-      refuse(key, "is no list of " + std::to_string(N) + " numbers");
-      return out;
-    }
-    for (int i = 0; i < N; ++i) {
-      const Json& value = (*found)[static_cast<std::size_t>(i)];
-      out[i] = value.is_number() ? value.get<double>() : NAN;
-      if (!(std::abs(out[i]) <= limit)) refuse(key, "holds something that is no number within its bounds");
-    }
-    return out;
-  }
-  std::string string(const Json& object, const char* key) {
-    const auto found = object.is_object() ? object.find(key) : object.end();
-    if (!object.is_object() || found == object.end() || !found->is_string()) {
-      refuse(key, "is missing or no text");
-      return {};
-    }
-    return found->get<std::string>();
-  }
-  std::vector<std::string> strings(const Json& object, const char* key, std::size_t most) {
-    std::vector<std::string> out;
-    const Json& list = this->object(object, key);
-    if (!list.is_array() || list.size() > most) refuse(key, "is no list of texts");
-    for (const Json& item : list) {
-      if (!item.is_string()) refuse(key, "holds something that is no text");
-      if (!ok()) return {};
-      out.push_back(item.get<std::string>());
-    }
-    return out;
-  }
-  const Json& object(const Json& parent, const char* key) {
-    static const Json none = Json::object();
-    const auto found = parent.is_object() ? parent.find(key) : parent.end();
-    if (!parent.is_object() || found == parent.end() || !(found->is_object() || found->is_array())) {
-      refuse(key, "is missing");
-      return none;
-    }
-    return *found;
-  }
-  double refuse(const std::string& key, const std::string& why) {
-    if (ok()) message_ = (place_.empty() ? "" : place_ + ".") + key + " " + why;
-    return 0.0;
-  }
-  void at(std::string place) { place_ = std::move(place); }
-  bool ok() const { return message_.empty(); }
-  Failure failure() const { return bad_input(message_, file_, kPlanAgain); }
-
- private:
-  std::string file_, place_, message_;
-};
-
-Reference reference_of(Reader& r, const Json& item) {
+Reference reference_of(PlanReader& r, const Json& item) {
   Reference ref;
   ref.p_WB = r.numbers<3>(item, "p", 1e4);
   const Eigen::Vector4d q = r.numbers<4>(item, "q", 1.0 + 1e-6);
@@ -258,7 +191,7 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
   const auto certificate = parse(*certificate_bytes, certificate_file);
   if (!certificate) return Failure(certificate.error());
 
-  Reader c(certificate_file);
+  PlanReader c(certificate_file);
   Plan out;
   Certificate& o = out.certificate;
   if (c.string(*certificate, "schema") != "omniflight.certificate/1")
@@ -297,6 +230,12 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
   if (const auto searched = certificate->find("alpha_searched");
       searched != certificate->end() && searched->is_boolean())
     o.alpha_searched = searched->get<bool>();
+  if (certificate->contains("tilts_in_flight")) {  // not in plans made before it could be
+    const Json& in_flight = (*certificate)["tilts_in_flight"];
+    if (!in_flight.is_boolean()) c.refuse("tilts_in_flight", "is neither true nor false");
+    o.tilts_in_flight = in_flight.is_boolean() && in_flight.get<bool>();
+    o.peak_tilt_rate = to_radians(c.number(max, "tilt_rate_dps", 0.0, 1e5));
+  }
   o.duration = c.number(*certificate, "duration_s", 0.0, 1e5);
   o.clearance_asked = c.number(clearance, "asked_m", 0.0, 100.0);
   o.min_clearance = c.number(clearance, "min_m", 0.0, 100.0);
@@ -368,7 +307,7 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
 
   const auto json = parse(*bytes, trajectory_file);
   if (!json) return Failure(json.error());
-  Reader r(trajectory_file);
+  PlanReader r(trajectory_file);
   if (r.string(*json, "schema") != "omniflight.trajectory/1")
     r.refuse("schema", "is not omniflight.trajectory/1");
   const Json& list = r.object(*json, "knots");

@@ -39,8 +39,9 @@ std::string explain(const Result<Plan>& plan) {
            c.vehicle.c_str(), c.vehicle_mass, to_degrees(c.alpha), c.alpha_searched ? " (searched)" : "",
            c.duration, static_cast<unsigned long long>(c.seed), c.verdict.c_str());
   if (c.alpha_highest > c.alpha_lowest)
-    out += text("The tilt moves between %.1f and %.1f deg, at rest.\n", to_degrees(c.alpha_lowest),
-                to_degrees(c.alpha_highest));
+    out += text("The tilt moves between %.1f and %.1f deg, %s, at up to %.1f deg/s.\n",
+                to_degrees(c.alpha_lowest), to_degrees(c.alpha_highest),
+                c.tilts_in_flight ? "in flight" : "at rest", to_degrees(c.peak_tilt_rate));
   if (c.from)
     out += text(
         "It begins in flight at (%.2f, %.2f, %.2f) m with %.2f m/s, comes to rest, and goes on from there.\n",

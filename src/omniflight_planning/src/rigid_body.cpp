@@ -21,7 +21,7 @@ Failure bad_problem(const std::string& why, const std::string& field) {
   return bad_input(why, field, "Give numbers in the unit of the meshes");
 }
 
-std::string place(const Vec3& p) { return text("(%.6g, %.6g, %.6g)", p.x(), p.y(), p.z()); }
+std::string coordinates(const Vec3& p) { return text("(%.6g, %.6g, %.6g)", p.x(), p.y(), p.z()); }
 
 /// The edge of a voxel [m] with which a box holds about so many of them.
 double resolution_of(const Vec3& size, double voxels) {
@@ -37,12 +37,13 @@ Status check_problem(const RigidBodyProblem& p) {
     if (!is_finite(pose))
       return bad_problem("the pose is not finite or its quaternion is no unit one", field);
     if ((pose.p_WB - p.lower).minCoeff() < 0.0 || (p.upper - pose.p_WB).minCoeff() < 0.0)
-      return bad_problem(
-          place(pose.p_WB) + " lies outside of the box from " + place(p.lower) + " to " + place(p.upper),
-          field);
+      return bad_problem(coordinates(pose.p_WB) + " lies outside of the box from " + coordinates(p.lower) +
+                             " to " + coordinates(p.upper),
+                         field);
   }
   if (!p.lower.allFinite() || !p.upper.allFinite() || (p.upper - p.lower).minCoeff() <= 0.0)
-    return bad_problem("the box has no inside: " + place(p.lower) + " to " + place(p.upper), "bounds");
+    return bad_problem("the box has no inside: " + coordinates(p.lower) + " to " + coordinates(p.upper),
+                       "bounds");
   if (p.environment.triangles.empty() || p.body.triangles.empty())
     return bad_problem("environment or body has no triangle", "mesh");
   return {};
@@ -103,13 +104,13 @@ PathResult<std::vector<Pose>> RigidBodyScene::plan(const PathOptions& options) c
     if (!valid(given))
       return tl::unexpected<PathProblem>({is_start ? PathFailure::start_occupied : PathFailure::goal_occupied,
                                           std::string(is_start ? "the start " : "the goal ") +
-                                              place(given.p_WB) + " touches the environment"});
+                                              coordinates(given.p_WB) + " touches the environment"});
   }
   auto path = find_path(*check_, start, goal, options);
   if (!path)
     return tl::unexpected<PathProblem>(
-        {PathFailure::no_path_in_time, "no path was found from " + place(start_.p_WB) + " to " +
-                                           place(goal_.p_WB) + text(" in %.3g s", options.budget_s)});
+        {PathFailure::no_path_in_time, "no path was found from " + coordinates(start_.p_WB) + " to " +
+                                           coordinates(goal_.p_WB) + text(" in %.3g s", options.budget_s)});
   for (Pose& pose : *path) pose = outside(pose);
   path->front() = start_, path->back() = goal_;
   return path;

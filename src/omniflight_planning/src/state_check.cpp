@@ -51,6 +51,20 @@ StateCheck StateCheck::with_tether(std::optional<Tether> tether) const {
   return out;
 }
 
+StateCheck StateCheck::with_tilts(VehicleSpheres spheres,
+                                  std::vector<std::shared_ptr<const allocation::RotorLoad>> rotors) const {
+  StateCheck out = *this;
+  out.spheres_ = std::move(spheres);
+  if (out.tether_) out.spheres_.bounding_radius = out.tether_->reach(out.spheres_.bounding_radius);
+  out.other_tilts_ = std::move(rotors);
+  return out;
+}
+
+bool StateCheck::hoverable(const Quat& q_WB) const {
+  const auto holds = [&](const auto& rotors) { return rotors->hover_load(q_WB) <= 1.0 - headroom_; };
+  return !rotors_ || holds(rotors_) || std::any_of(other_tilts_.begin(), other_tilts_.end(), holds);
+}
+
 StateCheck StateCheck::among(BodySpace space) const {
   StateCheck out = *this;
   out.space_ = std::move(space);

@@ -7,7 +7,6 @@ namespace omniflight::planning {
 namespace {
 
 constexpr double kSameTilt = 1e-12;    // rad
-constexpr double kShareOfRate = 0.5;   // of the servo's, so that it can follow
 constexpr double kShortestTilt = 0.5;  // s
 
 }  // namespace
@@ -39,6 +38,14 @@ std::vector<TrajectoryKnot> move_tilt(const Pose& pose, double from, double to, 
   return out;
 }
 
+double fastest_tilt(const std::vector<TrajectoryKnot>& knots) {
+  double out = 0.0;
+  for (std::size_t k = 1; k < knots.size(); ++k)
+    out = std::max(out, std::abs(knots[k].reference.alpha - knots[k - 1].reference.alpha) /
+                            (knots[k].t - knots[k - 1].t));
+  return out;
+}
+
 double rim_travel(const vehicle::Vehicle& vehicle, double angle) {
   double radius = 0;
   for (const vehicle::Rotor& r : vehicle.rotors)
@@ -48,10 +55,11 @@ double rim_travel(const vehicle::Vehicle& vehicle, double angle) {
 
 Result<MotionPeaks> peaks_while_tilting(const vehicle::Vehicle& vehicle,
                                         const std::vector<TrajectoryKnot>& knots, const TiltPiece& piece,
-                                        double headroom) {
+                                        double headroom, const Deadline& deadline) {
   MotionPeaks out;
   vehicle::RotorVector before;
   for (std::size_t k = piece.first; k <= piece.last; ++k) {
+    if (deadline.passed()) return out_of_time(deadline, "moving the tilt");
     const auto rotors = Rotors::create(vehicle, knots[k].reference.alpha, headroom);
     if (!rotors) return Failure(rotors.error());
     MotionPeaks here = peaks({knots[k]}, *rotors);

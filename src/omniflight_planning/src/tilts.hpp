@@ -6,6 +6,7 @@
 #include "omniflight_planning/flatness.hpp"
 #include "omniflight_planning/mission.hpp"
 #include "omniflight_planning/state_check.hpp"
+#include "tilt_way.hpp"
 
 namespace omniflight::planning {
 
@@ -34,6 +35,14 @@ class Tilts {
   /// Made when first asked for.
   Result<const AtTilt*> at(double alpha);
 
+  /// While the tilt moves from one to another: free at all of them, and held at one of them. Refused where
+  /// the vehicle leans into its motion at one.
+  Result<const AtTilt*> between(double from, double to, const std::string& where);
+  /// What the way to waypoint i is checked with that begins at a tilt: at this one, or between it and that of
+  /// the next stop where it moves there in flight.
+  Result<const AtTilt*> towards(std::size_t i, double from);
+  Result<TiltRange> range(double from, double to);
+
   /// Refuses a tilt [rad] outside the vehicle's range.
   Status in_range(double alpha, const std::string& where) const;
 
@@ -48,6 +57,7 @@ class Tilts {
   const DistanceMap& map_;
   Deadline deadline_;
   std::map<double, AtTilt> known_;
+  std::map<std::pair<double, double>, AtTilt> known_between_;
 };
 
 }  // namespace omniflight::planning

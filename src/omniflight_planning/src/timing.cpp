@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "actuation.hpp"
+#include "minimum_jerk.hpp"
 #include "rotation_length.hpp"
 #include "shortest_ride.hpp"
 #include "text.hpp"
@@ -127,20 +128,23 @@ MotionPeaks larger(const MotionPeaks& a, MotionPeaks b, double start) {
   return b;
 }
 
-namespace {
-
-std::vector<TrajectoryKnot> sample(const PoseCurve& curve, double alpha, int intervals, double duration) {
+std::vector<TrajectoryKnot> minimum_jerk_knots(const PoseCurve& curve,
+                                               const std::function<double(double)>& tilt, int intervals,
+                                               double duration) {
   std::vector<TrajectoryKnot> knots;
   knots.reserve(static_cast<std::size_t>(intervals) + 1);
   for (int i = 0; i <= intervals; ++i) {
     const Law law(static_cast<double>(i) / intervals);
-    Reference r = curve.at(curve.length() * law.u, curve.length() * law.du / duration,
-                           curve.length() * law.ddu / (duration * duration));
-    r.alpha = alpha;
+    const double u = curve.length() * law.u;
+    Reference r =
+        curve.at(u, curve.length() * law.du / duration, curve.length() * law.ddu / (duration * duration));
+    r.alpha = tilt(u);
     knots.push_back({duration * i / intervals, r});
   }
   return knots;
 }
+
+namespace {
 
 Failure unhoverable(const Quat& q_WB, double load, double allowed, double alpha) {
   const Vec3 rpy = roll_pitch_yaw(q_WB);
@@ -156,37 +160,48 @@ Failure unhoverable(const Quat& q_WB, double load, double allowed, double alpha)
 
 }  // namespace
 
-Result<double> least_time(const PoseCurve& curve, const Rotors& rotors, const MotionLimits& limits,
-                          const Deadline& deadline) {
+Result<double> least_time(const std::vector<TrajectoryKnot>& in_a_second,
+                          const std::vector<const Rotors*>& rotors, const MotionLimits& limits,
+                          double slowest, const Deadline& deadline) {
   const double allowed = 1.0 - limits.rotor_headroom;
   // With the shape fixed, speeds go with 1/T and accelerations with 1/T^2, so the kinematic limits give T at
   // once; the required wrench is that of hovering plus a part that goes with 1/T^2, so its load falls with T.
-  const std::vector<TrajectoryKnot> in_a_second = sample(curve, rotors.load().alpha(), kShapeSamples, 1.0);
   std::vector<Vec6> hover, beyond;
   MotionPeaks unit;
-  for (const TrajectoryKnot& knot : in_a_second) {
-    const Reference& r = knot.reference;
+  for (std::size_t i = 0; i < in_a_second.size(); ++i) {
+    const Reference& r = in_a_second[i].reference;
+    const allocation::RotorLoad& load_of = rotors[i]->load();
     Reference still;
     still.q_WB = r.q_WB;
-    hover.push_back(rotors.load().required_wrench(still));
-    beyond.push_back(rotors.load().required_wrench(r) - hover.back());
-    if (const double load = rotors.load().load(hover.back()); load > allowed)
-      return unhoverable(r.q_WB, load, allowed, rotors.load().alpha());
+    hover.push_back(load_of.required_wrench(still));
+    beyond.push_back(load_of.required_wrench(r) - hover.back());
+    if (const double load = load_of.load(hover.back()); load > allowed)
+      return unhoverable(r.q_WB, load, allowed, load_of.alpha());
     unit.speed = std::max(unit.speed, r.v_WB_W.norm());
     unit.acceleration = std::max(unit.acceleration, r.a_WB_W.norm());
     unit.rate = std::max(unit.rate, r.w_WB_B.norm());
     unit.angular_acceleration = std::max(unit.angular_acceleration, r.dw_WB_B.norm());
   }
-  if (auto ok = check_actuation(in_a_second, rotors.load()); !ok) return Failure(ok.error());
-  const double low = std::max({unit.speed / limits.speed, unit.rate / limits.rate,
-                               std::sqrt(unit.acceleration / limits.acceleration),
-                               std::sqrt(unit.angular_acceleration / limits.angular_acceleration), 0.1});
+  const double low = std::max(
+      {unit.speed / limits.speed, unit.rate / limits.rate, std::sqrt(unit.acceleration / limits.acceleration),
+       std::sqrt(unit.angular_acceleration / limits.angular_acceleration), 0.1, slowest});
   const auto fits = [&](double T) {
     for (std::size_t i = 0; i < hover.size(); ++i)
-      if (rotors.load().load(hover[i] + beyond[i] / (T * T)) > allowed) return false;
+      if (rotors[i]->load().load(hover[i] + beyond[i] / (T * T)) > allowed) return false;
     return true;
   };
   return shortest_time(low, fits, deadline);
+}
+
+Result<double> least_time(const PoseCurve& curve, const Rotors& rotors, const MotionLimits& limits,
+                          const Deadline& deadline) {
+  const double alpha = rotors.load().alpha();
+  const std::vector<TrajectoryKnot> in_a_second = minimum_jerk_knots(
+      curve, [alpha](double) { return alpha; }, kShapeSamples, 1.0);
+  const auto least = least_time(in_a_second, std::vector(in_a_second.size(), &rotors), limits, 0.0, deadline);
+  if (!least) return least;
+  if (auto ok = check_actuation(in_a_second, rotors.load()); !ok) return Failure(ok.error());
+  return least;
 }
 
 Result<std::vector<TrajectoryKnot>> ride_from(double least, const PoseCurve& curve, const Rotors& rotors,
@@ -194,7 +209,8 @@ Result<std::vector<TrajectoryKnot>> ride_from(double least, const PoseCurve& cur
   return first_ride(
       least,
       [&](int intervals, double duration) {
-        return sample(curve, rotors.load().alpha(), intervals, duration);
+        return minimum_jerk_knots(
+            curve, [&](double) { return rotors.load().alpha(); }, intervals, duration);
       },
       [&](const std::vector<TrajectoryKnot>& knots) { return within(peaks(knots, rotors), limits); },
       deadline);

@@ -11,6 +11,7 @@
 #include "omniflight_planning/state_check.hpp"
 #include "text.hpp"
 #include "tilt.hpp"
+#include "tilting_check.hpp"
 #include "tilts.hpp"
 #include "upright.hpp"
 
@@ -58,15 +59,18 @@ Status check_waypoints(const Mission& mission, const Trajectory& trajectory,
   return {};
 }
 
-/// The tilt may move only while the vehicle rests, within its range and no faster than its servo.
+/// The tilt moves within its range and no faster than its servo, and only while the vehicle rests unless the
+/// mission moves it in flight.
 Status check_move(const vehicle::Vehicle& vehicle, const std::vector<TrajectoryKnot>& knots,
-                  const TiltPiece& piece) {
+                  const TiltPiece& piece, bool in_flight) {
   char line[160];
   const Reference& place = knots[piece.first].reference;
   for (std::size_t k = piece.first; k <= piece.last; ++k) {
     const Reference& r = knots[k].reference;
-    if ((r.p_WB - place.p_WB).norm() > kTolerance || r.q_WB.angularDistance(place.q_WB) > 1e-5 ||
-        r.v_WB_W.norm() + r.w_WB_B.norm() + r.a_WB_W.norm() + r.dw_WB_B.norm() > kTolerance) {
+    const bool rests =
+        !((r.p_WB - place.p_WB).norm() > kTolerance || r.q_WB.angularDistance(place.q_WB) > 1e-5 ||
+          r.v_WB_W.norm() + r.w_WB_B.norm() + r.a_WB_W.norm() + r.dw_WB_B.norm() > kTolerance);
+    if (!rests && !in_flight) {
       std::snprintf(line, sizeof line, "the tilt moves while the vehicle does, at %.2f s", knots[k].t);
       return fail(ErrorCode::incomplete, line);
     }
@@ -188,9 +192,11 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
   if (std::abs(knots.front().reference.alpha - c.alpha) > 1e-9)
     return reject("the trajectory does not begin at the certificate's alpha");
   const std::vector<TiltPiece> pieces = tilt_pieces(knots);
+  const bool in_flight = std::any_of(mission->waypoints.begin(), mission->waypoints.end(),
+                                     [](const Waypoint& w) { return w.tilt_in_flight; });
   for (const TiltPiece& piece : pieces) {
     if (piece.moves) {
-      if (auto ok = check_move(bare, knots, piece); !ok) return reject(ok.error().message);
+      if (auto ok = check_move(bare, knots, piece, in_flight); !ok) return reject(ok.error().message);
       const auto most = peaks_while_tilting(loaded, knots, piece, mission->limits.rotor_headroom);
       if (!most) return Failure(most.error());
       out.peak = larger(out.peak, *most, 0.0);
@@ -266,23 +272,21 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
     return reject(line);
   };
   for (const TiltPiece& piece : pieces) {
-    if (piece.moves) {  // at rest: every knot, with room for what the rims travel to the next
-      for (std::size_t k = piece.first; k < piece.last; ++k) {
-        const double change = knots[k + 1].reference.alpha - knots[k].reference.alpha;
-        const auto spheres = cover_with_spheres(bare, knots[k].reference.alpha);
-        if (auto ok = look(knots[k].t, spheres, rim_travel(bare, change)); !ok) return Failure(ok.error());
-      }
-      continue;
-    }
-    // Conservative advancement along the curve, with exact distances.
+    // Conservative advancement along the curve, with exact distances; at the tilt of the moment where it
+    // moves.
     VehicleSpheres spheres = cover_with_spheres(bare, knots[piece.first].reference.alpha);
-    if (mission->tether) spheres.bounding_radius = mission->tether->reach(spheres.bounding_radius);
     double room = 0.0;
     for (std::size_t k = piece.first; k < piece.last; ++k) {
-      const double speed = speed_bound(knots[k], knots[k + 1], spheres.bounding_radius);
+      if (piece.moves) spheres = cover_with_spheres(bare, knots[k].reference.alpha);
+      const double rims = rim_travel(bare, knots[k + 1].reference.alpha - knots[k].reference.alpha);
+      const double held = spheres.bounding_radius + rims;
+      const double radius = mission->tether ? mission->tether->reach(held) : held;
+      const double speed =
+          speed_bound(knots[k], knots[k + 1], radius) + rim_speed(bare, knots[k], knots[k + 1]);
       double t = knots[k].t;
       while (room <= 0.0 || speed * (knots[k + 1].t - t) >= room) {
         t += room > 0.0 && speed > 0.0 ? room / speed : 0.0;
+        if (piece.moves) spheres = cover_with_spheres(bare, plan->trajectory.sample(t).alpha);
         const auto left = look(t, spheres, 1e-5);
         if (!left) return Failure(left.error());
         room = *left;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "missions.hpp"
+#include "omniflight_planning/flown.hpp"
 #include "omniflight_planning/plan.hpp"
 
 namespace omniflight::planning {
@@ -181,6 +182,38 @@ TEST_F(Tethers, ItsWeightActsAtTheAttachment) {
   const auto plan = plan_mission(mission);
   ASSERT_FALSE(plan);
   EXPECT_NE(plan.error().text().find("start_unhoverable"), std::string::npos) << plan.error().text();
+}
+
+TEST_F(Tethers, AFlownPathIsJudgedByLengthConeTwistAndTouch) {
+  const auto check = FlownCheck::load(kConfigs / "test_beds/pyramid.bt");
+  ASSERT_TRUE(check) << check.error().text();
+  const Tether tether{.anchor_W = Vec3(0, 0, 0.62),
+                      .length = 1.5,
+                      .cone_axis_B = -Vec3::UnitZ(),
+                      .cone = to_radians(40),
+                      .twist = to_radians(90)};
+  const auto told = [&](const std::vector<FlownPose>& path) {
+    return check->tether(path, tether).violation(tether).value_or("");
+  };
+  const auto at = [](double t, const Vec3& p, const Vec3& rpy = Vec3::Zero()) {
+    return FlownPose{t, {p, from_roll_pitch_yaw(rpy)}, 0.5};
+  };
+  const Vec3 up(0, 0, 1.9);
+  const FlownTether fine = check->tether({at(0, up), at(1, Vec3(0.1, 0, 1.9))}, tether);
+  EXPECT_FALSE(fine.violation(tether));
+  EXPECT_NEAR(fine.longest, std::hypot(0.1, 1.28), 1e-9);
+  EXPECT_NEAR(fine.widest, std::atan2(0.1, 1.28), 1e-9);
+  EXPECT_GT(fine.nearest, 0.1);
+  EXPECT_NE(told({at(0, up), at(1, Vec3(0, 0, 2.2))}).find("pulled to 1.580 m"), std::string::npos);
+  EXPECT_NE(told({at(0, up, Vec3(to_radians(45), 0, 0))}).find("cone"), std::string::npos);
+  std::vector<FlownPose> turning;
+  for (int k = 0; k <= 10; ++k) turning.push_back(at(k, up, Vec3(0, 0, to_radians(-10.0 * k))));
+  EXPECT_NE(told(turning).find("twisted by 100.0 deg"), std::string::npos) << told(turning);
+  // through the frame's edge, half way up
+  const Tether aside{.anchor_W = Vec3(0, 0, 1.5), .length = 5};
+  const auto touched = check->tether({at(0, Vec3(0, 3, 1.5)), at(1, Vec3(3, 3, 1.5))}, aside);
+  EXPECT_LE(touched.nearest, 0.0);
+  EXPECT_TRUE(touched.violation(aside));
 }
 
 }  // namespace

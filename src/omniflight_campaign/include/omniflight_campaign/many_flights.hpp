@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,6 +17,15 @@
 #include "omniflight_simulation/plant.hpp"
 
 namespace omniflight::campaign {
+
+/// A moment of a flight from the begin of its plan on, for those who judge more than FlightFigures tells.
+struct FlightMoment {
+  std::size_t flight = 0;  ///< its number
+  double along = 0;        ///< s, time of the plan
+  RigidState state;        ///< true
+  double alpha = 0;        ///< rad, tilt of the rotors
+  vehicle::RotorVector u;  ///< N, commanded thrusts
+};
 
 /// What all flights have in common.
 struct Loop {
@@ -32,6 +42,7 @@ struct Loop {
   Trajectory trajectory;
   std::optional<allocation::TiltSchedule> schedule;  ///< of the tilt over the plan's time
   bool follow_plan = true;                           ///< else the tilt stays, or is searched
+  std::function<void(const FlightMoment&)> watch;    ///< called every kLookEvery periods; may be empty
 };
 
 /// What differs.

@@ -24,6 +24,9 @@ inline constexpr const char* failsafe = "/omniflight/failsafe";  ///< diagnostic
 inline constexpr const char* gate = "/omniflight/gate";          ///< diagnostic_msgs/DiagnosticArray, latched
 inline constexpr const char* wish = "/omniflight/wish";          ///< std_msgs/String of the operator, latched
 
+/// std_msgs/String, a mission (name or file) to fly from now on; the planner alone hears it
+inline constexpr const char* mission = "/omniflight/mission";
+
 inline constexpr const char* transforms = "/tf";  ///< tf2_msgs/TFMessage, map to base_link
 inline constexpr const char* diagnostics =
     "/diagnostics";                                       ///< diagnostic_msgs/DiagnosticArray, as ROS has it
@@ -52,6 +55,7 @@ inline constexpr Entry recorded[] = {
     {lost_rotors, "diagnostic_msgs/msg/DiagnosticArray", true},
     {gate, "diagnostic_msgs/msg/DiagnosticArray", true},
     {wish, "std_msgs/msg/String", true},
+    {mission, "std_msgs/msg/String", false},
     {state, "omniflight_msgs/msg/ComponentState", true},
 };
 

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "omniflight_planning/state_check.hpp"
+#include "omniflight_planning/tether.hpp"
 
 namespace omniflight::planning {
 
@@ -21,8 +24,37 @@ struct FlownClearance {
   Vec3 p_WB = Vec3::Zero();  ///< m, where the vehicle was then
 };
 
-/// The least clearance over the poses, by exact distances to the octree's boxes; unknown space and everything
-/// outside the map count as obstacles, as in planning. Rotor discs count as without thickness.
+/// What a flown path asked of the tether, and how near the straight segment came to the map.
+struct FlownTether {
+  double longest = 0.0;  ///< m from anchor to attachment
+  double widest = 0.0;   ///< rad from the axis of its cone
+  double twist = 0.0;    ///< rad, largest amount accumulated about the tether
+  double nearest = 0.0;  ///< m, of the segment beyond kTiedWithin of the anchor to the map; cut off at 0.5
+
+  /// The limit that was exceeded; nothing where none.
+  std::optional<std::string> violation(const Tether& tether) const;
+};
+
+/// Judges flown paths by exact distances to a map's boxes; unknown space and everything outside the map count
+/// as obstacles, as in planning. Rotor discs count as without thickness.
+class FlownCheck {
+ public:
+  static Result<FlownCheck> load(const std::filesystem::path& map);
+  FlownCheck(FlownCheck&&) noexcept;
+  FlownCheck& operator=(FlownCheck&&) noexcept;
+  ~FlownCheck();
+
+  /// The least clearance over the poses.
+  FlownClearance clearance(const std::vector<FlownPose>& path, const vehicle::Vehicle& vehicle);
+  FlownTether tether(const std::vector<FlownPose>& path, const Tether& tether) const;
+
+ private:
+  struct Impl;
+  explicit FlownCheck(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// FlownCheck::clearance of one path.
 Result<FlownClearance> flown_clearance(const std::vector<FlownPose>& path, const vehicle::Vehicle& vehicle,
                                        const std::filesystem::path& map);
 

@@ -23,6 +23,7 @@ struct Waypoint {
   double hold_s = 0.0;               ///< s at rest there; only for stops
   bool stop = true;                  ///< false: flown through
   std::optional<double> alpha = {};  ///< rad, tilt to move to on arrival, before holding; only for stops
+  bool tilt_in_flight = false;       ///< the tilt moves on the way there, and not at rest on arrival
   std::string where;                 ///< file:line
 };
 

@@ -32,6 +32,8 @@ struct Certificate {
   double alpha = 0.0;                          ///< rad, at the start
   double alpha_lowest = 0, alpha_highest = 0;  ///< rad, on the way
   bool alpha_searched = false;
+  bool tilts_in_flight = false;       ///< the tilt moves while the vehicle does
+  double peak_tilt_rate = 0.0;        ///< rad/s
   bool leans = false;                 ///< the attitude follows from the acceleration (flatness.hpp)
   Vec3 thrust_axis_B = Vec3::Zero();  ///< unit, where it leans
   double duration = 0.0;              ///< s
@@ -56,7 +58,7 @@ struct KnotFigures {
 };
 
 struct Plan {
-  Trajectory trajectory;  ///< knots every 10 ms; alpha moves only at rest
+  Trajectory trajectory;  ///< knots every 10 ms
   Certificate certificate;
   std::vector<KnotFigures>
       figures;  ///< of the first knots or of all, where PlanOptions::figures asked for them

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "omniflight_allocation/rotor_load.hpp"
 #include "omniflight_core/trajectory.hpp"
@@ -65,6 +66,11 @@ class StateCheck {
   /// but not of clearance().
   StateCheck with_tether(std::optional<Tether> tether) const;
 
+  /// The same check of a vehicle whose tilt may be any of several: these are its parts at all of them, and an
+  /// attitude can be held that one of `rotors` can hold.
+  StateCheck with_tilts(VehicleSpheres spheres,
+                        std::vector<std::shared_ptr<const allocation::RotorLoad>> rotors) const;
+
   /// The same check among triangles: what the spheres leave open is measured between the body's triangles and
   /// these, and not the voxels that hold them. The spheres are those of a mesh; the map reaches a body's
   /// length beyond the box of positions.
@@ -77,7 +83,7 @@ class StateCheck {
   /// measured: the convex parts themselves against the cubes of the voxels. Where there is `enough` [m], that
   /// much may be told, for less time.
   double room(const Pose& pose, double enough = HUGE_VAL) const;
-  bool hoverable(const Quat& q_WB) const { return !rotors_ || rotors_->hover_load(q_WB) <= 1.0 - headroom_; }
+  bool hoverable(const Quat& q_WB) const;
   /// Finite, at least `margin` away from everything and hoverable.
   bool valid(const Pose& pose) const;
   /// Conservative advancement over the whole motion of interpolate(a, b, .): no pose between the ones looked
@@ -110,6 +116,7 @@ class StateCheck {
   const DistanceMap& map_;
   VehicleSpheres spheres_;
   std::shared_ptr<const allocation::RotorLoad> rotors_;
+  std::vector<std::shared_ptr<const allocation::RotorLoad>> other_tilts_;
   double headroom_, margin_;
   std::optional<Tether> tether_ = {};
   std::optional<BodySpace> space_ = {};
