@@ -203,6 +203,7 @@ TEST(Mesh, RefusesHostileCollada) {
   expect_refused(mesh_of(replaced(good, "<p>0 2 1", "<p><!-- --> x 2 1"), "a.dae"), "other than numbers");
   expect_refused(mesh_of(replaced(good, "<p>0 2 1", "<p>0 -2 1"), "a.dae"), "'-2' of 'p' is no index");
   expect_refused(mesh_of(replaced(good, "-1 0 0.5", "-1 nan 0.5"), "a.dae"), "'nan' of 'float_array'");
+  expect_refused(mesh_of(replaced(good, "<p>0 2 1", "<p>0 \f2 1"), "a.dae"), "control character");
   // what is read beyond the numbers of a list
   expect_refused(mesh_of(replaced(good, "a\" count=", "a\" coump="), "a.dae"),
                  "count of 'float_array' is missing");
