@@ -5,7 +5,8 @@
 # Options: --sanitize thread | address,undefined   (thread)
 #          --quick    only what has threads and what they share is built with it (core, messages, bus, recording, control,
 #                     safety, gateway, components); other libraries are linked as test.sh has built them
-#          --only PACKAGE,PACKAGE   tests of these alone (control,allocation,safety,gateway,recording,bus,components)
+#          --only PACKAGE,PACKAGE   tests of these alone (control,allocation,safety,gateway,recording,bus,components); builds no
+#                     more than they and the flights need
 #          --no-flights, --flights-only
 # Example: ./launch_scripts/test.sh && ./launch_scripts/sanitize.sh --sanitize address,undefined
 source "$(dirname "$0")/common.sh"
@@ -17,7 +18,7 @@ while [ $# -gt 0 ]; do
     --quick) quick=-quick; shift ;;
     --no-flights) fly=""; shift ;;
     --flights-only) packages=""; shift ;;
-    *) sed -n '2,12p' "$0"; exit 4 ;;
+    *) sed -n '2,11p' "$0"; exit 4 ;;
   esac
 done
 base="$OMNIFLIGHT_ROOT/build/flight-path-${sanitize//,/-}$quick"
@@ -25,18 +26,20 @@ plain="$OMNIFLIGHT_ROOT/build/testing/install"
 omniflight="${OMNIFLIGHT_COMMAND:-$plain/omniflight_cli/bin/omniflight}"
 [ -z "$fly$quick" ] || [ -x "$omniflight" ] || { echo "$omniflight is not there: run ./launch_scripts/test.sh first, or name one in OMNIFLIGHT_COMMAND" >&2; exit 4; }
 
-select="--packages-up-to omniflight_components"
+if [ -n "$quick" ]; then packages="${packages/allocation,/}"; fi
+IFS=, read -r -a tested <<<"$packages"
+select="--packages-up-to"
+if [ "${#tested[@]}" -gt 0 ]; then select+=" ${tested[*]/#/omniflight_}"; fi
+if [ -n "$fly" ]; then select+=" omniflight_components"; fi
 if [ -n "$quick" ]; then
   instrumented=(cmake core msgs bus recording control safety gateway components)
-  select="--packages-select ${instrumented[*]/#/omniflight_}"
+  select+=" --packages-select ${instrumented[*]/#/omniflight_}"  # of both lists
   for prefix in "$plain"/omniflight_*; do CMAKE_PREFIX_PATH="${CMAKE_PREFIX_PATH:-}:$prefix"; done
   # colcon asks for what it was not told to build in the workspaces that are named here
   export CMAKE_PREFIX_PATH COLCON_PREFIX_PATH="$plain"
-  packages="${packages/allocation,/}"
 fi
 say "building with -fsanitize=$sanitize"
 OMNIFLIGHT_COLCON_SELECT="$select" omniflight_build "$base" -DBUILD_TESTING=OFF "-DOMNIFLIGHT_SANITIZE=$sanitize"
-IFS=, read -r -a tested <<<"$packages"
 if [ "${#tested[@]}" -gt 0 ]; then
   say "building the tests"
   OMNIFLIGHT_COLCON_SELECT="--packages-select ${tested[*]/#/omniflight_}" \

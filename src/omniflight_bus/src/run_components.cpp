@@ -1,6 +1,7 @@
 #include "omniflight_bus/run_components.hpp"
 
 #include <condition_variable>
+#include <csignal>
 #include <cstdio>
 #include <mutex>
 
@@ -78,7 +79,10 @@ void wait_for_end(const std::vector<std::unique_ptr<Component>>& components, Wak
 }  // namespace
 
 int run_components(std::vector<std::unique_ptr<Component>> components, const RunOptions& options) {
-  install_interrupt_handler();
+  // Rotors wind down before the process ends, however impatient its operator is, and also when whoever read
+  // what it says (`| tee`) has gone with the same Ctrl-C.
+  install_interrupt_handler(SecondInterrupt::is_ignored);
+  std::signal(SIGPIPE, SIG_IGN);
   Verdict verdict(options.quiet);
   if (!options.loopback_file.empty() &&
       !verdict.take("runner", "on loopback", use_loopback(options.loopback_file))) {

@@ -116,16 +116,29 @@ TEST_F(ComponentTest, AFailureStopsEveryComponentAndIsTheExitCode) {
       << "nothing was activated";
 }
 
-/// Works until it is told to stop.
+/// Works until it is told to stop, and stops slowly, as one does that winds rotors down.
 class Endless : public Component {
  public:
   using Component::Component;
 
  protected:
   Status on_configure(const YAML::Node&) override { return {}; }
+  Status on_deactivate() override {
+    std::this_thread::sleep_for(400ms);
+    return {};
+  }
 };
 
-TEST_F(ComponentTest, SigtermEndsARunCleanly) {
+struct Ending {
+  const char* name;
+  std::vector<int> signals;  ///< one after the other
+  bool read = true;          ///< somebody reads what the program says
+  bool under_nohup = false;  ///< SIGHUP is ignored when it starts
+};
+std::ostream& operator<<(std::ostream& out, const Ending& ending) { return out << ending.name; }
+class Endings : public ComponentTest, public testing::WithParamInterface<Ending> {};
+
+TEST_P(Endings, RunIsTakenApartInOrder) {
   const Participant observer = join();
   std::atomic<bool> active{false}, finalized{false};
   auto states = Subscription<ComponentState>::create(
@@ -135,26 +148,46 @@ TEST_F(ComponentTest, SigtermEndsARunCleanly) {
       });
   const std::string self = std::filesystem::read_symlink("/proc/self/exe");
   const std::string domain = std::to_string(claim->domain());
+  int said[2];
+  ASSERT_EQ(pipe(said), 0);
   const pid_t child = fork();
   if (child == 0) {  // a fresh program: a forked copy of a running middleware is of no use
+    signal(SIGHUP, GetParam().under_nohup ? SIG_IGN : SIG_DFL);
+    dup2(said[1], STDERR_FILENO);
+    dup2(said[1], STDOUT_FILENO);
+    close(said[0]);
+    close(said[1]);
     setenv("OMNIFLIGHT_TEST_ENDLESS_DOMAIN", domain.c_str(), 1);
     execl(self.c_str(), self.c_str(), "--gtest_filter=EndlessProgram.*", static_cast<char*>(nullptr));
     _exit(127);
   }
+  close(said[1]);
   EXPECT_TRUE(eventually([&] { return active.load(); }, 15s));
+  if (!GetParam().read) close(said[0]);
   const auto asked = std::chrono::steady_clock::now();
-  kill(child, SIGTERM);
+  for (std::size_t k = 0; k < GetParam().signals.size(); ++k) {
+    if (k > 0) std::this_thread::sleep_for(GetParam().under_nohup ? 1000ms : 200ms);
+    EXPECT_FALSE(finalized) << "ended by what it was to ignore";
+    kill(child, GetParam().signals[k]);
+  }
   int status = -1;
   waitpid(child, &status, 0);
   EXPECT_EQ(status, 0);
   EXPECT_LT(std::chrono::steady_clock::now() - asked, 3s);
   EXPECT_TRUE(eventually([&] { return finalized.load(); }));
+  if (GetParam().read) close(said[0]);
 }
+INSTANTIATE_TEST_SUITE_P(Signals, Endings,
+                         testing::Values(Ending{"Terminated", {SIGTERM}}, Ending{"TerminalClosed", {SIGHUP}},
+                                         Ending{"InterruptedTwice", {SIGINT, SIGINT}},
+                                         Ending{"InterruptedWithItsReader", {SIGINT}, false},
+                                         Ending{"TerminalClosedUnderNohup", {SIGHUP, SIGTERM}, true, true}),
+                         [](const auto& which) { return which.param.name; });
 
-/// Not a test of its own: the program that SigtermEndsARunCleanly starts.
+/// Not a test of its own: the program that Endings start.
 TEST(EndlessProgram, Runs) {
   const char* domain = std::getenv("OMNIFLIGHT_TEST_ENDLESS_DOMAIN");
-  if (domain == nullptr) GTEST_SKIP() << "started by SigtermEndsARunCleanly";
+  if (domain == nullptr) GTEST_SKIP() << "started by Endings";
   RunOptions options;
   options.domain = std::atoi(domain);
   options.loopback_file = OMNIFLIGHT_SOURCE_ROOT "/configs/cyclonedds_loopback.xml";

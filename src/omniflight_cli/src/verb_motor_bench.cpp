@@ -126,6 +126,7 @@ Result<BenchRecord> run_hardware(const MotorBenchOptions& o, const BenchConfig& 
   std::vector<std::string> devices;
   std::stringstream list(o.devices);
   for (std::string device; std::getline(list, device, ';');) devices.push_back(device);
+  install_interrupt_handler(SecondInterrupt::is_ignored);  // the motors wind down first
   auto gateway = Gateway::create(gateway_config(o, devices));
   if (!gateway) return Failure(gateway.error());
   using steady = std::chrono::steady_clock;

@@ -101,6 +101,29 @@ class EndsOnTheLine(board_flight.BoardFlight):
         self.wait_for_silence(pids)
         self.check_ramp(ended)
 
+    def test_a_closed_terminal(self):
+        # whoever runs the tests may do so under nohup, which children inherit
+        fly, pids = self.take_off(mission=self.hovering_mission(),
+                                  preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL))
+        ended = time.monotonic()
+        fly.send_signal(signal.SIGHUP)
+        output = fly.communicate(timeout=20)
+        self.assertEqual(fly.returncode, NO_RESULT, output)
+        self.assertEqual(self.json("flight/flight.json")["reason"], "interrupted")
+        self.wait_for_silence(pids)
+        self.check_ramp(ended)
+
+    def test_control_c_twice_at_the_gateway(self):
+        # as somebody does who started it by hand and finds that it takes long
+        fly, pids = self.take_off(mission=self.hovering_mission())
+        ended = time.monotonic()
+        os.kill(pids["omniflight_gateway"], signal.SIGINT)
+        time.sleep(RAMP_S / 2)
+        os.kill(pids["omniflight_gateway"], signal.SIGINT)
+        output = fly.communicate(timeout=30)
+        self.assertEqual(fly.returncode, NO_RESULT, output)
+        self.check_ramp(ended)
+
     def test_paused_allocator_is_noticed_and_rejoins(self):
         fly, pids = self.take_off()
         paused = time.monotonic()

@@ -4,7 +4,6 @@
 
 #include "omniflight_bus/run_arguments.hpp"
 #include "omniflight_components/components.hpp"
-#include "omniflight_core/progress.hpp"
 
 namespace omniflight::components {
 
@@ -29,7 +28,6 @@ int run_program(const char* name, int argc, char** argv) {
   app.add_flag("--heartbeat", options.heartbeat,
                "Beat on /omniflight/alive, so that others notice when it stands still");
   CLI11_PARSE(app, argc, argv);
-  install_interrupt_handler();
   std::vector<std::unique_ptr<bus::Component>> parts;
   for (const std::string& part_name : names) {
     auto part = make_component(part_name);

@@ -10,18 +10,23 @@
 namespace omniflight {
 namespace {
 std::atomic<int> g_interrupts{0};
-static_assert(std::atomic<int>::is_always_lock_free);
+std::atomic<bool> g_second_ends{true};
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
 
 extern "C" void on_signal(int signal) {
-  if (g_interrupts.fetch_add(1) >= 1 && signal == SIGINT) _exit(130);
+  if (g_interrupts.fetch_add(1) >= 1 && signal == SIGINT && g_second_ends) _exit(130);
 }
 }  // namespace
 
-void install_interrupt_handler() {
-  struct sigaction action {};
+void install_interrupt_handler(SecondInterrupt second) {
+  g_second_ends = second == SecondInterrupt::ends_at_once;
+  struct sigaction action {
+  }, before{};
   action.sa_handler = on_signal;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  sigaction(SIGHUP, nullptr, &before);
+  if (before.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
 }
 
 bool interrupted() { return g_interrupts.load(std::memory_order_relaxed) > 0; }

@@ -82,6 +82,15 @@ std::size_t triangles_asked(const aiScene& scene) {
   return sum;
 }
 
+/// assimp takes a face without corners for a polygon, and aborts the process when it is to make triangles of
+/// it.
+bool has_empty_face(const aiScene& scene) {
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m)
+    for (unsigned f = 0; f < scene.mMeshes[m]->mNumFaces; ++f)
+      if (scene.mMeshes[m]->mFaces[f].mNumIndices == 0) return true;
+  return false;
+}
+
 /// Joins the meshes of a scene, each where its nodes place it, and vertices of the same coordinates.
 class Joiner {
  public:
@@ -182,6 +191,7 @@ Result<TriangleMesh> parse(const std::string& bytes, const std::string& name, Me
     return refuse_mesh("the mesh cannot be read: " + files::shown(importer.GetErrorString()), name);
   };
   if (scene == nullptr || scene->mRootNode == nullptr || scene->mNumMeshes == 0) return no_scene();
+  if (has_empty_face(*scene)) return refuse_mesh("a face has no corners", name);
   const std::size_t asked = triangles_asked(*scene);
   scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
   if (scene == nullptr) return no_scene();

@@ -109,7 +109,16 @@ Result<Header> read_header(std::string_view bytes, const std::string& name) {
 /// One value after another; a whole number where it is one.
 class Values {
  public:
-  Values(const Header& header) : body_(header.body), rest_(header.rest), words_(header.rest) {}
+  Values(const Header& header) : body_(header.body), rest_(header.rest), lines_(header.rest), words_("") {}
+  /// Before and behind the values of an element: as text it has one line, which is what assimp takes for it.
+  bool begins() {
+    std::string_view line;
+    if (body_ != Body::ascii) return true;
+    if (!lines_.next(line) || line.find_first_of(kLineEnds) != std::string_view::npos) return false;
+    words_ = Tokens(line);
+    return true;
+  }
+  bool ends() { return body_ != Body::ascii || words_.next().empty(); }
   bool take(std::size_t bytes, bool is_float, std::uint64_t& whole) {
     whole = ~std::uint64_t{0};
     if (body_ == Body::ascii) {
@@ -129,8 +138,10 @@ class Values {
   }
 
  private:
+  static constexpr std::string_view kLineEnds{"\r\f\v\0", 4};  // of somebody, if not of Lines
   Body body_;
   std::string_view rest_;
+  Lines lines_;
   Tokens words_;
 };
 
@@ -145,7 +156,14 @@ Status scan_ply(std::string_view bytes, const std::string& name) {
     if (element.name == "vertex") vertices = element.count;
     if (element.properties.empty() && element.count > 0)
       return refuse_mesh("element " + files::shown(element.name) + " has no properties", name);
-    for (std::uint64_t i = 0; i < element.count; ++i)
+    for (std::uint64_t i = 0; i < element.count; ++i) {
+      const auto not_one_line = [&] {
+        return refuse_mesh(
+            text("%s %llu does not have a line of its own", std::string(element.name.substr(0, 40)).c_str(),
+                 static_cast<unsigned long long>(i)),
+            name);
+      };
+      if (!values.begins()) return not_one_line();
       for (const Property& p : element.properties) {
         const auto ends = [&] {
           return refuse_mesh(text("%s %llu lacks a finite ", std::string(element.name.substr(0, 40)).c_str(),
@@ -173,6 +191,8 @@ Status scan_ply(std::string_view bytes, const std::string& name) {
         if (triangles > kMaxMeshTriangles)
           return refuse_mesh(text("more than %zu triangles", kMaxMeshTriangles), name);
       }
+      if (!values.ends()) return not_one_line();
+    }
   }
   return triangles == 0 ? Status(refuse_mesh("the file has no face", name)) : Status{};
 }

@@ -169,6 +169,10 @@ TEST(Mesh, RefusesHostilePly) {
   expect_refused(mesh_of(replaced(good, "ascii 1.0", "ascii64 1.0"), "a.ply"), "format 'ascii64'");
   expect_refused(mesh_of(replaced(good, "end_header", "end_heade"), "a.ply"), "unknown line");
   expect_refused(mesh_of(binary_ply(true).substr(0, 300), "a.ply"), "the file ends there");
+  // assimp takes one line for an element: what is left of it would be the next one, a face without corners
+  expect_refused(mesh_of(replaced(good, "1 2 1.25\n3 0", "1 2 \n.25\n3 0"), "a.ply"), "lacks a finite 'z'");
+  expect_refused(mesh_of(replaced(good, "-1 0 0.5", "-1 0\r0.5"), "a.ply"), "a line of its own");
+  expect_refused(mesh_of(replaced(good, "-1 0 0.5", "-1 0 0.5 7"), "a.ply"), "a line of its own");
 }
 
 TEST(Mesh, RefusesHostileCollada) {
@@ -199,6 +203,33 @@ TEST(Mesh, RefusesHostileCollada) {
   expect_refused(mesh_of(replaced(good, "<p>0 2 1", "<p><!-- --> x 2 1"), "a.dae"), "other than numbers");
   expect_refused(mesh_of(replaced(good, "<p>0 2 1", "<p>0 -2 1"), "a.dae"), "'-2' of 'p' is no index");
   expect_refused(mesh_of(replaced(good, "-1 0 0.5", "-1 nan 0.5"), "a.dae"), "'nan' of 'float_array'");
+  expect_refused(mesh_of(replaced(good, "<p>0 2 1", "<p>0 \f2 1"), "a.dae"), "control character");
+  // what is read beyond the numbers of a list
+  expect_refused(mesh_of(replaced(good, "a\" count=", "a\" coump="), "a.dae"),
+                 "count of 'float_array' is missing");
+  expect_refused(mesh_of(replaced(good, "count=\"24\"", "count=\"23\""), "a.dae"),
+                 "24 numbers where count tells 23");
+  expect_refused(mesh_of(replaced(good, "count=\"8\"", "count=\"9\""), "a.dae"),
+                 "reads 27 numbers where there are 24");
+  expect_refused(mesh_of(replaced(good, "stride=\"3\"", "stride=\"4\""), "a.dae"), "reads 31 numbers");
+  expect_refused(mesh_of(replaced(good, "stride=\"3\"", "stride=\"3\" offset=\"1\""), "a.dae"),
+                 "reads 25 numbers");
+  expect_refused(mesh_of(replaced(good, "source=\"#a\"", "source=\"#b\""), "a.dae"), "'b'");
+  expect_refused(mesh_of(replaced(good, "<param name=\"X\"", "<param/><param name=\"X\""), "a.dae"),
+                 "reads 25 numbers");
+  const std::string shorter = "<float_array id=\"a\" count=\"1\">0</float_array><technique_common>";
+  expect_refused(mesh_of(replaced(good, "<technique_common>", shorter), "a.dae"), "where there are 1");
+  expect_refused(mesh_of(replaced(good, "source=\"#a\"", "source=\"#&#97;\""), "a.dae"),
+                 "written as another");
+  expect_refused(mesh_of(replaced(good, "id=\"a\"", "id=\"a\n\""), "a.dae"), "written as another");
+  // a count that only this scan would see, and a > in a value
+  expect_refused(mesh_of(replaced(good, "a\" count=\"24\"", "a\" name=' count=\"24\"'"), "a.dae"),
+                 "count of 'float_array' is missing");
+  expect_refused(mesh_of(replaced(good, "<unit ", "<unit name=\">\" "), "a.dae"), "NAME=\"VALUE\"");
+  expect_refused(
+      mesh_of(replaced(good, "<scene>", "<library_animations><animation/></library_animations><scene>"),
+              "a.dae"),
+      "animations and skins");
 }
 
 TEST(Mesh, RefusesWhatIsTooLargeOrOfAnotherKind) {

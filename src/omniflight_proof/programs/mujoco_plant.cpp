@@ -1,6 +1,5 @@
 // The proof's plant as a program on the bus, in the place of omniflight_simulator.
 #include "omniflight_bus/run_arguments.hpp"
-#include "omniflight_core/progress.hpp"
 #include "plant_component.hpp"
 
 int main(int argc, char** argv) {
@@ -13,7 +12,6 @@ int main(int argc, char** argv) {
   options.role = "mujoco_plant";
   bus::add_run_arguments(app, options);
   CLI11_PARSE(app, argc, argv);
-  install_interrupt_handler();
   std::vector<std::unique_ptr<bus::Component>> parts;
   parts.push_back(proof::make_plant_component());
   return bus::run_components(std::move(parts), options);

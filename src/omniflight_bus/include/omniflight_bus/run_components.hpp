@@ -24,10 +24,10 @@ struct RunOptions {
   bool quiet = false;      ///< no line per transition on stderr; errors are always printed
 };
 
-/// Configures and activates the components in their order, waits until one ends by itself, SIGINT or SIGTERM
-/// arrives or the timeout passes, then deactivates and cleans up in reverse order. So put a recorder first:
-/// it starts before and stops after the others. Returns the exit code: 0, or the ErrorCode of the first
-/// error.
+/// Configures and activates the components in their order, waits until one ends by itself, SIGINT, SIGTERM or
+/// SIGHUP arrives or the timeout passes, then deactivates and cleans up in reverse order. So put a recorder
+/// first: it starts before and stops after the others. A second SIGINT and readers of its output that have
+/// gone do not cut this short. Returns the exit code: 0, or the ErrorCode of the first error.
 int run_components(std::vector<std::unique_ptr<Component>> components, const RunOptions& options);
 
 }  // namespace omniflight::bus

@@ -8,9 +8,14 @@
 
 namespace omniflight {
 
-/// Installs handlers for SIGINT and SIGTERM that set a flag; a second SIGINT ends the process at once.
-void install_interrupt_handler();
-/// True once SIGINT or SIGTERM arrived. Safe from any thread.
+enum class SecondInterrupt {
+  ends_at_once,
+  is_ignored,  ///< for who has rotors to wind down; Ctrl-\ still ends at once
+};
+/// Installs handlers for SIGINT, SIGTERM and SIGHUP (a terminal that is closed; nohup keeps it ignored) that
+/// set a flag. `second`: what another SIGINT does.
+void install_interrupt_handler(SecondInterrupt second = SecondInterrupt::ends_at_once);
+/// True once one of them arrived. Safe from any thread.
 bool interrupted();
 
 /// One piece of work with a known or unknown end, printed at most a few times a second.
