@@ -9,6 +9,7 @@
 #include "omniflight_diagnosis/residual.hpp"
 #include "tilt_servo.hpp"
 #include "torque_alignment.hpp"
+#include "velocity_observer.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -40,6 +41,12 @@ Eigen::MatrixXd modelled_speed(const Eigen::MatrixXd& command, double rate_hz, c
 void turn_into_body(const Eigen::MatrixXd& attitude, Eigen::MatrixXd& x) {
   for (Eigen::Index i = 0; i < x.rows(); ++i)
     x.row(i) = (quaternion(attitude, i).conjugate() * Vec3(x.row(i))).transpose();
+}
+
+/// Rotates rows from body to world axes.
+void turn_into_world(const Eigen::MatrixXd& attitude, Eigen::MatrixXd& x) {
+  for (Eigen::Index i = 0; i < x.rows(); ++i)
+    x.row(i) = (quaternion(attitude, i) * Vec3(x.row(i))).transpose();
 }
 
 /// Variance [s^2] of the widest smoothing kernel among the signals of the regression. All of them are
@@ -146,6 +153,11 @@ void Taking::force(FineMotion& m) const {
       turn_into_body(m.attitude, m.specific_force);
       f_.notes.push_back("'acc' follows the world's axes, not the body's: it was turned into the body.");
     }
+    if (in_.velocity || !in_.position) return;
+    Eigen::MatrixXd acceleration = m.specific_force;
+    turn_into_world(m.attitude, acceleration);
+    acceleration.col(2).array() -= gravity;
+    m.velocity = observed_velocity(m.position, m.velocity, acceleration, used_.flags(), grid_.rate_hz);
     return;
   }
   m.specific_force =
