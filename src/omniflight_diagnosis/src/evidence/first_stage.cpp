@@ -3,9 +3,9 @@
 namespace omniflight::diagnosis {
 
 bool is_weak(const Eigen::Ref<const Eigen::VectorXd>& instrument, double coefficient,
-             const Eigen::Ref<const Eigen::VectorXd>& left, double least) {
+             const Eigen::Ref<const Eigen::VectorXd>& left) {
   const double explained = coefficient * instrument.squaredNorm();
-  return explained * explained < least * instrument.cwiseProduct(left).squaredNorm();
+  return explained * explained < kWeakInstrument * instrument.cwiseProduct(left).squaredNorm();
 }
 
 double first_stage(const Eigen::Ref<const Eigen::VectorXd>& predicted,

@@ -8,11 +8,11 @@ namespace omniflight::diagnosis {
 /// F statistic of a first stage below which an instrument is weak (Staiger and Stock 1997).
 inline constexpr double kWeakInstrument = 10;
 
-/// Whether the F statistic of a first stage is below `least`. It is the one that is robust to unequal
+/// Whether the F statistic of a first stage is below that. It is the one that is robust to unequal
 /// variances (White 1980): what a column leaves is in the channels and frequencies in which it is, and in no
 /// others. `left`: what the coefficient leaves of the measured column.
 bool is_weak(const Eigen::Ref<const Eigen::VectorXd>& instrument, double coefficient,
-             const Eigen::Ref<const Eigen::VectorXd>& left, double least = kWeakInstrument);
+             const Eigen::Ref<const Eigen::VectorXd>& left);
 
 /// Coefficient of the regression of a whitened measured column on the whitened predicted one. The prediction
 /// is an instrument: it times this coefficient stands for the measured column, so that the coefficient of an

@@ -26,9 +26,6 @@ constexpr std::array<std::string_view, 8> kOfBody{
 /// numbers are wrong is no reason to predict further ahead. Beside laws it is one, as where they were found:
 /// a wrong inertia, mass or force is a law, too.
 constexpr double kWide = 10;
-/// F statistic below which a coefficient is not compared. Its own variance is in the test: a weak instrument
-/// only loses power, but what chance alone explains has no distribution.
-constexpr double kComparable = 2;
 constexpr double kUnbound = 1e4;  ///< norm of a whitened column that a prior of one does not move
 
 constexpr std::array<const char*, 12> kAsked{"Fx of rotors", "Fy of rotors", "Fz of rotors", "Mx of rotors",
@@ -102,7 +99,7 @@ std::vector<Estimator> estimators(const RegressionProblem& p, const NoiseModel& 
     const Eigen::Index at = beside + k;
     if (!(covariance(at, at) < 0.5)) continue;  // not excited, beside the others
     const Eigen::VectorXd own = A * covariance.col(at) / covariance(at, at);
-    if (is_weak(own, coefficients(at, k), left.col(k), kComparable)) continue;
+    if (is_weak(own, coefficients(at, k), left.col(k))) continue;
     out[static_cast<std::size_t>(k)] = own / own.dot(z.col(k));
   }
   return out;
