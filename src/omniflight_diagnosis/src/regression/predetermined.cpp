@@ -52,13 +52,6 @@ Eigen::Matrix<double, 1, kState> state_before(const Measured& measured, int i, i
   return out;
 }
 
-/// The first `lag` samples have no past: what was to be known of it is as it mostly is.
-void without_a_past(int lag, Eigen::Ref<Eigen::MatrixXd> known) {
-  const Eigen::Index first = std::min<Eigen::Index>(lag, known.rows() - 1);
-  const Eigen::RowVectorXd mean = known.bottomRows(known.rows() - first).colwise().mean();
-  known.topRows(first).rowwise() = mean;
-}
-
 /// Speed and acceleration of a rotor; n x 2.
 template <class Measured>
 Eigen::MatrixXd turning_of(const Measured& measured, Eigen::Index n, std::size_t rotor) {
@@ -91,7 +84,6 @@ void predict_rotors(std::vector<physics::Situation>& out, int lag, int block, in
   known.middleCols(kState, asked.cols()) = asked;
   for (Eigen::Index i = 0; i < n; ++i)
     known.row(i).head<kState>() = state_before(measured, static_cast<int>(i), lag);
-  without_a_past(lag, known.leftCols(kState));
   for (std::size_t r = 0; r < static_cast<std::size_t>(out[0].rotor_count); ++r) {
     const auto rotor = [&](Eigen::Index i) -> const physics::RotorSituation& {
       return measured(static_cast<int>(i)).rotors[r];
@@ -99,7 +91,6 @@ void predict_rotors(std::vector<physics::Situation>& out, int lag, int block, in
     for (Eigen::Index i = 0; i < n; ++i)
       known.row(i).tail<kOwn>() << rotor(i - lag).speed, rotor(i - lag).acceleration,
           rotor(i - lag - 1).speed, rotor(i - lag - 2).speed;
-    without_a_past(lag, known.rightCols(kOwn));
     set_rotor(predict_linearly(known, turning_of(measured, n, r), block, apart), r, out);
   }
 }
@@ -149,8 +140,6 @@ LinearPrediction predict_from_commands(const Flight& f, Segment segment, const E
       known.row(i).segment<6>(kState + asked.cols() + static_cast<Eigen::Index>(6 * k)) =
           commanded.row(std::max<Eigen::Index>(0, i - lag - kBefore[k]));
   }
-  without_a_past(lag, known.leftCols(kState));
-  without_a_past(lag, known.rightCols(static_cast<Eigen::Index>(6 * kBefore.size())));
   return {known, block, apart};
 }
 
@@ -203,7 +192,6 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
     s.observed_dw_B = now.dw_WB_B;
     s.a_WB_B = modelled.head<3>();
   }
-  without_a_past(lag, known.leftCols(24));
   // The angular acceleration is predicted without the residual: otherwise an inertia error of any sign would
   // predict the residual from its own past.
   Eigen::MatrixXd motion(n, 12 + asked.cols());
