@@ -16,6 +16,10 @@ inline Quat quaternion(const Eigen::MatrixXd& q, Eigen::Index i) {
 /// them is not.
 void make_continuous(Eigen::MatrixXd& q);
 
+/// Rotates rows (n x 3) from world to body axes, and back.
+void turn_into_body(const Eigen::MatrixXd& q, Eigen::MatrixXd& x);
+void turn_into_world(const Eigen::MatrixXd& q, Eigen::MatrixXd& x);
+
 /// Body rate w_WB_B [rad/s], n x 3, by central differences; zero at both ends.
 Eigen::MatrixXd rate_from_attitude(const Eigen::MatrixXd& q, double rate_hz);
 

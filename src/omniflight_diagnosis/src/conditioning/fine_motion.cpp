@@ -37,18 +37,6 @@ Eigen::MatrixXd modelled_speed(const Eigen::MatrixXd& command, double rate_hz, c
   return speed;
 }
 
-/// Rotates rows from world to body axes.
-void turn_into_body(const Eigen::MatrixXd& attitude, Eigen::MatrixXd& x) {
-  for (Eigen::Index i = 0; i < x.rows(); ++i)
-    x.row(i) = (quaternion(attitude, i).conjugate() * Vec3(x.row(i))).transpose();
-}
-
-/// Rotates rows from body to world axes.
-void turn_into_world(const Eigen::MatrixXd& attitude, Eigen::MatrixXd& x) {
-  for (Eigen::Index i = 0; i < x.rows(); ++i)
-    x.row(i) = (quaternion(attitude, i) * Vec3(x.row(i))).transpose();
-}
-
 /// Variance [s^2] of the widest smoothing kernel among the signals of the regression. All of them are
 /// smoothed to it: a kernel that attenuates the motion more than the rotors would look like a wrong inertia.
 double widest_kernel(const ChosenSignals& c, const Grid& grid) {

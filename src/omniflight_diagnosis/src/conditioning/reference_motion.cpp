@@ -22,14 +22,6 @@ Eigen::MatrixXd leaning(const Eigen::MatrixXd& asked, const Vec3& axis_B, const 
   return out;
 }
 
-/// Rotates rows from world to body axes.
-Eigen::MatrixXd in_body(const Eigen::MatrixXd& attitude, const Eigen::MatrixXd& x) {
-  Eigen::MatrixXd out(x.rows(), 3);
-  for (Eigen::Index i = 0; i < x.rows(); ++i)
-    out.row(i) = (quaternion(attitude, i).conjugate() * Vec3(x.row(i))).transpose();
-  return out;
-}
-
 }  // namespace
 
 bool attitude_is_free(const vehicle::Vehicle& vehicle,
@@ -76,7 +68,7 @@ Eigen::MatrixXd reference_motion(const recording::Recording& recording, const Gr
   if (dw.cols() == 0) dw = slope(w);
   if (q.cols() == 4)
     for (Eigen::MatrixXd* x : {&v, &a})
-      if (x->cols() == 3) *x = in_body(q, *x);
+      if (x->cols() == 3) turn_into_body(q, *x);
   Eigen::MatrixXd out(grid.size(), v.cols() + a.cols() + w.cols() + dw.cols());
   out << v, a, w, dw;
   return out;

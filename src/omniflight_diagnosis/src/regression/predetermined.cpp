@@ -172,14 +172,14 @@ std::vector<physics::Situation> predetermined(const Flight& f, Segment segment, 
   known.rightCols(asked.cols()) = asked;
   for (int i = 0; i < n; ++i) {
     physics::Situation& s = out[static_cast<std::size_t>(i)];
-    const physics::Situation &now = measured(i), &then = measured(i - lag), &last = measured(i - lag);
+    const physics::Situation &now = measured(i), &last = measured(i - lag);
     const double ahead = std::min(i, lag) * period;
     // acceleration of the predicted rotors, and of the low-passed residual at the horizon
     const Vec6 modelled =
         acceleration_of(now) +
         mass.solve(physics::rotor_wrench(s) - physics::rotor_wrench(now) - rest[static_cast<std::size_t>(i)]);
     const Vec6& left = slow[static_cast<std::size_t>(std::max(0, i - lag))];
-    const Vec6 mean = 0.5 * (acceleration_of(then) + modelled + mass.solve(left));
+    const Vec6 mean = 0.5 * (acceleration_of(last) + modelled + mass.solve(left));
     const Vec3 w = last.body.w_WB_B + ahead * mean.tail<3>();
     const Vec3 v = last.v_WB_B + ahead * mean.head<3>();  // in body axes of the sample at the horizon
     known.row(i).head<24>() << w.transpose(), v.transpose(), last.body.w_WB_B.transpose(),

@@ -57,8 +57,7 @@ std::optional<MotionOnGrid> motion_on_grid(const Recording& r, const Options& o)
   if (!acc) {
     m.force = differentiate(differentiate(m.force, kPoseRate), kPoseRate);
     m.force.col(2).array() += o.environment.gravity;
-    for (Eigen::Index i = 0; q && i < m.force.rows(); ++i)
-      m.force.row(i) = (quaternion(attitude, i).conjugate() * Vec3(m.force.row(i))).transpose();
+    if (q) turn_into_body(attitude, m.force);
   }
   if (gyro || q) {
     m.w =
