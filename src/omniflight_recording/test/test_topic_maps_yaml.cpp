@@ -62,6 +62,29 @@ TEST_F(TopicMaps, TheShippedOnesLoadAndEverySignalIsCanonical) {
   EXPECT_TRUE(of("/omniflight/odometry", "nav_msgs/Odometry").empty());  // ours are named, never guessed
 }
 
+TEST_F(TopicMaps, AnAerostackBagFillsEstimateReferenceAndTruth) {
+  sample::Bag2 out(folder / "bag_0.db3", false);
+  out.topic(1, "/drone0/sensor_measurements/imu", "sensor_msgs/msg/Imu");
+  out.topic(2, "/drone0/self_localization/pose", "geometry_msgs/msg/PoseStamped");
+  out.topic(3, "/drone0/motion_reference/pose", "geometry_msgs/msg/PoseStamped");
+  out.topic(4, "/drone0/ground_truth/pose", "geometry_msgs/msg/PoseStamped");
+  for (std::uint64_t k = 0; k < 20; ++k) {
+    const std::uint64_t ns = k * 1'000'000;
+    out.message(1, ns, sample::imu_message(ns));
+    for (int topic = 2; topic <= 4; ++topic) out.message(topic, ns, sample::pose_message(ns));
+  }
+  const auto r = sample::read_as("rosbag2_sqlite", out.bytes()).value();
+  for (const char* name : {"gyro", "acc", "est_position", "est_attitude", "ref_position", "ref_attitude",
+                           "truth_position", "truth_attitude"})
+    EXPECT_EQ(samples(r, name), 20) << name;
+  EXPECT_EQ(r.find("position"), nullptr);  // no estimate is taken for motion capture
+  EXPECT_EQ(r.find("est_position")->source, "/drone0/self_localization/pose pose.position.x");
+  TopicMap map = topic_map_for({}).value();
+  ASSERT_TRUE(add_shipped_maps(map));
+  const auto motor = entries_for(map, "/drone0/actuator_command/motor", "as2_msgs/Motor");
+  EXPECT_EQ(map.entries[motor.front()].map, "aerostack2");
+}
+
 TEST_F(TopicMaps, MistakesAreNamedWithLineAndNextStep) {
   const auto signal = [&](const std::string& rest) {
     return refusal("  - topic: x\n    signals:\n      - {signal: " + rest + "}\n");
