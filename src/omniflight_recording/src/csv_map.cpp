@@ -28,9 +28,21 @@ int column_at(const std::vector<std::string>& header, const std::string& column,
   return index;
 }
 
+/// A signal all of whose components stand in one cell.
+CsvSignal list_signal(const SignalSpec& spec, int column) {
+  CsvSignal signal;
+  signal.signal = spec.name;
+  signal.unit = spec.unit;
+  signal.columns = {column};
+  signal.list = true;
+  signal.width = static_cast<std::size_t>(spec.width);
+  return signal;
+}
+
 Result<CsvLayout> canonical_layout(const std::vector<std::string>& header, const std::string& file) {
   CsvLayout layout;
   std::map<std::string, std::map<int, int>> found;  // signal -> component -> column
+  std::map<std::string, int> lists;                 // signal -> column whose cells hold all components
   for (int column = 0; column < static_cast<int>(header.size()); ++column) {
     const std::string& name = header[static_cast<std::size_t>(column)];
     if (std::count(header.begin(), header.end(), name) > 1)
@@ -39,6 +51,8 @@ Result<CsvLayout> canonical_layout(const std::vector<std::string>& header, const
       layout.time_column = column;
     } else if (const auto place = place_of_column(name)) {
       found[place->signal][place->component] = column;
+    } else if (find_spec(name)) {
+      lists[name] = column;
     } else {
       layout.ignored.push_back(name);
     }
@@ -46,10 +60,18 @@ Result<CsvLayout> canonical_layout(const std::vector<std::string>& header, const
   if (layout.time_column < 0)
     return bad_input("there is no column t_s (time in seconds), and no map under configs/csv_maps fits",
                      file + ":1", "Rename the time column, or describe the columns with --map FILE");
+  for (const auto& [name, column] : lists) {
+    if (found.count(name))
+      return bad_input("column " + files::shown(name) + " is a list of what other columns have, too",
+                       file + ":1", "Remove it, or the others");
+    layout.signals.push_back(list_signal(*find_spec(name), column));
+  }
   for (const auto& [name, components] : found) {
     const SignalSpec* spec = find_spec(name);
     const int width = spec->width > 0 ? spec->width : components.rbegin()->first + 1;
-    CsvSignal signal{name, spec->unit, {}, 1.0, 0.0};
+    CsvSignal signal;
+    signal.signal = name;
+    signal.unit = spec->unit;
     for (int c = 0; c < width; ++c) {
       if (!components.count(c))
         return bad_input("column " + column_of(name, c, width) + " is missing beside the others of " + name,
@@ -59,6 +81,42 @@ Result<CsvLayout> canonical_layout(const std::vector<std::string>& header, const
     layout.signals.push_back(std::move(signal));
   }
   return layout;
+}
+
+/// The columns of one signal of a map; without a name where the map is wrong about it.
+CsvSignal mapped_signal(files::YamlReader& item, const std::vector<std::string>& header) {
+  const std::string name = item.string("signal");
+  const SignalSpec* spec = find_spec(name);
+  if (!spec) {
+    std::vector<std::string> names;
+    for (const auto& s : canonical_signals()) names.emplace_back(s.name);
+    const std::string near = files::nearest_word(name, names);
+    item.error_at("signal", files::shown(name) + " is no canonical signal",
+                  near.empty() ? "See the list in the README" : "Did you mean " + files::shown(near) + "?");
+    return {};
+  }
+  CsvSignal signal;
+  const std::string list = item.string("list", "");
+  if (!list.empty()) {
+    signal = list_signal(*spec, column_at(header, list, item));
+    if (item.has("columns")) item.error_at("list", "stands beside columns", "Keep one of the two");
+    const std::string order = item.string("quaternion", "wxyz");
+    if ((order != "wxyz" && order != "xyzw") || (item.has("quaternion") && !is_attitude(name)))
+      item.error_at("quaternion", files::shown(order) + " is no order of this signal",
+                    is_attitude(name) ? "Use wxyz or xyzw" : "Leave it out");
+    signal.xyzw = order == "xyzw";
+  } else {
+    const auto columns = item.strings("columns");
+    if (columns.empty() || (spec->width > 0 && static_cast<int>(columns.size()) != spec->width))
+      item.error_at("columns", name + " has " + std::to_string(spec->width) + " components",
+                    "Name one column for each, or with list: the one whose cells hold all of them");
+    for (const auto& column : columns) signal.columns.push_back(column_at(header, column, item));
+    signal.signal = name;
+    signal.unit = spec->unit;
+  }
+  signal.scale = item.number("scale", files::any_number(), 1.0);
+  signal.offset = item.number("offset", files::any_number(), 0.0);
+  return signal;
 }
 
 Result<CsvLayout> mapped_layout(const std::vector<std::string>& header, const std::string& file,
@@ -74,26 +132,9 @@ Result<CsvLayout> mapped_layout(const std::vector<std::string>& header, const st
   layout.time_scale = time.number("scale", files::positive("s"), 1.0);
   std::set<std::string> seen;
   for (auto& item : root->children("signals", 1, 200)) {
-    CsvSignal signal;
-    signal.signal = item.string("signal");
-    const SignalSpec* spec = find_spec(signal.signal);
-    const auto columns = item.strings("columns");
-    signal.scale = item.number("scale", files::any_number(), 1.0);
-    signal.offset = item.number("offset", files::any_number(), 0.0);
-    if (!spec) {
-      std::vector<std::string> names;
-      for (const auto& s : canonical_signals()) names.emplace_back(s.name);
-      const std::string near = files::nearest_word(signal.signal, names);
-      item.error_at("signal", files::shown(signal.signal) + " is no canonical signal",
-                    near.empty() ? "See the list in the README" : "Did you mean " + files::shown(near) + "?");
-      break;
-    }
-    signal.unit = spec->unit;
-    if (columns.empty() || (spec->width > 0 && static_cast<int>(columns.size()) != spec->width))
-      item.error_at("columns", signal.signal + " has " + std::to_string(spec->width) + " components",
-                    "Name one column for each");
+    auto signal = mapped_signal(item, header);
+    if (signal.signal.empty()) break;  // the error stands in the reader
     if (!seen.insert(signal.signal).second) item.error_at("signal", "appears twice", "Remove one");
-    for (const auto& column : columns) signal.columns.push_back(column_at(header, column, item));
     layout.signals.push_back(std::move(signal));
   }
   if (auto ok = root->finish(); !ok) {

@@ -14,7 +14,11 @@ struct CsvSignal {
   std::string unit;
   std::vector<int> columns;  // by component
   double scale = 1.0;
-  double offset = 0.0;  // value = text * scale + offset
+  double offset = 0.0;    // value = text * scale + offset
+  bool list = false;      // one column whose cells hold all components
+  std::size_t width = 0;  // of a list: components in a cell; 0: as many as most have
+  bool xyzw = false;      // order of the four numbers of a list that is an attitude; otherwise w x y z
+  double held_s = 0.0;    // a sample that repeats the last one within this time is left out [s]; 0: none is
 };
 
 struct CsvLayout {

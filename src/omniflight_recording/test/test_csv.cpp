@@ -5,6 +5,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "notes.hpp"
 #include "omniflight_recording/alignment.hpp"
 #include "omniflight_recording/formats.hpp"
 #include "sample_bag.hpp"
@@ -69,6 +70,94 @@ TEST_F(Csv, HostileTablesAreRefusedWithLineAndColumn) {
   EXPECT_NE(refusal(std::string(5000, ',') + "\n1\n"), "accepted");
   EXPECT_NE(refusal("t_s," + std::string(2 << 20, 'x') + "\n1,2\n"), "accepted");
   EXPECT_NE(refusal(std::string("t_s\0,vbat_V\n0,1\n", 16)), "accepted");
+}
+
+TEST_F(Csv, SemicolonsDecimalCommasTabsAndQuotesAreRead) {
+  const auto r = read("t_s;vbat_V;\"rotor1_radps\";rotor2_radps\n0,00;11,1;-1,5e2;\n0,01;;151;\"152,25\"\n");
+  ASSERT_TRUE(r) << r.error().text();
+  EXPECT_EQ(r->find("vbat")->values(0, 0), 11.1);
+  EXPECT_EQ(r->find("rotor_speed")->t_s, std::vector<double>{0.01});
+  EXPECT_EQ(r->find("rotor_speed")->values(0, 1), 152.25);
+  EXPECT_TRUE(has_note(*r, "decimal commas"));
+  EXPECT_EQ(read("t_s\tvbat_V\n0,5\t11,1\n")->find("vbat")->values(0, 0), 11.1);
+  EXPECT_EQ(read("t_s\tvbat_V\n0.5\t11.1\n")->find("vbat")->values(0, 0), 11.1);
+  EXPECT_EQ(read("t_s;vbat_V\n0.5;11.1\n")->notes.size(), 0u);
+  EXPECT_EQ(read("t_s,\"remark, of mine\",vbat_V\n0,\"a, b\",11.1\n")->find("vbat")->values(0, 0), 11.1);
+}
+
+TEST_F(Csv, ADecimalMarkIsNeverGuessed) {
+  EXPECT_EQ(
+      refusal("t_s;vbat_V\n0,1;11\n0,2;1.234\n"),
+      ":3: vbat_V: '1.234': the table has decimal commas (line 2) and points (line 3). Export it with one "
+      "decimal mark and without groups of thousands");
+  EXPECT_EQ(refusal("t_s;vbat_V\n0;1.234,5\n"),
+            ":2: vbat_V: '1.234,5' is not a finite number. Correct the cell or leave it empty");
+  EXPECT_EQ(refusal("t_s;vbat_V\n0;1,2,3\n"),
+            ":2: vbat_V: '1,2,3' is not a finite number. Correct the cell or leave it empty");
+  EXPECT_EQ(refusal("t_s,vbat_V\n0,11,1\n"),
+            ":2: has 3 cells, the header has 2. Repair the row; numbers with decimal commas need semicolons "
+            "between cells");
+  EXPECT_EQ(refusal("t_s,vbat_V\n0,\"11,1\"\n"),
+            ":2: vbat_V: '11,1' is not a finite number. Correct the cell or leave it empty");
+}
+
+TEST_F(Csv, ACellMayHoldAllComponents) {
+  const auto r = read(
+      "t_s,gyro,attitude,rotor_speed\n0,\"[0.1, -0.2, 3e-1]\",\"(1 0 0 0)\",100 101 102\n"
+      "0.1,,1;0;0;0,103 104 105\n0.2,\"[1, 2]\",[],\n");
+  ASSERT_TRUE(r) << r.error().text();
+  EXPECT_EQ(r->find("gyro")->values, Eigen::RowVector3d(0.1, -0.2, 0.3));
+  EXPECT_EQ(r->find("attitude")->size(), 2);
+  EXPECT_EQ(r->find("rotor_speed")->values(1, 2), 105);
+  EXPECT_TRUE(has_note(*r, "gyro: 1 rows have only some of its cells (first in line 4)"));
+  EXPECT_EQ(
+      refusal("t_s,gyro\n0,[1 2 x]\n"),
+      ":2: gyro: '[1 2 x]' is not a finite number. Write finite numbers with decimal points, as [0.1, 0.2, "
+      "9.8], or leave it empty");
+  EXPECT_NE(refusal("t_s,gyro\n0,[1 2 3\n").find(":2: gyro"), std::string::npos);
+  EXPECT_NE(refusal("t_s,gyro\n0,[1 2 inf]\n").find(":2: gyro"), std::string::npos);
+  std::string bomb;
+  for (int i = 0; i < 101; ++i) bomb += "1 ";
+  EXPECT_NE(refusal("t_s,rotor_speed\n0," + bomb + "\n").find(":2: rotor_speed"), std::string::npos);
+  EXPECT_EQ(refusal("t_s,gyro,gyro_x_radps\n0,1 2 3,1\n"),
+            ":1: column 'gyro' is a list of what other columns have, too. Remove it, or the others");
+}
+
+TEST_F(Csv, AMapNamesListsAndTheirOrder) {
+  const fs::path map = file.string() + ".yaml";
+  const auto with_map = [&](const std::string& signals) {
+    std::ofstream(map) << "schema: omniflight.csv_map/1\ntime: {column: ms, scale: 0.001}\nsignals:\n"
+                       << signals;
+    return read("ms;q;a\n1;[0, 0, 0, 1];[0 0 1]\n2,5;[0, 0, 0.6, 0.8];[0 0 1]\n", {.map = map});
+  };
+  const auto r = with_map(
+      "  - {signal: attitude, list: q, quaternion: xyzw}\n  - {signal: acc, list: a, scale: 9.81}\n");
+  ASSERT_TRUE(r) << r.error().text();
+  EXPECT_EQ(r->find("attitude")->values.row(0), Eigen::RowVector4d(1, 0, 0, 0));
+  EXPECT_NEAR(r->find("attitude")->values(1, 3), 0.6, 1e-12);
+  EXPECT_EQ(r->find("acc")->values(0, 2), 9.81);
+  EXPECT_NEAR(r->find("acc")->t_s[1], 0.0025, 1e-15);
+  const auto message = [&](const std::string& signals) { return with_map(signals).error().text(); };
+  EXPECT_NE(message("  - {signal: acc, list: b}\n").find("no column 'b'"), std::string::npos);
+  EXPECT_NE(message("  - {signal: acc, list: a, columns: [a]}\n").find("Keep one"), std::string::npos);
+  EXPECT_NE(message("  - {signal: acc, list: a, quaternion: xyzw}\n").find("Leave it out"),
+            std::string::npos);
+  EXPECT_NE(message("  - {signal: attitude, list: q, quaternion: zyxw}\n").find("Use wxyz"),
+            std::string::npos);
+  fs::remove(map);
+}
+
+TEST_F(Csv, CutOrChangedAnywhereItIsReadOrRefused) {
+  std::string text = "t_s;gyro;vbat_V;\"px_m\";py_m;pz_m\n";
+  for (int k = 0; k < 20; ++k)
+    text += "0," + std::to_string(10 + k) + ";[0.1, " + std::to_string(k) + " 3];11,5;\"0,5\";1;2\n";
+  for (std::size_t size = 0; size < text.size(); ++size) {
+    const auto r = read(text.substr(0, size));
+    EXPECT_TRUE(!r || r->lost_anything() || text[size - 1] == '\n') << size;
+    std::string changed = text;
+    changed[size] = static_cast<char>(changed[size] ^ (1 << size % 8));
+    (void)read(changed);
+  }
 }
 
 TEST_F(Csv, ACutLastRowIsToldAndRepeatedTimesAreLeftOut) {
