@@ -10,6 +10,7 @@ const Format& ulog_format();
 const Format& rosbag1_format();
 const Format& rosbag2_format();
 const Format& microsd_format();
+const Format& genom3_format();
 const Format& csv_format();
 
 }  // namespace omniflight::recording

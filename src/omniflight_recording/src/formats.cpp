@@ -13,7 +13,8 @@ namespace omniflight::recording {
 
 const std::vector<Format>& formats() {
   static const std::vector<Format> table{mcap_format(),    ulog_format(),    rosbag1_format(),
-                                         rosbag2_format(), microsd_format(), csv_format()};
+                                         rosbag2_format(), microsd_format(), genom3_format(),
+                                         csv_format()};
   return table;
 }
 

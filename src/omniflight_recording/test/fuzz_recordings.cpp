@@ -4,6 +4,7 @@
 #include "mutated_inputs.hpp"
 #include "sample_bag.hpp"
 #include "sample_bag1.hpp"
+#include "sample_genom3.hpp"
 #include "sample_ulog.hpp"
 
 std::vector<std::string> seeds() {
@@ -26,6 +27,8 @@ std::vector<std::string> seeds() {
   add("csv",
       "t_s,px_m,py_m,pz_m,qw,qx,qy,qz,rotor1_radps\n0,0,0,1,1,0,0,0,100\n0.01,0,0,1,1,0,0,0,\n0.02,0,,1,1,0,"
       "0,0,101\n");
+  add("csv", "t_s;gyro;\"vbat_V\"\n0,5;[0.1, 0.2 0.3];11,1\n0,6;(1;2;3);\"11,2\"\n");
+  add("genom3", sample::genom3_log(5));
   return out;
 }
 
