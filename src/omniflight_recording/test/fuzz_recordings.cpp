@@ -5,6 +5,7 @@
 #include "sample_bag.hpp"
 #include "sample_bag1.hpp"
 #include "sample_genom3.hpp"
+#include "sample_microsd.hpp"
 #include "sample_ulog.hpp"
 
 std::vector<std::string> seeds() {
@@ -29,6 +30,7 @@ std::vector<std::string> seeds() {
       "0,0,101\n");
   add("csv", "t_s;gyro;\"vbat_V\"\n0,5;[0.1, 0.2 0.3];11,1\n0,6;(1;2;3);\"11,2\"\n");
   add("genom3", sample::genom3_log(5));
+  add("crazyflie_microsd", sample::microsd_log(5));
   return out;
 }
 
