@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -205,12 +206,26 @@ const char* type_of(std::string_view topic) {
   return "";
 }
 
+constexpr double kEpoch_s = 1e6;  // clocks beyond are subtracted by readers
+
+/// Added to the times of the recording to get stamps [ns]: the epoch, counted apart from the times, because
+/// 1e9 s in a double leaves 0.2 us; nothing for clocks that count from a boot, which readers do not subtract;
+/// and what makes the earliest sample 0 where times are negative, which no stamp can be.
+std::int64_t offset_of_stamps(const Recording& r) {
+  double earliest = 0;
+  for (const auto& [name, signal] : r.signals)
+    if (!signal.empty()) earliest = std::min(earliest, signal.t_s.front());
+  const double start = r.start_s > kEpoch_s ? r.start_s : 0.0;
+  return std::llround(1e9 * std::max(start, -earliest));
+}
+
 Status write_topics(const Recording& r, recording::McapWriter& writer, McapExport& out) {
   std::map<std::string, std::string> facts = {{"origin", r.file}, {"origin_format", r.format}};
   for (const auto& [key, value] : r.metadata)
     if (key.rfind("omniflight.", 0) == 0 && key.rfind("omniflight.dropped", 0) != 0)
       facts[key.substr(11)] = value;
   if (auto ok = writer.write_metadata("omniflight", facts); !ok) return ok;
+  const std::int64_t offset_ns = offset_of_stamps(r);
   Cdr cdr;
   for (const Layout& layout : layouts()) {
     const Samples samples = sample(r, layout);
@@ -222,8 +237,7 @@ Status write_topics(const Recording& r, recording::McapWriter& writer, McapExpor
     if (!channel) return Failure(channel.error());
     out.types[layout.topic] = std::string(type->ros_name);
     for (std::size_t i = 0; i < samples.base->t_s.size(); ++i) {
-      const auto ns = static_cast<std::int64_t>(std::llround((r.start_s + samples.base->t_s[i]) * 1e9));
-      if (ns < 0) continue;  // before the epoch of its clock
+      const std::int64_t ns = offset_ns + std::llround(1e9 * samples.base->t_s[i]);
       encode(layout, samples, static_cast<Eigen::Index>(i), ns, cdr);
       const auto stamp = static_cast<std::uint64_t>(ns);
       if (auto ok = writer.write(*channel, static_cast<std::uint32_t>(i), stamp, stamp, cdr.bytes(), 0); !ok)

@@ -101,6 +101,33 @@ class ForeignLogs(system.SystemTest):
             self.assertEqual({name: counts[name] for name in ("gyro", "acc", "rotor_speed", "vbat")},
                              {"gyro": 4000, "acc": 4000, "rotor_speed": 2000, "vbat": 2000}, log)
 
+    def table(self, log, *options):
+        """The samples of a log: {column: {time [ns]: value}}; times count from the first."""
+        self.run_command("import", log, "--out", "table.csv", "--quiet", "--force", *options)
+        header, *rows = [line.split(",") for line in (self.dir / "table.csv").read_text().splitlines()]
+        first = float(rows[0][0])
+        return {name: {round(1e9 * (float(row[0]) - first)): float(row[i]) for row in rows if row[i]}
+                for i, name in enumerate(header) if i > 0}
+
+    def test_what_is_written_of_every_format_reads_back_the_same(self):
+        self.write("negative.csv", "t_s,px_m,py_m,pz_m\n" + "".join(f"{k / 8 - 1},{k},0,{k / 3}\n" for k in range(16)))
+        logs = sorted((system.CONFIGS / "sample_logs").glob("synthetic_*"))
+        self.assertEqual(len(logs), 7)
+        for log in [*logs, self.dir / "negative.csv"]:
+            read = self.table(log)
+            done = self.run_command("import", log, "--out", "copy.mcap", "--force", "--json")
+            left_out = system.json.loads(done.stdout)["left_out"]
+            self.run_command("import", log, "--out", "copy.csv", "--quiet", "--force")
+            for copy in ("copy.mcap", "copy.csv"):
+                again = self.table(copy)
+                lost = set(read) - set(again)
+                self.assertTrue(all(any(name.startswith(signal) for signal in left_out) for name in lost), (log, lost))
+                for name in set(read) - lost:
+                    self.assertEqual(read[name].keys(), again[name].keys(), (log, copy, name))  # times to 1 ns
+                    places = 6 if name in ("vbat_V", "ibat_A") else 15  # sensor_msgs/BatteryState has float32
+                    for t, value in read[name].items():
+                        self.assertAlmostEqual(value, again[name][t], places, (log, copy, name, t))
+
     def test_a_map_chooses_the_topic(self):
         self.write("mine.yaml", "schema: omniflight.topic_map/1\ntopics:\n  - topic: vehicle_local_position\n"
                                 "    time: {fields: [timestamp], unit: us}\n    signals:\n"
