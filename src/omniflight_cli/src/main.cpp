@@ -65,7 +65,7 @@ constexpr Verb kVerbs[] = {
      "omniflight view flight.mcap", add_view},
     {"topic", "What is said on the bus: list, echo, hz, record",
      "omniflight topic hz /omniflight/imu --domain 7", add_topic},
-    {"new", "A new effect, vehicle or mission to start from",
+    {"new", "A new effect, vehicle, mission or map of a CSV to start from",
      "omniflight new vehicle my_quad --from flight.ulg --out here", add_new},
     {"prove", "Hidden effects on an independent plant: what does the diagnosis find?",
      "omniflight prove --cases 24 --nulls 24 --out proof", add_prove},

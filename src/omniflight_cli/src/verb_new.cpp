@@ -1,4 +1,4 @@
-// `new effect|vehicle|mission NAME`: a file to start from, that works as it is.
+// `new effect|vehicle|mission|map NAME`: a file to start from, that works as it is.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -7,6 +7,7 @@
 
 #include "omniflight_files/files.hpp"
 #include "omniflight_recording/formats.hpp"
+#include "omniflight_recording/map_draft.hpp"
 #include "skeletons.hpp"
 #include "vehicle_from_log.hpp"
 #include "verbs.hpp"
@@ -56,13 +57,25 @@ Result<std::string> vehicle_text(const std::string& name, const std::string& log
   return draft->yaml;
 }
 
+/// The text of a map for a CSV; what was guessed and what is not used is said.
+Result<std::string> map_text(const std::string& name, const std::string& log, const Common& common) {
+  if (log.empty())
+    return bad_input("needs the CSV that it is for", "--from",
+                     "For instance omniflight new map " + name + " --from flight.csv");
+  const auto draft = recording::draft_csv_map(log);
+  if (!draft) return Failure(draft.error());
+  for (const std::string& line : draft->guessed) say(common, "guessed: " + line);
+  for (const std::string& line : draft->unused) say(common, "not used: " + line);
+  return draft->yaml;
+}
+
 Result<int> run(const std::string& kind, const std::string& name, const std::string& log,
                 const Common& common) {
   if (!std::regex_match(name, std::regex("[a-z][a-z0-9_]{0,48}")))
     return bad_input("'" + name + "' is no name: small letters, digits and _ only, a letter first", "name",
                      "For instance my_" + kind);
-  if (!log.empty() && kind != "vehicle")
-    return bad_input("is for a vehicle", "--from",
+  if (!log.empty() && kind != "vehicle" && kind != "map")
+    return bad_input("is for a vehicle or a map", "--from",
                      "For instance omniflight new vehicle " + name + " --from " + log);
   auto root = workspace(common);
   if (!root) return Failure(root.error());
@@ -92,6 +105,13 @@ Result<int> run(const std::string& kind, const std::string& name, const std::str
     next = log.empty() ? "omniflight design " + file.string() + " --alpha 0"
                        : "put in what is missing, then omniflight diagnose " + log + " --vehicle " +
                              file.string() + " --check";
+  } else if (kind == "map") {
+    const fs::path file = *root / "configs" / "csv_maps" / (name + ".yaml");
+    const auto text = map_text(name, log, common);
+    if (!text) return Failure(text.error());
+    if (auto ok = write_new(file, *text); !ok) return Failure(ok.error());
+    written = {file.string()};
+    next = "check every line, then omniflight info " + log + " --map " + file.string();
   } else {
     const fs::path file = *root / "configs" / "missions" / (name + ".yaml");
     if (auto ok = write_new(file, mission_skeleton(name)); !ok) return Failure(ok.error());
@@ -109,13 +129,15 @@ Result<int> run(const std::string& kind, const std::string& name, const std::str
 Action add_new(CLI::App& verb, Common& common) {
   auto kind = std::make_shared<std::string>();
   auto name = std::make_shared<std::string>();
-  verb.add_option("kind", *kind, "effect | vehicle | mission")
+  verb.add_option("kind", *kind, "effect | vehicle | mission | map")
       ->required()
-      ->check(CLI::IsMember({"effect", "vehicle", "mission"}));
+      ->check(CLI::IsMember({"effect", "vehicle", "mission", "map"}));
   verb.add_option("name", *name, "Small letters, digits and _")->required();
   auto log = std::make_shared<std::string>();
-  verb.add_option("--from", *log,
-                  "Log that the vehicle wrote: rotor count, geometry and thrust as far as it tells them");
+  verb.add_option(
+      "--from", *log,
+      "Log that the vehicle wrote: rotor count, geometry and thrust as far as it tells them; for a map "
+      "a CSV whose columns it is to name");
   return [kind, name, log, &common] { return run(*kind, *name, *log, common); };
 }
 

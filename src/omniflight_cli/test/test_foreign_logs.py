@@ -128,6 +128,21 @@ class ForeignLogs(system.SystemTest):
                     for t, value in read[name].items():
                         self.assertAlmostEqual(value, again[name][t], places, (log, copy, name, t))
 
+    def test_a_map_for_a_table_is_started_from_its_columns(self):
+        rows = "".join(f"{10 * k};0,5;1;{k / 8};0,01;0;1;11100;7\n".replace(".", ",") for k in range(50))
+        self.write("board.csv", "Time [ms];px;py;pz;acc_x;acc_y;acc_z;vbat;remark\n" + rows)
+        self.assertIn("describe the columns with --map FILE", self.run_command("info", "board.csv", expect=4).stderr)
+        done = self.run_command("new", "map", "board", "--from", "board.csv", "--out", "here")
+        self.assertIn("guessed: acc [m/s2] from 'acc_x' 'acc_y' 'acc_z', g by its size", done.stdout)
+        self.assertIn("not used: 'remark', 7 to 7", done.stdout)
+        info = system.json.loads(
+            self.run_command("info", "board.csv", "--map", "here/configs/csv_maps/board.yaml", "--json").stdout)
+        self.assertEqual({s["name"]: s["samples"] for s in info["signals"]}, {"position": 50, "acc": 50, "vbat": 50})
+        self.assertAlmostEqual(info["duration_s"], 0.49)
+        self.run_command("new", "map", "board", "--from", "board.csv", "--out", "here", expect=4)  # it exists
+        self.assertIn("needs the CSV", self.run_command("new", "map", "other", expect=4).stderr)
+        self.assertIn("is no CSV", self.run_command("new", "map", "other", "--from", "flight.ulg", expect=4).stderr)
+
     def test_a_map_chooses_the_topic(self):
         self.write("mine.yaml", "schema: omniflight.topic_map/1\ntopics:\n  - topic: vehicle_local_position\n"
                                 "    time: {fields: [timestamp], unit: us}\n    signals:\n"

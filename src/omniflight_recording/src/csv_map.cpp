@@ -59,7 +59,9 @@ Result<CsvLayout> canonical_layout(const std::vector<std::string>& header, const
   }
   if (layout.time_column < 0)
     return bad_input("there is no column t_s (time in seconds), and no map under configs/csv_maps fits",
-                     file + ":1", "Rename the time column, or describe the columns with --map FILE");
+                     file + ":1",
+                     "Rename the time column, or describe the columns with --map FILE (omniflight new map "
+                     "NAME --from FILE starts one)");
   for (const auto& [name, column] : lists) {
     if (found.count(name))
       return bad_input("column " + files::shown(name) + " is a list of what other columns have, too",

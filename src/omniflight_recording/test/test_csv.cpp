@@ -53,7 +53,8 @@ TEST_F(Csv, HostileTablesAreRefusedWithLineAndColumn) {
   EXPECT_EQ(
       refusal("time,px_m\n0,1\n"),
       ":1: there is no column t_s (time in seconds), and no map under configs/csv_maps fits. Rename the "
-      "time column, or describe the columns with --map FILE");
+      "time column, or describe the columns with --map FILE (omniflight new map NAME --from FILE starts "
+      "one)");
   EXPECT_EQ(refusal("t_s,vbat_V\n0,1\n1,abc\n"),
             ":3: vbat_V: 'abc' is not a finite number. Correct the cell or leave it empty");
   EXPECT_EQ(refusal("t_s,vbat_V\n0,inf\n"),
