@@ -219,6 +219,8 @@ struct Diagnosis {
   std::vector<Input> inputs;
   Verdict verdict = Verdict::nothing_missing;
   std::string summary;
+  /// Posterior probability that nothing was left out of the wrench; NaN where that was not inferred.
+  double probability_of_nothing = std::nan("");
   std::vector<Mismatch> mismatch;
   std::vector<Finding> findings;
   std::vector<Unexplained> unexplained;

@@ -185,12 +185,12 @@ void add_decisions(const Inference& in, const std::set<std::string>& named, Diag
     }
   }
   for (const HorizonTest& t : in.horizon.tests)
-    d.decisions.push_back({format("horizon %.3f s%s", t.horizon.s, t.horizon.reference_alone ? ", reference alone" : ""),
-                           std::string("estimates against those of longer horizons") +
-                               (t.beside_found ? ", beside what was found" : "") +
-                               (t.about.empty() ? "" : ", " + t.about),
-                           t.statistic, t.threshold(), "Hausman's test, chi-square of one degree of freedom",
-                           t.agrees() ? "agrees" : "disagrees: feedback, or what is left out, biases it"});
+    d.decisions.push_back(
+        {format("horizon %.3f s%s", t.horizon.s, t.horizon.reference_alone ? ", reference alone" : ""),
+         std::string("estimates against those of longer horizons") +
+             (t.beside_found ? ", beside what was found" : "") + (t.about.empty() ? "" : ", " + t.about),
+         t.statistic, t.threshold(), "Hausman's test, chi-square of one degree of freedom",
+         t.agrees() ? "agrees" : "disagrees: feedback, or what is left out, biases it"});
   const Calibration& c = in.problem->calibration();
   std::set<std::string> listed;
   for (std::size_t k = 0; k < c.kinds.size(); ++k)
@@ -297,6 +297,7 @@ void add_posterior(const Inference& in, const SetFit& fit, std::span<const Fligh
         }
     }
   }
+  d.probability_of_nothing = in.posterior.probability_of_nothing;
   if (something) add_mismatch(in, wrench, rest, d);
   add_remaining(in, rest, d);
   add_decisions(in, named, d);

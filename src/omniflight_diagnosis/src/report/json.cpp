@@ -236,6 +236,7 @@ std::string to_json(const Diagnosis& d) {
       {"inputs", inputs(d)},
       {"verdict", to_string(d.verdict)},
       {"summary", d.summary},
+      {"probability_of_nothing", number(d.probability_of_nothing)},
       {"mismatch", mismatches(d)},
       {"findings", findings(d)},
       {"unexplained", unexplained(d)},

@@ -27,15 +27,32 @@ bool does_something(const Inference& in, const SetMember& member) {
   return false;
 }
 
+/// The likeliest set that is not empty: fitted in the noise of the best set, which may be another one or none
+/// at all, since rivals count in their own noise.
+SetFit likeliest_of_something(const Inference& in, const Evidence& evidence) {
+  const Posterior& p = in.posterior;
+  const auto likeliest =
+      std::max_element(p.sets.begin(), p.sets.end(), [](const SetPosterior& a, const SetPosterior& b) {
+        return std::pair(!a.hypotheses.empty(), a.probability) <
+               std::pair(!b.hypotheses.empty(), b.probability);
+      });
+  std::vector<int> best;
+  for (const SetMember& m : p.best.members) best.push_back(m.hypothesis);
+  std::sort(best.begin(), best.end());
+  return likeliest->hypotheses == best ? p.best : evidence.fit(likeliest->members);
+}
+
 }  // namespace
 
 SetFit named_set(const Inference& in, const Options& o) {
   const Posterior& p = in.posterior;
   if (!p.alarm()) return p.nothing;
+  const Evidence evidence(*in.problem, *in.noise, in.hypotheses, o.law_error, in.tolerances);
+  const SetFit best = likeliest_of_something(in, evidence);
   std::vector<std::pair<double, std::size_t>> members;
-  for (std::size_t k = 0; k < p.best.members.size(); ++k) {
-    if (!does_something(in, p.best.members[k])) continue;
-    const int h = p.best.members[k].hypothesis;
+  for (std::size_t k = 0; k < best.members.size(); ++k) {
+    if (!does_something(in, best.members[k])) continue;
+    const int h = best.members[k].hypothesis;
     members.emplace_back(p.inclusion(in.hypotheses[static_cast<std::size_t>(h)].id, in.hypotheses), k);
   }
   std::sort(members.rbegin(), members.rend());
@@ -44,11 +61,10 @@ SetFit named_set(const Inference& in, const Options& o) {
     double at_least = 0;
     for (const SetPosterior& s : p.sets)
       if (s.hypotheses.size() > named.size()) at_least += s.probability;
-    if (!(at_least >= 1 - kAlarm)) break;
-    named.push_back(p.best.members[k]);
+    if (!(at_least > 1 - (named.empty() ? kAlarm : kFurther))) break;
+    named.push_back(best.members[k]);
   }
-  if (named.size() == p.best.members.size()) return p.best;
-  return Evidence(*in.problem, *in.noise, in.hypotheses, o.law_error, in.tolerances).fit(std::move(named));
+  return named.size() == best.members.size() ? best : evidence.fit(std::move(named));
 }
 
 double deviation_over_sets(const Posterior& posterior, const std::vector<Hypothesis>& hypotheses,

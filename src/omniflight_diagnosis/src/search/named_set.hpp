@@ -5,10 +5,9 @@
 
 namespace omniflight::diagnosis {
 
-/// The members of the best set that the answer names, fitted without the others: as many as there are at
-/// least in all but kAlarm of the posterior (an alarm is the first of them), the likeliest first. What stands
-/// for one of them elsewhere counts for it. None without an alarm, and none that does less than arithmetic
-/// leaves.
+/// The members of the likeliest set that the answer names, fitted without the others, the likeliest first:
+/// one where there is an alarm, and as many more as there are at least in all but kFurther of the posterior.
+/// What stands for one of them elsewhere counts for it. None that does less than arithmetic leaves.
 SetFit named_set(const Inference& inference, const Options& options);
 
 /// Root mean square distance of parameter k of this hypothesis from `value` in the posterior: over all sets

@@ -17,9 +17,12 @@ struct SetPosterior {
   double probability = 0;
 };
 
-/// An alarm is raised when the probability that nothing was left out is below this: at most one alarm in
-/// twenty is false where probabilities are calibrated.
-inline constexpr double kAlarm = 0.05;
+/// An alarm is raised when the probability that nothing was left out is below this: of least expected loss
+/// where a false alarm costs three times as much as an effect that is missed.
+inline constexpr double kAlarm = 0.25;
+/// A further effect is named beside others where smaller sets have less than this: what a law has wrong looks
+/// like one.
+inline constexpr double kFurther = 0.05;
 
 struct Posterior {
   std::vector<SetPosterior> sets;  ///< the likeliest first
@@ -31,7 +34,7 @@ struct Posterior {
   std::vector<std::pair<int, double>> alone;
   bool finished = true;  ///< false: stopped before the search had ended
 
-  bool alarm() const { return !best.members.empty() && probability_of_nothing < kAlarm; }
+  bool alarm() const { return !sets.empty() && probability_of_nothing < kAlarm; }
   /// Probability that an effect with this id is there.
   double inclusion(const std::string& id, const std::vector<Hypothesis>& hypotheses) const;
 };

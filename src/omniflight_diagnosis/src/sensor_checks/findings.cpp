@@ -122,9 +122,12 @@ std::string summarise(const Diagnosis& d, const std::vector<Flight>& flights) {
     for (std::size_t k = 0; k < d.left_out.size(); ++k) s += (k > 0 ? ", " : "") + d.left_out[k];
     s += ". What follows is where it stood and no answer. ";
   } else if (d.findings.empty() && d.unexplained.empty() && d.mismatch.empty())
-    s = "Nothing is missing: the rotors, the mass and the inertia of the vehicle file explain what was "
-        "measured, "
-        "within the noise and the tolerances of the sensors. ";
+    s = (d.probability_of_nothing < 0.5 ? "Nothing is named, but something may be missing"
+                                        : "Nothing is missing") +
+        (d.probability_of_nothing < 0.95 ? format(" (probability of nothing %.2f)", d.probability_of_nothing)
+                                         : std::string()) +
+        ": the rotors, the mass and the inertia of the vehicle file explain what was measured, within the "
+        "noise and the tolerances of the sensors. ";
   else if (d.findings.empty() && d.unexplained.empty())
     s = "No left-out physics is named: what differs is too small, or what offsets within the tolerances may "
         "do. ";
