@@ -3,7 +3,7 @@
 
 namespace omniflight::cli {
 
-/// "omniflight 0.1.0 (d2123c1)": the version, and the revision of the source when it was built; "modified"
+/// "omniflight 0.2.0 (d2123c1)": the version, and the revision of the source when it was built; "modified"
 /// beside it when files had been changed since. Made at build time.
 extern const char* const kVersion;
 

@@ -31,7 +31,7 @@ class FindPackage(system.SystemTest):
         if not self.prefix.is_dir():
             self.skipTest(f"nothing is installed in {self.prefix}")
 
-    def configure(self, components="vehicle", version="0.1"):
+    def configure(self, components="vehicle", version="0.2"):
         self.write("CMakeLists.txt", PROJECT.format(components=components, version=version))
         self.write("mine.cpp", PROGRAM)
         return subprocess.run(["cmake", "-G", "Ninja", "-S", ".", "-B", "build", f"-DCMAKE_PREFIX_PATH={self.prefix}"],

@@ -49,7 +49,7 @@ class Packages(system.SystemTest):
         done = subprocess.run([scripts / "try_packages.sh", root], cwd=self.dir, text=True, capture_output=True, timeout=1800)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertIn("the packages work", done.stdout)
-        self.write("CMakeLists.txt", PROJECT.format(components="vehicle", version="0.1"))
+        self.write("CMakeLists.txt", PROJECT.format(components="vehicle", version="0.2"))
         self.write("mine.cpp", PROGRAM)
         for step in (["cmake", "-G", "Ninja", "-S", ".", "-B", "build", f"-DCMAKE_PREFIX_PATH={root}/usr"], ["cmake", "--build", "build"],
                      ["build/mine"]):

@@ -1,9 +1,9 @@
-# find_package(omniflight 0.1 REQUIRED COMPONENTS vehicle simulation): the libraries as targets omniflight::vehicle,
+# find_package(omniflight 0.2 REQUIRED COMPONENTS vehicle simulation): the libraries as targets omniflight::vehicle,
 # omniflight::simulation; what they need is found with them. Without COMPONENTS: all that are installed.
 #
 #   cmake_minimum_required(VERSION 3.22)
 #   project(mine LANGUAGES CXX)
-#   find_package(omniflight 0.1 REQUIRED COMPONENTS simulation)
+#   find_package(omniflight 0.2 REQUIRED COMPONENTS simulation)
 #   add_executable(mine mine.cpp)
 #   target_link_libraries(mine PRIVATE omniflight::simulation)
 #   target_compile_features(mine PRIVATE cxx_std_20)

@@ -1,7 +1,7 @@
 # Build conventions of the workspace. A package's CMakeLists.txt is then:
 #
 #   cmake_minimum_required(VERSION 3.22)
-#   project(omniflight_x VERSION 0.1.0 LANGUAGES CXX)
+#   project(omniflight_x VERSION 0.2.0 LANGUAGES CXX)
 #   find_package(omniflight_cmake REQUIRED)
 #   omniflight_library(PACKAGES omniflight_core yaml-cpp LINK omniflight_core::omniflight_core yaml-cpp)
 #   omniflight_tests()
