@@ -21,7 +21,9 @@ std::string why_not_offered(const physics::Effect& effect, std::span<const Fligh
     if (std::any_of(flights.begin(), flights.end(), [](const Flight* f) { return f->commands.empty(); }))
       return "commands and speeds of the rotors tell it, where both are recorded";
   } else if (!effect.can_replay()) {
-    return "it is no effect of the wrench: the stage that it belongs to judges it";
+    return info.stage == physics::Stage::wrench
+               ? "its force is random: it counts as noise"
+               : "it is no effect of the wrench: a check of its stage tells it, where there is one";
   }
   if (listed(o.exclude, info.id)) return "excluded by the caller";
   if (!o.only.empty() && !listed(o.only, info.id)) return "not among the effects that the caller asks for";
