@@ -1,6 +1,7 @@
 #include "family_columns.hpp"
 
 #include <cmath>
+#include <map>
 
 namespace omniflight::proof {
 namespace {
@@ -207,6 +208,21 @@ std::vector<MatrixXd> calibration_columns(const FamilyVehicle& vehicle, const Fl
     }));
     out.push_back(b.column([&](int) { return at(b.v.mass * accelerometer * Vec3::Unit(k), Vec3::Zero()); }));
   }
+  return out;
+}
+
+std::vector<MatrixXd> untold_columns(const FamilyVehicle& vehicle, const FlightSeries& series) {
+  const Builder b(vehicle, series);
+  std::vector<ColumnGroup> groups;
+  body(b, groups);
+  const std::map<std::string, double> deviation{{"com_offset", 0.02 * vehicle.arm()},
+                                                {"inertia_error", 0.08},
+                                                {"rotor_thrust_scale", 0.02},
+                                                {"drag_torque_scale", 0.1}};
+  std::vector<MatrixXd> out;
+  for (const ColumnGroup& g : groups)
+    if (const auto at = deviation.find(g.id); at != deviation.end())
+      for (const MatrixXd& c : g.columns) out.push_back(at->second * c);
   return out;
 }
 

@@ -92,6 +92,7 @@ Separability ask_oracle(const FamilyPlan& plan, const Laboratory& lab,
        calibration_columns(lab.flight.vehicle, s, std::max(1e-6, k.thrust_scale), std::max(1e-6, k.level),
                            std::max(1e-6, k.trim), k.accelerometer))
     known.push_back(whitened(c));
+  for (const MatrixXd& c : untold_columns(lab.flight.vehicle, s)) known.push_back(whitened(c));
   out.judged = true;
   out.detect = beyond(what, {}, known);
   out.rival = out.detect;

@@ -101,8 +101,21 @@ void drag(std::vector<Hidden>& out) {
                  .along = {"dynamic_inflow", "drag_torque_scale"}});
   out.push_back({.id = "dynamic_inflow",
                  .stage = "wrench",
-                 .realisation = "thrust follows the speed late",
+                 .realisation = "thrust overshoots until the air follows",
                  .law = true,
+                 .smallest = 1e-3,
+                 .typical = 0.02,
+                 .largest = 0.12,
+                 .apply = [](FamilyFlight& f, double a, const Shape& k) {
+                   const double lead = k.between(0, 0.3, 0.8);
+                   each_rotor(f, [&](RotorChange& c, int) {
+                     c.thrust_lag = a;
+                     c.thrust_lead = lead;
+                   });
+                 }});
+  out.push_back({.id = "dynamic_inflow",
+                 .stage = "wrench",
+                 .realisation = "thrust follows the speed late",
                  .smallest = 1e-3,
                  .typical = 0.02,
                  .largest = 0.12,
@@ -118,6 +131,7 @@ void drag(std::vector<Hidden>& out) {
                  .apply = [](FamilyFlight& f, double a, const Shape&) {
                    each_rotor(f, [a](RotorChange& c, int i) { c.thrust_lag = a * (i % 2 ? 1.4 : 0.6); });
                  }});
+  // up to eight times the frontal area of the airframe: more is no multirotor
   out.push_back(
       {.id = "parasitic_drag",
        .stage = "wrench",
@@ -125,7 +139,7 @@ void drag(std::vector<Hidden>& out) {
        .law = true,
        .smallest = 0.01,
        .typical = 1,
-       .largest = 30,
+       .largest = 8,
        .possible = moves,
        .apply = [](FamilyFlight& f, double a, const Shape&) { airframe(f).round_area += a * frontal(f); },
        .parameters = [](const FamilyFlight& f, double a,
@@ -135,7 +149,7 @@ void drag(std::vector<Hidden>& out) {
                  .realisation = "plates: another area along every axis",
                  .smallest = 0.01,
                  .typical = 1,
-                 .largest = 25,
+                 .largest = 8,
                  .possible = moves,
                  .apply = [](FamilyFlight& f, double a, const Shape& k) {
                    airframe(f).drag_area_B +=

@@ -49,6 +49,7 @@ void visit(V& v, RotorChange& r) {
   v.number("hold_s", r.hold, 0, 0.5, "s");
   v.number("restart_s", r.restart, 0, 2, "s");
   v.number("thrust_lag_s", r.thrust_lag, 0, 0.5, "s");
+  v.number("thrust_lead", r.thrust_lead, -1, 2, "1");
 }
 template <class V>
 void visit(V& v, TiltChange& t) {

@@ -47,7 +47,10 @@ void change(Drive& d, const RotorChange& c, double timestep) {
   if (c.slew > 0) d.slew = d.slew > 0 ? std::min(d.slew, c.slew) : c.slew;
   if (c.hold > 0) d.hold = c.hold;
   if (c.restart > 0) d.restart = c.restart;
-  if (c.thrust_lag > 0) d.thrust_lag = c.thrust_lag;
+  if (c.thrust_lag > 0) {
+    d.thrust_lag = c.thrust_lag;
+    d.thrust_lead = c.thrust_lead;
+  }
   if (c.fails_from >= 0) {
     d.fails_from = c.fails_from;
     d.fails_until = c.fails_until >= 0 ? c.fails_until : 1e300;
@@ -81,7 +84,7 @@ Motors::Motors(const vehicle::Vehicle& vehicle, const World& world, double times
 }
 
 void Motors::reset(double alpha) {
-  speed_ = acceleration_ = command_ = held_ = thrust_ = {};
+  speed_ = acceleration_ = command_ = held_ = thrust_ = settled_ = {};
   stands_until_.fill(-1);
   std::fill(history_.begin(), history_.end(), PerRotor{});
   steps_ = 0;
@@ -157,7 +160,8 @@ void Motors::step_thrust(double h) {
   for (std::size_t i = 0; i < count(); ++i) {
     const Drive& d = drives_[i];
     const double now = d.thrust(speed_[i]);
-    thrust_[i] = d.thrust_lag > 0 ? now + (thrust_[i] - now) * std::exp(-h / d.thrust_lag) : now;
+    settled_[i] = d.thrust_lag > 0 ? now + (settled_[i] - now) * std::exp(-h / d.thrust_lag) : now;
+    thrust_[i] = now + d.thrust_lead * (now - settled_[i]);
   }
   const TiltChange& c = tilt_change_;
   efficiency_ = 1;

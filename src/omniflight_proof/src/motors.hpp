@@ -23,7 +23,8 @@ struct Drive {
   bool tilts, bidirectional;
   int spin;
   double fails_from, fails_until;
-  double linear_share = 0, drag_exponent = 0, slew = 0, hold = 0, restart = 0, thrust_lag = 0;
+  double linear_share = 0, drag_exponent = 0, slew = 0, hold = 0, restart = 0, thrust_lag = 0,
+         thrust_lead = -1;
   Vec3 lean_B = Vec3::Zero();  ///< rad/N
 
   double thrust(double speed) const;         ///< N along the axis, signed
@@ -64,7 +65,7 @@ class Motors {
   std::vector<Drive> drives_;
   PerRotor speed_{}, acceleration_{};
   std::vector<PerRotor> history_;
-  PerRotor command_{}, held_{}, stands_until_{}, thrust_{};
+  PerRotor command_{}, held_{}, stands_until_{}, thrust_{}, settled_{};
   double efficiency_ = 1;
   std::size_t steps_ = 0;
   double alpha_ = 0, alpha_command_ = 0, alpha_told_ = 0, alpha_servo_ = 0, alpha_true_ = 0;

@@ -65,7 +65,8 @@ struct RotorChange {
   double slew = 0;             ///< rad/s^2, fastest change of speed; 0: none
   double hold = 0;             ///< s, commands are taken over only this often
   double restart = 0;          ///< s, a rotor that stopped or reverses stands this long
-  double thrust_lag = 0;       ///< s, thrust follows the speed late
+  double thrust_lag = 0;       ///< s, time that the air of the rotor takes to follow a change of thrust
+  double thrust_lead = -1;     ///< share of a sudden change by which thrust overshoots; -1: it comes late
 };
 
 /// Hidden, behind what the servo reports; lag and play that the vehicle file tells are in the report.
