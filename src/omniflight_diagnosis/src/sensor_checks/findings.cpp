@@ -56,7 +56,8 @@ Finding finding_of(const SensorFault& fault) {
   out.log_factor = fault.log_factor;
   out.cannot_be_told_apart_from = fault.rivals;
   out.rivals = static_cast<int>(fault.rivals.size());
-  out.stage = physics::Stage::sensing;
+  const physics::Effect* effect = physics::find_effect(fault.effect);
+  out.stage = effect ? effect->info().stage : physics::Stage::sensing;
   out.channels = {fault.channel};
   out.sentence = fault.sentence;
   out.parameters = fault.parameters;
@@ -69,7 +70,7 @@ void add_faults(const std::vector<SensorFault>& faults, const std::vector<Window
     finding.equation = "measured value does not follow the quantity";
     d.findings.push_back(finding);
     Mismatch m;
-    m.stage = physics::Stage::sensing;
+    m.stage = finding.stage;
     m.channel = fault.channel;
     const recording::SignalSpec* spec = recording::find_spec(fault.channel);
     m.frame = fault.channel.starts_with("rotor")                         ? "rotor"

@@ -14,6 +14,7 @@
 #include "omniflight_physics/effect_ids.hpp"
 #include "rotor_limit_check.hpp"
 #include "tilt_lag.hpp"
+#include "vibration_check.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -314,6 +315,7 @@ void check_redundancy(const Recording& r, const vehicle::Vehicle& vehicle, const
   if (vehicle.tilt.kind != vehicle::TiltKind::none && !is_named(d, physics::effect_id::tilt_servo_lag))
     judge_tilt(r, vehicle.tilt, d);
   judge_gyro(r, o, d);
+  add_vibration(r, vehicle, o, d);
   if (!is_named(d, physics::effect_id::battery_sag)) judge_voltage(r, d);
 }
 

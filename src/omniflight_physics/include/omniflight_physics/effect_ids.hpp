@@ -20,6 +20,7 @@ inline constexpr const char* parasitic_drag = "parasitic_drag";
 inline constexpr const char* blade_flapping = "blade_flapping";
 inline constexpr const char* wind = "wind";
 inline constexpr const char* ground_effect = "ground_effect";
+inline constexpr const char* dynamic_inflow = "dynamic_inflow";
 inline constexpr const char* neighbour_downwash = "neighbour_downwash";
 inline constexpr const char* hung_cable = "hung_cable";
 inline constexpr const char* constant_pull = "constant_pull";
@@ -46,7 +47,9 @@ inline constexpr const char* imu_lever_arm = "imu_lever_arm";
 inline constexpr const char* mocap_tilt = "mocap_tilt";
 inline constexpr const char* mocap_offset = "mocap_offset";
 inline constexpr const char* clock_offset = "clock_offset";
+inline constexpr const char* sensor_filter = "sensor_filter";
 inline constexpr const char* stale_samples = "stale_samples";
+inline constexpr const char* vibration = "vibration";
 inline constexpr const char* rotor_speed_sensor_fault = "rotor_speed_sensor_fault";
 inline constexpr const char* battery_sensor_fault = "battery_sensor_fault";
 
