@@ -53,7 +53,8 @@ TEST(TorqueAlignment, TheFilterOfAGyroscopeIsFound) {
   const vehicle::Vehicle v = test::omnimorph();
   for (const double lag_s : {-0.003, 0.0, 0.0045, 0.011}) {
     const Shaken x(v, lag_s, 0.2);
-    const auto lag = lag_behind_rotors(x.dw, x.speed, x.speed, x.alpha, kRate, x.use, v);
+    const auto lag =
+        lag_behind_rotors(x.dw, rotor_excitation(x.speed, x.speed, x.alpha, kRate, v), kRate, x.use);
     ASSERT_TRUE(lag) << lag_s;
     EXPECT_NEAR(lag->lag_s, lag_s, 5e-4);
     EXPECT_GT(lag->explained, 0.9);
@@ -63,7 +64,7 @@ TEST(TorqueAlignment, TheFilterOfAGyroscopeIsFound) {
 TEST(TorqueAlignment, WhereSomethingElsePushesNothingIsSaid) {
   const vehicle::Vehicle v = test::omnimorph();
   const Shaken x(v, 0.0045, 1.0);
-  EXPECT_FALSE(lag_behind_rotors(x.dw, x.speed, x.speed, x.alpha, kRate, x.use, v));
+  EXPECT_FALSE(lag_behind_rotors(x.dw, rotor_excitation(x.speed, x.speed, x.alpha, kRate, v), kRate, x.use));
 }
 
 }  // namespace

@@ -33,7 +33,8 @@ constexpr Scale kScales[] = {
     {"tilt_efficiency", nullptr, [](const VehicleSize&) { return 0.3; }},
     {"downwash_interference", "coefficient",
      [](const VehicleSize& s) { return 0.06 * s.weight / s.speed_sum; }},
-    {"dynamic_inflow", "coefficient", [](const VehicleSize& s) { return 0.06 * s.weight / s.speed_sum; }},
+    // blade element theory: dT/dw = rho a sigma A Omega R / 4 is 0.2 to 0.4 of weight / speed_sum per m/s
+    {"dynamic_inflow", "coefficient", [](const VehicleSize& s) { return 0.2 * s.weight / s.speed_sum; }},
     {"axial_inflow", nullptr, [](const VehicleSize& s) { return 0.06 * s.weight / s.speed_sum; }},
     {"vortex_ring", nullptr, [](const VehicleSize& s) { return 0.06 * s.weight / s.speed_sum; }},
     {"ceiling_effect", "coefficient", [](const VehicleSize& s) { return 0.06 * s.weight / s.speed_sum; }},
@@ -130,6 +131,10 @@ ParameterPrior prior_of(const Effect& effect, std::size_t parameter, const Vehic
       prior.scale = s.of(size);
       prior.law = p.lower >= 0 && p.neutral == 0 ? Law::half_normal : Law::normal;
       if (info.id == "wind") break;
+      if (info.id == "dynamic_inflow") {  // momentum theory gives the sign
+        prior.law = Law::half_normal;
+        prior.lower = 0;
+      }
       return prior;
     }
   if (info.id == "inertia_error") {  // a quarter of the axis it belongs to
@@ -144,8 +149,11 @@ ParameterPrior prior_of(const Effect& effect, std::size_t parameter, const Vehic
   }
   if (!is_amplitude(p) && p.lower > 0 && p.typical > 0) {  // a length, a time, a speed
     prior.law = Law::log_normal;
-    prior.center = p.typical;
-    prior.scale = 0.8;
+    // a driver brings a rotor to its speed in hover in about 0.1 s, be the rotor small or large; some need
+    // ten times as long
+    const bool slew = info.id == "actuator_saturation" && p.name == "slew";
+    prior.center = slew ? 10 * size.rotor_speed : p.typical;
+    prior.scale = slew ? 1.2 : 0.8;
     return prior;
   }
   if (is_amplitude(p)) {

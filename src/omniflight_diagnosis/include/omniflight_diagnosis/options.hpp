@@ -33,6 +33,7 @@ struct Tolerance {
   double gyro_bias = 0.008;     ///< rad/s, one standard deviation
   double world_force = 0.005;   ///< 1, constant force in the world over weight (level, alignment)
   double rotor_clock = 0.0015;  ///< s, rotor speeds against accelerometer and gyro
+  double pose_clock = 0.005;    ///< s, stamps of the pose against those of accelerometer and gyro
   /// 1, of the day against the one at which thrust was measured: pressure and temperature by 2 % each;
   /// nothing where the density is told.
   double air_density = 0.025;

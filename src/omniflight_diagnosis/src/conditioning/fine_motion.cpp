@@ -7,8 +7,8 @@
 #include "force_frame.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 #include "omniflight_diagnosis/residual.hpp"
+#include "sensor_delays.hpp"
 #include "tilt_servo.hpp"
-#include "torque_alignment.hpp"
 #include "velocity_observer.hpp"
 
 namespace omniflight::diagnosis {
@@ -173,13 +173,28 @@ void Taking::tilt(const Recording& recording, FineMotion& m) const {
 }
 
 void Taking::rotors_on_the_clock_of_the_gyro(FineMotion& m) const {
-  if (!in_.gyro || f_.speed_from_command) return;
-  const auto lag = lag_behind_rotors(m.angular_acceleration, m.rotor_speed, m.rotor_turning, m.alpha,
-                                     grid_.rate_hz, used_.flags(), vehicle_);
+  if (!in_.gyro) return;
+  GyroDelays delays;
+  for (const Alignment& a : f_.alignment)
+    if (a.early == "gyro" && a.late == "attitude") {
+      delays.behind_pose = a;
+      delays.behind_pose->lag_s = -a.lag_s;
+    }
+  if (!f_.speed_from_command) {
+    const RotorExcitation rotors =
+        rotor_excitation(m.rotor_speed, m.rotor_turning, m.alpha, grid_.rate_hz, vehicle_);
+    delays.behind_rotors = lag_behind_rotors(m.angular_acceleration, rotors, grid_.rate_hz, used_.flags());
+    delays.as_response =
+        thrust_response(m.angular_acceleration, in_.acc ? m.specific_force : Eigen::MatrixXd(0, 3), rotors,
+                        grid_.rate_hz, o_.tolerance.rotor_clock, used_.flags());
+  }
+  if (auto late = what_is_late(delays, vehicle_, o_)) f_.faults.push_back(std::move(*late));
+  if (delays.as_response) m.rotor_speed = responding(m.rotor_speed, *delays.as_response, grid_.rate_hz);
+  const std::optional<TorqueLag>& lag = delays.behind_rotors;
   if (!lag) return;
   f_.alignment.push_back(
       {"rotor_speed (torque)", "gyro", lag->lag_s, lag->se_s, 0, 0, std::sqrt(lag->explained)});
-  if (std::abs(lag->lag_s) > kLeastTorqueLag + 3 * lag->se_s)
+  if (!delays.as_response && std::abs(lag->lag_s) > kLeastTorqueLag + 3 * lag->se_s)
     for (Eigen::MatrixXd* s : {&m.rotor_speed, &m.rotor_turning}) *s = delayed(*s, lag->lag_s, grid_.rate_hz);
 }
 

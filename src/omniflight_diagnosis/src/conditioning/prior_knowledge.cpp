@@ -49,6 +49,7 @@ constexpr Known kKnown[] = {
     {"tolerance.world_force", 0, 1, "1"},
     {"tolerance.torque_trim", 0, 1, "1"},
     {"tolerance.rotor_clock_s", 0, 0.1, "s"},
+    {"tolerance.pose_clock_s", 0, 0.1, "s"},
     {"tolerance.inertia", 0, 1, "1"},
     {"tolerance.center_of_mass", 0, 1, "1"},
     {"tolerance.rotor_scale", 0, 1, "1"},
@@ -197,6 +198,7 @@ void apply(const PriorKnowledge& told, Options& o) {
       o.tolerance.told.insert(t.kind);
     }
   if (const auto* v = get("tolerance.rotor_clock_s")) o.tolerance.rotor_clock = (*v)[0];
+  if (const auto* v = get("tolerance.pose_clock_s")) o.tolerance.pose_clock = (*v)[0];
   for (const auto& [place, number] : {std::pair{"ambient.turbulence_force_rms_N", &o.noise.force},
                                       {"ambient.turbulence_torque_rms_Nm", &o.noise.torque},
                                       {"ambient.correlation_time_s", &o.noise.correlation_time},

@@ -9,10 +9,7 @@ namespace omniflight::diagnosis {
 namespace {
 
 // Chosen, not measured.
-constexpr double kReach = 0.024;          // s, half width of the search; gyro filters delay by less
 constexpr double kLeastExplained = 0.85;  // least coefficient of determination, see lag_behind_rotors()
-constexpr double kSlowHz = 4;             // Hz, cut-off below which aerodynamic torques matter
-constexpr double kCorrelation = 0.05;     // s, correlation time of the misfit, for the standard error
 
 struct AxisFit {
   double left = 1;   ///< unexplained share of the variance
@@ -44,14 +41,12 @@ AxisFit regress(const Eigen::VectorXd& y, const Eigen::VectorXd& torque, const E
 
 }  // namespace
 
-std::optional<TorqueLag> lag_behind_rotors(const Eigen::MatrixXd& dw, const Eigen::MatrixXd& speed,
-                                           const Eigen::MatrixXd& turning, const Eigen::MatrixXd& alpha,
-                                           double rate_hz, const std::vector<char>& use,
-                                           const vehicle::Vehicle& vehicle) {
-  const auto n = static_cast<int>(dw.rows());
-  const int reach = static_cast<int>(std::ceil(kReach * rate_hz));
+RotorExcitation rotor_excitation(const Eigen::MatrixXd& speed, const Eigen::MatrixXd& turning,
+                                 const Eigen::MatrixXd& alpha, double rate_hz,
+                                 const vehicle::Vehicle& vehicle) {
+  const auto n = static_cast<int>(speed.rows());
   const Eigen::MatrixXd dspeed = differentiate(turning, rate_hz);
-  Eigen::MatrixXd torque(n, 3), spin_up(n, 3);
+  RotorExcitation out{Eigen::MatrixXd(n, 3), Eigen::MatrixXd(n, 3), Eigen::MatrixXd(n, 3)};
   std::vector<double> s(static_cast<std::size_t>(speed.cols())), ds(s.size());
   physics::Situation now;
   for (int i = 0; i < n; ++i) {
@@ -60,16 +55,27 @@ std::optional<TorqueLag> lag_behind_rotors(const Eigen::MatrixXd& dw, const Eige
       ds[r] = dspeed(i, static_cast<Eigen::Index>(r));
     }
     physics::prepare(vehicle, {}, alpha(i, 0), s, ds, {}, now);
-    torque.row(i) = physics::rotor_wrench(now).tail<3>().transpose();
+    const Vec6 wrench = physics::rotor_wrench(now);
+    out.force.row(i) = wrench.head<3>().transpose();
+    out.torque.row(i) = wrench.tail<3>().transpose();
     Vec3 up = Vec3::Zero();
     for (const physics::RotorSituation& r : now.all_rotors()) up += r.spin * r.acceleration * r.n_B;
-    spin_up.row(i) = up.transpose();
+    out.spin_up.row(i) = up.transpose();
   }
-  // at low frequency aerodynamic torques are not negligible
-  const auto quick = [&](const Eigen::MatrixXd& x) {
-    return Eigen::MatrixXd(x - low_pass(x, rate_hz, kSlowHz));
-  };
-  const Eigen::MatrixXd turn = quick(dw), cause = quick(torque), start = quick(spin_up);
+  return out;
+}
+
+Eigen::MatrixXd quick_part(const Eigen::MatrixXd& x, double rate_hz) {
+  constexpr double kSlowHz = 4;  // Hz, cut-off below which aerodynamic wrenches matter; chosen
+  return x - low_pass(x, rate_hz, kSlowHz);
+}
+
+std::optional<TorqueLag> lag_behind_rotors(const Eigen::MatrixXd& dw, const RotorExcitation& rotors,
+                                           double rate_hz, const std::vector<char>& use) {
+  const auto n = static_cast<int>(dw.rows());
+  const int reach = static_cast<int>(std::ceil(kReach * rate_hz));
+  const Eigen::MatrixXd turn = quick_part(dw, rate_hz), cause = quick_part(rotors.torque, rate_hz),
+                        start = quick_part(rotors.spin_up, rate_hz);
   std::vector<int> rows;
   for (int i = reach; i < n - reach; ++i)
     if (use[static_cast<std::size_t>(i)]) rows.push_back(i);

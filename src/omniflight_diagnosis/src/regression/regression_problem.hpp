@@ -97,6 +97,7 @@ class RegressionProblem {
   /// Whether accelerations are expected with this wrench as they are, to a thousandth of the weight (RMS).
   bool expects(const Eigen::VectorXd& wrench) const;
   /// State, rotors and accelerations as predicted from the samples before.
+  std::span<const physics::Situation> situations() const { return situation_; }
   const physics::Situation& situation(int i) const { return situation_[static_cast<std::size_t>(i)]; }
   const physics::Situation& measured(int i) const { return measured_[static_cast<std::size_t>(i)]; }
   const physics::VehicleSize& size() const { return size_; }

@@ -58,7 +58,7 @@ std::vector<ShapePoint> drive_points(const RegressionProblem& problem, const Eff
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const ParameterPrior prior = problem.prior(effect, k);
     std::vector<double> tried{0.1, 0.2, 0.4, 0.8, 1.6};
-    if (prior.law == ParameterPrior::Law::log_normal) tried = {-3.2, -2.4, -1.6, -0.8, 0};
+    if (prior.law == ParameterPrior::Law::log_normal) tried = {-2.4, -1.6, -0.8, 0, 0.8, 1.6};
     if (prior.law == ParameterPrior::Law::normal)
       for (std::size_t i = 0; i < 5; ++i) tried.push_back(-tried[i]);
     for (const double u : tried) {
@@ -85,8 +85,15 @@ std::vector<ShapePoint> shape_points(const RegressionProblem& problem, const Eff
     rest.theta.push_back(parameters[k].neutral);
   }
   rest.amplitude = amplitudes;
-  const int points = point_count(static_cast<int>(shapes.size()));
   std::vector<ShapePoint> out;
+  if (const auto telling = effect.telling_shapes(problem.situations()); !telling.empty()) {
+    for (const std::vector<double>& theta : telling) {
+      out.push_back(rest);
+      out.back().theta = theta;
+    }
+    return out;
+  }
+  const int points = point_count(static_cast<int>(shapes.size()));
   for (int p = 0; p < points; ++p) {
     ShapePoint at = rest;
     for (std::size_t s = 0; s < shapes.size(); ++s) {

@@ -130,6 +130,12 @@ class Effect {
   virtual void replay(std::span<const Situation> motion, double period, const double* theta, double* wrench,
                       double* jacobian) const;
 
+  /// Values of all parameters, amplitudes neutral, at which the effect would show in this motion: where a
+  /// search may begin that would otherwise miss it. Empty: anywhere in the prior.
+  virtual std::vector<std::vector<double>> telling_shapes(std::span<const Situation> /*motion*/) const {
+    return {};
+  }
+
   /// Prior standard deviations of the continuous states at the start of a recording, which may begin while a
   /// load already swings; 0 for a state that is known. Empty: the memory starts as start_memory says.
   virtual std::vector<double> start_spread(const double* /*theta*/) const { return {}; }

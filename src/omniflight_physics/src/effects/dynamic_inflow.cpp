@@ -1,4 +1,5 @@
-// The inflow of a rotor needs time: thrust leads a quick change of speed until the air follows.
+// The flow of a rotor needs time: until the air follows a quick change of speed, thrust overshoots (induced
+// velocity, k_v > 0) or falls short (circulation of the blades, k_v < 0).
 #include "effects/table.hpp"
 #include "effects/thrust_change.hpp"
 
@@ -16,8 +17,10 @@ class DynamicInflow final : public MemoryEffect<DynamicInflow, vehicle::kMaxRoto
             "A))",
         .latex =
             R"(\Delta T_i = -k_v|\Omega_i|(w_i-w_{qs}),\quad \tau\dot w_i = w_{qs}-w_i,\quad w_{qs} = \sqrt{T_i/2\rho A})",
-        .source = "Pitt and Peters 1981, uniform inflow; momentum theory (Leishman 2006)",
-        .parameters = {{"coefficient", "k_v", "kg/rad", 0, 0.002, 0.0002, 0, true},
+        .source =
+            "Pitt and Peters 1981, uniform inflow; momentum theory (Leishman 2006); k_v < 0: lift that builds "
+            "up late (Wagner 1925)",
+        .parameters = {{"coefficient", "k_v", "kg/rad", -0.01, 0.01, 0.0002, 0, true},
                        {"time_constant", "tau", "s", 0.002, 0.2, 0.02, 0.02, false}},
         .signals = {"rotor_speed"},
         .channels = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"},

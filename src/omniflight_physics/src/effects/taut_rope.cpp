@@ -1,4 +1,6 @@
 // A rope that pulls once it is stretched, and never pushes.
+#include <algorithm>
+
 #include "effects/table.hpp"
 
 namespace omniflight::physics {
@@ -28,6 +30,29 @@ class TautRope final : public WrenchEffect<TautRope> {
         .aliases = {"lateral_stiffness", "wall_effect", "actuator_saturation"},
         .separated_by = "slow approach to the limit in three directions"};
     return info;
+  }
+
+  /// Anchors all around at two radii of the flight, with ropes that come taut in its last fifth and
+  /// twentieth.
+  std::vector<std::vector<double>> telling_shapes(std::span<const Situation> motion) const override {
+    std::vector<std::vector<double>> out;
+    if (motion.empty()) return out;
+    Vec3 middle = Vec3::Zero();
+    for (const Situation& s : motion) middle += s.body.p_WB / static_cast<double>(motion.size());
+    double reach = 0.1;
+    for (const Situation& s : motion) reach = std::max(reach, (s.body.p_WB - middle).norm());
+    std::vector<Vec3> directions{Vec3::UnitZ(), -Vec3::UnitZ()};
+    for (int k = 0; k < 8; ++k)
+      directions.emplace_back(std::cos(0.25 * kPi * k), std::sin(0.25 * kPi * k), 0);
+    std::vector<double> distance(motion.size());
+    for (const Vec3& direction : directions) {
+      const Vec3 anchor = middle + 2 * reach * direction;
+      for (std::size_t i = 0; i < motion.size(); ++i) distance[i] = (motion[i].body.p_WB - anchor).norm();
+      std::sort(distance.begin(), distance.end());
+      for (const std::size_t share : {80u, 95u})
+        out.push_back({0, 0, distance[distance.size() * share / 100], anchor.x(), anchor.y(), anchor.z(), 0});
+    }
+    return out;
   }
 
   template <class T>

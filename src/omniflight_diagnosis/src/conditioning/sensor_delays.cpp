@@ -1,0 +1,134 @@
+#include "sensor_delays.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "../numerics/text.hpp"
+#include "omniflight_physics/effect_ids.hpp"
+#include "omniflight_physics/prior.hpp"
+
+namespace omniflight::diagnosis {
+namespace {
+
+// Chosen, not measured.
+constexpr double kDelay = 0.03;          // s, prior deviation of what comes late
+constexpr double kFilterOfGyro = 0.003;  // s, delay of the filters that flight controllers usually have
+constexpr double kRival = 3;             // nat
+
+struct Cause {
+  const char* effect;
+  bool behind_pose, behind_rotors;  ///< which delays it makes
+  bool responds;                    ///< it smooths, and does not only shift
+};
+constexpr std::array kCauses{Cause{physics::effect_id::clock_offset, true, false, false},
+                             Cause{physics::effect_id::sensor_filter, true, true, true},
+                             Cause{physics::effect_id::dynamic_inflow, false, true, true}};
+
+/// A measured delay and its variance where nothing is late.
+struct Measured {
+  double delay = 0, variance = 0;  ///< s, s^2
+};
+
+/// ln density of these delays where each of `late` has one common normal delay more; constants left out.
+double log_density(const std::optional<Measured>& pose, bool pose_late, const std::optional<Measured>& rotors,
+                   bool rotors_late) {
+  double log_variances = 0, squares = 0, weight = 0, pull = 0;
+  const auto add = [&](const std::optional<Measured>& m, bool late) {
+    if (!m) return;
+    log_variances += std::log(m->variance);
+    squares += m->delay * m->delay / m->variance;
+    if (!late) return;
+    weight += 1 / m->variance;
+    pull += m->delay / m->variance;
+  };
+  add(pose, pose_late);
+  add(rotors, rotors_late);
+  // one delay d ~ N(0, kDelay^2) integrated out
+  const double gained = pull * pull / (weight + 1 / (kDelay * kDelay));
+  return -0.5 * (log_variances + squares - gained + std::log1p(kDelay * kDelay * weight));
+}
+
+/// Parameters of dynamic_inflow that respond like that to small changes about hover, where the settled inflow
+/// w changes by w / (2 T) per thrust.
+std::vector<ParameterValue> inflow_of(const ThrustResponse& r, const vehicle::Vehicle& vehicle,
+                                      const Options& o) {
+  const physics::VehicleSize size = physics::size_of(vehicle, o.environment.gravity);
+  const double radius = vehicle.rotors.front().radius, wide = 1.96 * r.time_se;
+  std::vector<ParameterValue> out;
+  if (radius > 0) {
+    const double settled =
+        std::sqrt(size.rotor_thrust / (2 * o.environment.air_density * kPi * radius * radius));
+    const double k = 2 * r.lead * size.rotor_thrust / (size.rotor_speed * settled);
+    out.push_back({"coefficient", "k_v", "kg/rad", k, k, k});
+  }
+  out.push_back({"time_constant", "tau", "s", r.time, r.time - wide, r.time + wide});
+  return out;
+}
+
+}  // namespace
+
+std::optional<SensorFault> what_is_late(const GyroDelays& delays, const vehicle::Vehicle& vehicle,
+                                        const Options& o) {
+  SensorFault out;
+  out.share = 1;
+  if (delays.as_response && delays.as_response->lead > 0) {  // nothing else leads
+    const ThrustResponse& r = *delays.as_response;
+    out.effect = physics::effect_id::dynamic_inflow;
+    out.channel = "rotor_speed";
+    out.log_factor = r.log_factor;
+    out.sentence = format("thrust overshoots for %.1f +- %.1f ms after a change of speed.", 1e3 * r.time,
+                          1e3 * r.time_se);
+    out.parameters = inflow_of(r, vehicle, o);
+    return out;
+  }
+  std::optional<Measured> pose, rotors;
+  if (delays.behind_pose)
+    pose = Measured{delays.behind_pose->lag_s, std::pow(delays.behind_pose->lag_se, 2) +
+                                                   o.tolerance.pose_clock * o.tolerance.pose_clock};
+  const double tolerated = o.tolerance.rotor_clock * o.tolerance.rotor_clock + kFilterOfGyro * kFilterOfGyro;
+  double shape = 0;
+  if (delays.as_response) {
+    rotors = Measured{delays.as_response->time, std::pow(delays.as_response->time_se, 2) + tolerated};
+    shape = delays.as_response->log_factor;
+  } else if (delays.behind_rotors) {
+    rotors = Measured{delays.behind_rotors->lag_s, std::pow(delays.behind_rotors->se_s, 2) + tolerated};
+  }
+  if (!pose && !rotors) return std::nullopt;
+  const double nothing = log_density(pose, false, rotors, false);
+  std::array<double, kCauses.size()> likely;
+  std::size_t best = 0;
+  for (std::size_t k = 0; k < kCauses.size(); ++k) {
+    const Cause& c = kCauses[k];
+    likely[k] = log_density(pose, c.behind_pose, rotors, c.behind_rotors) - nothing;
+    if (c.responds) likely[k] += shape;
+    if (likely[k] > likely[best]) best = k;
+  }
+  if (!(likely[best] > 0)) return std::nullopt;
+  const Cause& cause = kCauses[best];
+  out.effect = cause.effect;
+  out.log_factor = likely[best];
+  for (std::size_t k = 0; k < kCauses.size(); ++k)
+    if (k != best && likely[k] > likely[best] - kRival) out.rivals.push_back(kCauses[k].effect);
+  const Measured& from = cause.behind_pose && pose ? *pose : *rotors;
+  const double error = std::sqrt(from.variance), low = from.delay - 1.96 * error,
+               high = from.delay + 1.96 * error;
+  if (out.effect == physics::effect_id::dynamic_inflow) {
+    out.channel = "rotor_speed";
+    out.sentence =
+        format("thrust follows the speed of its rotor %.1f +- %.1f ms late.", 1e3 * from.delay, 1e3 * error);
+    if (delays.as_response) out.parameters = inflow_of(*delays.as_response, vehicle, o);
+  } else if (out.effect == physics::effect_id::sensor_filter) {
+    out.channel = "gyro";
+    out.sentence = format("the inertial sensor follows the motion %.1f +- %.1f ms late, behind %s.",
+                          1e3 * from.delay, 1e3 * error, pose ? "the pose and the rotors" : "the rotors");
+    out.parameters = {{"gyro_time", "T_g", "s", from.delay / 2, low / 2, high / 2}};
+  } else {
+    out.channel = "gyro";
+    out.sentence = format("the clock of the board is %.1f +- %.1f ms %s on that of the pose.",
+                          1e3 * std::abs(from.delay), 1e3 * error, from.delay > 0 ? "late" : "early");
+    out.parameters = {{"offset", "t_d", "s", from.delay, low, high}};
+  }
+  return out;
+}
+
+}  // namespace omniflight::diagnosis
