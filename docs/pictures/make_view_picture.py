@@ -26,7 +26,7 @@ try:
     text = ""
     while not text.endswith("}\n"):
         text += view.stdout.readline() or sys.exit("omniflight view ended: see above")
-    browser = Browser(clean_up)
+    browser = Browser(clean_up, webgl=True)
     browser.go(json.loads(text)["url"])
     browser.wait_for("window.omniflightView && omniflightView.frames")
     browser.value(f"omniflightView.seek({at})")

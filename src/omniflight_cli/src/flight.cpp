@@ -8,6 +8,7 @@
 
 #include "bus_access.hpp"
 #include "flight_page.hpp"
+#include "flown_plan.hpp"
 #include "omniflight_bus/domain.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_files/files.hpp"
@@ -136,13 +137,22 @@ void judge(const FlightOptions& o, const Setup& s, const recording::Recording& r
     result.metrics = *metrics;
     j["metrics"] = to_json(*metrics);
     if (result.reason.empty()) {
-      const FlightVerdict v = judge_flight({s.plan, s.mission, s.vehicle, s.after}, recording, *metrics);
+      const auto flown = flown_plan(s);
+      if (!flown) {
+        result.reason = "the plans that were made in flight cannot be read: " + flown.error().text();
+        j["reason"] = result.reason;
+        return;
+      }
+      const FlightVerdict v =
+          judge_flight({flown->plan, flown->mission, s.vehicle, flown->after}, recording, *metrics);
       result.verdict = v.word;
       result.reason = v.reason;
       result.complete = v.complete;
       j["judged"] = v.figures;
-      j["remarks"] = v.remarks;
-      result.remarks.insert(result.remarks.end(), v.remarks.begin(), v.remarks.end());
+      std::vector<std::string> remarks = flown->remarks;
+      remarks.insert(remarks.end(), v.remarks.begin(), v.remarks.end());
+      j["remarks"] = remarks;
+      result.remarks.insert(result.remarks.end(), remarks.begin(), remarks.end());
     } else if (lost_to_the_failsafe(o, result)) {
       result.verdict = kLost;
       result.complete = true;

@@ -33,6 +33,7 @@ struct FlightOptions {
   std::string keys;  ///< folder of keys that secure the bus; empty: clear text
   int domain = -1;   ///< of the bus; -1: the first free one
   bool realtime = false;
+  double stay_s = 0.0;      ///< that the flight goes on after its plan, for missions that come in flight
   bool monitor = false;     ///< watch the residuals in flight, see the monitor component
   bool in_process = false;  ///< all components in one container
   std::map<std::string, std::string> parameters;  ///< "controller.kp" -> YAML text

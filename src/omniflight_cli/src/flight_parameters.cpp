@@ -47,7 +47,10 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
                                       s.plan.certificate.vehicle_sha256, s.plan.certificate.mission_sha256,
                                       s.fingerprint))},
       {"attachments", quoted((s.out / "plan" / "certificate.json").string())}};
-  p["planner"] = {{"plan", quoted((s.out / "plan").string())}};
+  p["planner"] = {{"plan", quoted((s.out / "plan").string())},
+                  {"replans", quoted((s.out / kReplans).string())},
+                  {"fixed_tilt", o.lockstep() ? "false" : "true"},
+                  {"latest_end_s", fmt::format("{:.17g}", s.plan.trajectory.duration() + o.stay_s)}};
   common("allocator");
   p["allocator"]["alpha_deg"] = fmt::format("{:.17g}", alpha);
   p["allocator"].insert(s.weights.begin(), s.weights.end());
@@ -118,7 +121,7 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
     g["summary_file"] = quoted((s.out / kPeriods).string());
     g["epoch_monotonic_ns"] = std::to_string(s.epoch_ns);
     g["hold_s"] = "2.0";
-    g["flight_s"] = fmt::format("{:.17g}", kSettle + s.plan.trajectory.duration() + kAfter);
+    g["flight_s"] = fmt::format("{:.17g}", kSettle + s.plan.trajectory.duration() + s.after);
     g["alpha_deg"] = fmt::format("{:.17g}", alpha);
   }
   for (const auto& [key, value] : o.parameters) {

@@ -56,6 +56,7 @@ Result<std::string> fingerprint_of(const FlightOptions& o, const std::string& mi
                    {"realtime", o.realtime},    {"weights", s.weights},
                    {"tilt", o.tilt_mode},       {"parameters", o.parameters}};
   if (o.tilt_mode == "lookahead") j["tilt_reserve"] = o.tilt_reserve;
+  if (o.stay_s > 0) j["stay_s"] = o.stay_s;
   if (!o.controller.empty()) j["controller"] = o.controller;
   std::vector<std::string> inputs{s.sensors, s.effects, s.faults, s.world, s.natnet, s.defaults};
   inputs.insert(inputs.end(), s.neighbours.begin(), s.neighbours.end());
@@ -290,8 +291,8 @@ Result<Setup> plan_flight(const FlightOptions& o) {
   if (!o.lockstep() && s.plan.certificate.alpha_highest > s.plan.certificate.alpha_lowest)
     return bad_input("moves the tilt of the rotors, which the boards of the " + o.plant + " plant cannot",
                      s.mission.file + ": alpha_deg", "Give --plant simulator or mujoco, or one tilt");
-  s.duration = kHold + kSettle + s.plan.trajectory.duration() + kAfter;
-  s.after = kAfter;
+  s.duration = kHold + kSettle + s.plan.trajectory.duration() + kAfter + o.stay_s;
+  s.after = kAfter + o.stay_s;
   s.epoch_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
                    std::chrono::steady_clock::now().time_since_epoch())
                    .count();
@@ -323,6 +324,7 @@ Result<Setup> prepare(const FlightOptions& o) {
   for (const char* of_an_earlier_flight :
        {"flight.json", "monitor.json", kPeriods, kTiltSchedule, kLoadedModel})
     fs::remove(s.out / of_an_earlier_flight, ec);
+  fs::remove_all(s.out / kReplans, ec);
   if (auto ok = write_inputs(s); !ok) return Failure(ok.error());
   return s;
 }

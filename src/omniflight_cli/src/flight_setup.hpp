@@ -16,6 +16,8 @@ inline constexpr double kHold = 1.0, kSettle = 3.0, kAfter = 1.0;  ///< s around
 
 /// File of the folder in which the gateway leaves the counts of its periods.
 inline constexpr const char* kPeriods = "periods.json";
+/// Folder of the plans that were made in flight, 1, 2, ...
+inline constexpr const char* kReplans = "replans";
 /// The tilt that `--tilt lookahead` has found.
 inline constexpr const char* kTiltSchedule = "tilt.yaml";
 /// The model file of a flight whose mission has a payload or a tether.
@@ -38,7 +40,7 @@ struct Setup {
   std::optional<std::pair<Vec3, Vec3>> fence;  ///< m, corners of the test bed's known box; empty: none known
   double ground_z = 0;                         ///< m, floor of the test bed
   double duration = 0;                         ///< s, whole flight
-  double after = 0;                            ///< s of it after the plan's end
+  double after = 0;                            ///< s of it after the plan's end, `stay` included
   std::int64_t epoch_ns = 0;                   ///< CLOCK_MONOTONIC at flight time zero
 };
 

@@ -30,6 +30,8 @@ constexpr Verb kVerbs[] = {
     {"plan", "A certified 6D trajectory for a mission", "omniflight plan trajectory_2 --out plan", add_plan},
     {"fly", "Fly a mission over the bus and record it",
      "omniflight fly trajectory_2 --effects configs/effects/tether.yaml --out run", add_fly},
+    {"replan", "Ask a flight for another mission: planned from the state to come, joined without a jump",
+     "omniflight replan elsewhere.yaml", add_replan},
     {"estop", "Stop the rotors of every run on this machine now, and wait for the gate's answer",
      "omniflight estop", add_estop},
     {"arm", "Let a flight that waits for its operator start its rotors", "omniflight arm", add_arm},

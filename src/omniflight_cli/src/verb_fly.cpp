@@ -71,6 +71,10 @@ Action add_fly(CLI::App& verb, Common& common) {
   verb.add_option("--rate", *rate, "max (the default: lockstep) | realtime; simulator and mujoco only")
       ->check(CLI::IsMember({"max", "realtime"}));
   verb.add_option("-p,--param", *params, "Component parameter, for instance controller.kp='[10, 10, 10]'");
+  verb.add_option("--stay", o->stay_s,
+                  "s that the flight goes on after its plan: time for missions that are asked for in flight "
+                  "(omniflight replan)")
+      ->check(CLI::Range(0.0, 3600.0));
   verb.add_flag("--monitor", o->monitor,
                 "Watch the residuals in flight (/diagnostics) and end with the verdict in a line");
   verb.add_flag("--force", o->force, "Overwrite a recording that is in --out");

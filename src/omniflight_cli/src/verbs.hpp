@@ -44,6 +44,7 @@ Action add_new(CLI::App& verb, Common& common);
 Action add_prove(CLI::App& verb, Common& common);
 Action add_reproduce(CLI::App& verb, Common& common);
 Action add_estop(CLI::App& verb, Common& common);
+Action add_replan(CLI::App& verb, Common& common);
 Action add_arm(CLI::App& verb, Common& common);
 Action add_keys(CLI::App& verb, Common& common);
 Action add_doctor(CLI::App& verb, Common& common);

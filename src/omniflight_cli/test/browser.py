@@ -15,14 +15,17 @@ PROGRAM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil
 
 
 class Browser:
-    def __init__(self, test, width=1280, height=800):
+    def __init__(self, test, width=1280, height=800, webgl=False):
+        """Without webgl pages are painted by the processor alone: the first frame that goes through an emulated graphics card takes
+        up to 11 s of a busy machine, and the browser answers to no key before it is painted."""
         if not PROGRAM:
             raise unittest.SkipTest("no browser: apt-get install chromium")
         profile = tempfile.TemporaryDirectory(prefix="omniflight_browser_", ignore_cleanup_errors=True)
         test.addCleanup(profile.cleanup)
         self.process = subprocess.Popen(
-            [PROGRAM, "--headless=new", "--no-sandbox", "--disable-gpu-sandbox", "--use-angle=swiftshader",
-             "--enable-unsafe-swiftshader", "--disable-background-networking", "--no-first-run", "--hide-scrollbars",
+            [PROGRAM, "--headless=new", "--no-sandbox",
+             *(("--disable-gpu-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader") if webgl else ("--disable-gpu",)),
+             "--disable-background-networking", "--no-first-run", "--hide-scrollbars",
              "--disable-dev-shm-usage", "--remote-debugging-port=0", f"--user-data-dir={profile.name}", "about:blank"],
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         test.addCleanup(self.close)

@@ -55,5 +55,58 @@ waypoints:
         self.assertEqual(before, {p.name: p.read_bytes() for p in (self.dir / "old").iterdir()})
 
 
+class InFlight(system.SystemTest):
+    """`replan` beside a flight in real time."""
+
+    DOMAIN = 133
+
+    def start_flight(self, *arguments):
+        """A flight that hovers when it is returned, and its folder."""
+        mission = self.hovering_mission(hold_s=6)
+        fly = self.start_command("fly", mission, "--rate", "realtime", "--domain", self.DOMAIN, "--out", "flight", "--quiet",
+                                 *arguments)
+        system.wait_until("the planner", lambda: (self.dir / "flight/log/simulator.log").exists(), 30)
+        return fly
+
+    def goal(self, name, position):
+        return self.short_mission(f"{name}.yaml", changes={"name: short": f"name: {name}",
+                                                           "by: [0.1, 0, 0.1]": f"position: {position}"})
+
+    def replan(self, mission, *arguments, **options):
+        done = self.run_command("replan", mission, "--domain", self.DOMAIN, "--json", *arguments, **options)
+        return system.json.loads(done.stdout)
+
+    def test_a_mission_that_is_asked_for_is_flown_and_judged(self):
+        fly = self.start_flight("--stay", "6")
+        refused = self.replan(self.goal("far", "[300, 0, 1.2]"), expect=2)
+        self.assertTrue(refused["heard"], refused)
+        self.assertIn("outside the map", refused["reason"])
+        joined = self.replan(self.goal("near", "[0.2, 0.1, 1.2]"))
+        self.assertTrue(joined["joined"])
+        output = fly.communicate(timeout=60)
+        self.assertEqual(fly.returncode, 0, output)
+        flight = self.json("flight/flight.json")
+        self.assertEqual(flight["verdict"], "flown", flight["reason"])
+        self.assertTrue(any("near was flown from" in remark for remark in flight["remarks"]), flight["remarks"])
+        last = self.json("flight/replans/1/trajectory.json")["knots"][-1]["p"]
+        self.assertEqual([round(x, 6) for x in last], [0.2, 0.1, 1.2])
+        self.assertLess(flight["judged"]["end_error_m"], 0.05)
+
+    def test_a_plan_that_ends_after_the_flight_is_not_flown(self):
+        fly = self.start_flight()
+        mission = self.short_mission("late.yaml", changes={"by: [0.1, 0, 0.1], hold_s: 0.5":
+                                                           "position: [0.2, 0.1, 1.2], hold_s: 60"})
+        refused = self.replan(mission, expect=2)
+        self.assertIn("after the flight does", refused["reason"])
+        self.assertEqual(fly.wait(60), 0)
+        self.assertFalse((self.dir / "flight/replans").exists())
+
+    def test_mistakes_are_told_before_anybody_is_asked(self):
+        mission = self.short_mission()
+        self.assertIn("no planner listens", self.replan(mission, expect=2)["reason"])
+        done = self.run_command("replan", "no_such_mission", "--domain", self.DOMAIN, expect=4)
+        self.assertIn("no_such_mission", done.stderr)
+
+
 if __name__ == "__main__":
     unittest.main()

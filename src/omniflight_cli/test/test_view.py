@@ -62,7 +62,7 @@ class Replay(View):
 
     def test_a_browser_shows_it(self):
         recording = self.recorded()
-        browser = Browser(self)
+        browser = Browser(self, webgl=True)
         port = self.view(recording, "--mission", self.dir / "short.yaml")
         browser.go(f"http://127.0.0.1:{port}/")
         frames = browser.wait_for("window.omniflightView && omniflightView.frames")
@@ -129,7 +129,7 @@ class Live(OnADomain):
         self.assertIn("emergency_stop", self.json("flight/flight.json")["reason"])
 
     def test_a_browser_follows_a_run_and_stops_its_rotors(self):
-        browser = Browser(self, 390, 844)
+        browser = Browser(self, 390, 844, webgl=True)
         port = self.view("--mission", "trajectory_1", "--domain", self.domain)
         browser.go(f"http://127.0.0.1:{port}/")
         browser.wait_for("document.getElementById('link').textContent === 'waiting for a flight'")

@@ -15,7 +15,7 @@ std::map<std::string, bus::Rights> make_rights() {
   const Topics everything{"*"};
   std::map<std::string, bus::Rights> out{
       {"recorder", {{t::recorder}, everything}},
-      {"planner", {{t::trajectory}, {t::controller, t::mission}}},
+      {"planner", {{t::trajectory, t::replanning}, {t::controller, t::mission}}},
       {"allocator", {{t::allocator, t::command, t::lost_rotors}, {t::controller, t::rotors, t::failsafe}}},
       {"controller",
        {{t::controller, t::failsafe, t::transforms},

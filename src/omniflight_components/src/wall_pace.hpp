@@ -2,9 +2,12 @@
 // share. A step of the system clock (NTP, an operator) moves nothing.
 #pragma once
 
+#include <time.h>
+
+#include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
-#include <thread>
 
 namespace omniflight::components {
 
@@ -13,10 +16,14 @@ class WallPace {
   /// epoch_ns: CLOCK_MONOTONIC at flight time zero [ns]; 0 means now.
   explicit WallPace(std::int64_t epoch_ns = 0) : epoch_ns_(epoch_ns > 0 ? epoch_ns : monotonic_ns()) {}
   double now() const { return 1e-9 * static_cast<double>(monotonic_ns() - epoch_ns_); }  ///< s
-  /// Sleeps until the flight time t [s]; returns at once when it has passed.
+  /// Sleeps until the flight time t [s]; returns at once when it has passed. The kernel is given the instant
+  /// and not a duration, which would begin late where the thread is preempted between now() and the call.
   void sleep_until(double t) const {
-    const double wait = t - now();
-    if (wait > 0) std::this_thread::sleep_for(std::chrono::duration<double>(wait));
+    if (!(t > now())) return;
+    const std::int64_t at_ns = epoch_ns_ + std::llround(1e9 * t);
+    const timespec at{.tv_sec = at_ns / 1'000'000'000, .tv_nsec = at_ns % 1'000'000'000};
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr) == EINTR) {
+    }
   }
 
  private:

@@ -1,4 +1,5 @@
 // The only file that knows assimp.
+#include <assimp/BaseImporter.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -169,12 +170,13 @@ const char* extension(MeshFormat format) {
   return "";
 }
 
-/// The one reader that is asked; the others are not offered the file.
+/// The one reader that is asked; the others are not offered the file. Who unregisters a reader owns it
+/// (assimp 5.2, Importer::UnregisterLoader only takes it off the list).
 void keep_only(Assimp::Importer& importer, const char* format) {
   Assimp::BaseImporter* wanted = importer.GetImporter(format);
   for (std::size_t i = importer.GetImporterCount(); i-- > 0;)
     if (Assimp::BaseImporter* reader = importer.GetImporter(i); reader != wanted)
-      importer.UnregisterLoader(reader);
+      if (importer.UnregisterLoader(reader) == aiReturn_SUCCESS) delete reader;
 }
 
 Result<TriangleMesh> parse(const std::string& bytes, const std::string& name, MeshFormat format,

@@ -1,6 +1,7 @@
 #include "ompl_search.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <iterator>
 
@@ -128,9 +129,70 @@ Made stock(const ob::SpaceInformationPtr& si) {
   return std::make_shared<Planner>(si);
 }
 
+/// The nearest of all in SE(3), the first of equals, as NearestNeighborsLinear finds it. The distance of most
+/// is bounded from below without its arc cosine: |dp| alone, then with the chord 2 sin(angle / 2) <= angle.
+template <class Motion>
+class NearestPoses final : public ompl::NearestNeighborsLinear<Motion> {
+ public:
+  using Base = ompl::NearestNeighborsLinear<Motion>;
+  void add(const Motion& motion) override {
+    Base::add(motion);
+    keep(motion);
+  }
+  void add(const std::vector<Motion>& motions) override {
+    Base::add(motions);
+    for (const Motion& motion : motions) keep(motion);
+  }
+  bool remove(const Motion& motion) override {
+    if (!Base::remove(motion)) return false;
+    rows_.clear();
+    for (const Motion& left : this->data_) keep(left);
+    return true;
+  }
+  void clear() override {
+    Base::clear();
+    rows_.clear();
+  }
+  Motion nearest(const Motion& to) const override {
+    constexpr double kSame = 1e-9;       // OMPL takes angles of such cosines for none
+    constexpr double kRounding = 1e-12;  // relative, of the bounds
+    const Row at = row(to);
+    double best = HUGE_VAL;
+    std::size_t found = rows_.size();
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& r = rows_[i];
+      const double x = r.p[0] - at.p[0], y = r.p[1] - at.p[1], z = r.p[2] - at.p[2];
+      const double square = x * x + y * y + z * z, limit = best * (1.0 + kRounding);
+      if (square > limit * limit) continue;
+      const double cosine =
+          std::abs(r.q[0] * at.q[0] + r.q[1] * at.q[1] + r.q[2] * at.q[2] + r.q[3] * at.q[3]);
+      if (cosine < 1.0 - 2.0 * kSame && std::sqrt(square) + std::sqrt(2.0 * (1.0 - cosine)) > limit) continue;
+      const double distance = this->distFun_(this->data_[i], to);
+      if (found < rows_.size() && distance >= best) continue;
+      best = distance;
+      found = i;
+    }
+    if (found == rows_.size()) throw ompl::Exception("no poses to be nearest to");
+    return this->data_[found];
+  }
+
+ private:
+  struct Row {
+    double p[3], q[4];  // m; x y z w
+  };
+  static Row row(const Motion& motion) {
+    const auto* s = motion->state->template as<Space::StateType>();
+    const auto& q = s->rotation();
+    return {{s->getX(), s->getY(), s->getZ()}, {q.x, q.y, q.z, q.w}};
+  }
+  void keep(const Motion& motion) { rows_.push_back(row(motion)); }
+
+  std::vector<Row> rows_;
+};
+
 Made rrtconnect(const ob::SpaceInformationPtr& si) {
   auto out = std::make_shared<og::RRTConnect>(si);
-  out->setNearestNeighbors<ompl::NearestNeighborsLinear>();  // exact, so that runs repeat
+  out->setNearestNeighbors<NearestPoses>();  // exact, so that runs repeat
   out->setRange(1.0);
   return out;
 }

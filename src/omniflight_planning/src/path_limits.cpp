@@ -10,7 +10,8 @@ namespace {
 /// What a place of the curve asks: affine in the point.
 class Place {
  public:
-  Place(const PoseCurve& curve, double u, const allocation::RotorLoad& rotors, const MotionLimits& limits)
+  Place(const PoseCurve& curve, double u, const allocation::RotorLoad& rotors, double speed,
+        const MotionLimits& limits)
       : rotors_(rotors), limits_(limits) {
     const Reference still = curve.at(u, 0, 0), moving = curve.at(u, 1, 0), starting = curve.at(u, 0, 1);
     hover_ = rotors.required_wrench(still);
@@ -18,7 +19,7 @@ class Place {
     acceleration_ << moving.a_WB_W, starting.a_WB_W;
     turning_ << moving.dw_WB_B, starting.dw_WB_B;
     const double v = moving.v_WB_W.norm() / limits.speed, w = moving.w_WB_B.norm() / limits.rate;
-    fastest_ = 1.0 / std::max({v * v, w * w, 1e-300});
+    fastest_ = std::min(speed * speed, 1.0 / std::max({v * v, w * w, 1e-300}));
   }
 
   double fastest() const { return fastest_; }  // m^2/s^2, by the limits of speed and rate
@@ -68,12 +69,21 @@ class Place {
 
 Result<PathLimits> PathLimits::create(const PoseCurve& curve, const allocation::RotorLoad& rotors,
                                       const MotionLimits& limits, int steps, const Deadline& deadline) {
-  if (rotors.rank() < 6)
-    return fail(ErrorCode::incomplete, "the fastest ride is known of vehicles with rank 6 only");
+  const auto count = static_cast<std::size_t>(steps) + 1;
+  return create(curve, std::vector(count, &rotors), std::vector(count, HUGE_VAL), limits, deadline);
+}
+
+Result<PathLimits> PathLimits::create(const PoseCurve& curve,
+                                      const std::vector<const allocation::RotorLoad*>& rotors,
+                                      const std::vector<double>& speeds, const MotionLimits& limits,
+                                      const Deadline& deadline) {
   std::vector<Place> places;
   double most = 0.0;  // m/s^2
-  for (int i = 0; i <= steps; ++i) {
-    places.emplace_back(curve, curve.length() * i / steps, rotors, limits);
+  for (std::size_t i = 0; i < rotors.size(); ++i) {
+    if (rotors[i]->rank() < 6)
+      return fail(ErrorCode::incomplete, "the fastest ride is known of vehicles with rank 6 only");
+    const double u = curve.length() * static_cast<double>(i) / static_cast<double>(rotors.size() - 1);
+    places.emplace_back(curve, u, *rotors[i], speeds[i], limits);
     if (places.back().use(SpeedPoint::Zero()) > 1.0)
       return fail(ErrorCode::incomplete, "an attitude on the way cannot be hovered with the headroom");
     most = std::max(most, places.back().reach(SpeedPoint(0, 1)));

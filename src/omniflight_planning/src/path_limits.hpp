@@ -11,6 +11,12 @@ class PathLimits {
   /// At `steps` + 1 places at equal distances of the curve's parameter. Fails as time_optimal() does.
   static Result<PathLimits> create(const PoseCurve& curve, const allocation::RotorLoad& rotors,
                                    const MotionLimits& limits, int steps, const Deadline& deadline);
+  /// At as many places as there are rotors, each with its own, and with its own bound of the speed along the
+  /// curve [m/s].
+  static Result<PathLimits> create(const PoseCurve& curve,
+                                   const std::vector<const allocation::RotorLoad*>& rotors,
+                                   const std::vector<double>& speeds, const MotionLimits& limits,
+                                   const Deadline& deadline);
 
   int steps() const { return static_cast<int>(allowed_.size()) - 1; }
   /// The fastest profile; of each place's speeds (squared) and accelerations only a share (0, 1] is used.

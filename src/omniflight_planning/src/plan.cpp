@@ -255,9 +255,9 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
     if (!goal.stop) continue;
     if (!leg.empty()) {
       const bool tilts_on_the_way = goal.tilt_in_flight && *goal.alpha != alpha;
-      auto ridden = tilts_on_the_way
-                        ? ride_tilting(leg, alpha, *goal.alpha, vehicle, tilts, mission.limits, deadline)
-                        : ride_leg(leg, **here, mission.limits, mission.timing, deadline);
+      auto ridden = tilts_on_the_way ? ride_tilting(leg, alpha, *goal.alpha, vehicle, tilts, mission.limits,
+                                                    mission.timing, deadline)
+                                     : ride_leg(leg, **here, mission.limits, mission.timing, deadline);
       if (!ridden) {
         Error error = ridden.error();
         error.message = goal.name + ": " + error.message;
@@ -266,12 +266,7 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
       }
       if (ridden->stops_on_the_way) c.reason += "stops at every corner on the way to " + goal.name + "; ";
       append(knots, ridden->knots);
-      if (tilts_on_the_way) {
-        alpha = *goal.alpha;
-        if (mission.timing == Timing::shortest)
-          c.reason += "timing: shortest does not apply on the way to " + goal.name +
-                      ", where the tilt moves in flight; ";
-      }
+      if (tilts_on_the_way) alpha = *goal.alpha;
     }
     if (goal.alpha && *goal.alpha != alpha) {
       const auto move = tilts.move(alpha, goal);

@@ -18,20 +18,24 @@ Result<FlightState> state_or_rest(const Trajectory& flown, double t) {
   return out;
 }
 
+Result<Trajectory> joined(const Trajectory& flown, double join, const Trajectory& next) {
+  std::vector<TrajectoryKnot> knots;
+  for (const TrajectoryKnot& knot : flown.knots())
+    if (knot.t < join - kSameTime) knots.push_back(knot);
+  for (TrajectoryKnot knot : next.knots()) {
+    knot.t += join;
+    knots.push_back(knot);
+  }
+  return Trajectory::create(std::move(knots));
+}
+
 Result<Replan> replan(const Mission& mission, const Trajectory& flown, double join, PlanOptions options) {
   const auto state = state_or_rest(flown, join);
   if (!state) return Failure(state.error());
   options.from = *state;
   auto plan = plan_mission(mission, options);
   if (!plan) return Failure(plan.error());
-  std::vector<TrajectoryKnot> knots;
-  for (const TrajectoryKnot& knot : flown.knots())
-    if (knot.t < join - kSameTime) knots.push_back(knot);
-  for (TrajectoryKnot knot : plan->trajectory.knots()) {
-    knot.t += join;
-    knots.push_back(knot);
-  }
-  auto whole = Trajectory::create(std::move(knots));
+  auto whole = joined(flown, join, plan->trajectory);
   if (!whole) return Failure(whole.error());
   return Replan{std::move(*plan), join, std::move(*whole)};
 }

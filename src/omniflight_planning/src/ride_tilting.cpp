@@ -5,6 +5,7 @@
 
 #include "leg_shapes.hpp"
 #include "minimum_jerk.hpp"
+#include "ride_shortest.hpp"
 #include "shortest_ride.hpp"
 #include "tilt.hpp"
 #include "tilting_check.hpp"
@@ -58,11 +59,21 @@ Result<Knots> ride(const TiltingRide& c, const vehicle::Vehicle& vehicle, const 
   return knots;
 }
 
+Result<bool> is_free(const Knots& knots, const vehicle::Vehicle& vehicle, Tilts& tilts,
+                     const Deadline& deadline) {
+  const auto trajectory = Trajectory::create(knots);
+  if (!trajectory) return Failure(trajectory.error());
+  const auto found = curve_while_tilting(*trajectory, {0, knots.size() - 1, true}, vehicle, tilts, deadline);
+  if (!found) return Failure(found.error());
+  return found->free;
+}
+
 }  // namespace
 
 Result<Ridden> ride_tilting(const std::vector<Path>& paths, double from, double to,
                             const vehicle::Vehicle& vehicle, Tilts& tilts, const MotionLimits& limits,
-                            const Deadline& deadline) {
+                            Timing timing, const Deadline& deadline) {
+  constexpr double kShareOfTime = 0.3;  // of what is left, for a shorter timing
   const auto range = tilts.range(from, to);
   if (!range) return Failure(range.error());
   std::vector<TiltingRide> candidates;
@@ -89,12 +100,16 @@ Result<Ridden> ride_tilting(const std::vector<Path>& paths, double from, double 
       problem = knots.error();
       continue;
     }
-    const auto trajectory = Trajectory::create(*knots);
-    if (!trajectory) return Failure(trajectory.error());
-    const auto free =
-        curve_while_tilting(*trajectory, {0, knots->size() - 1, true}, vehicle, tilts, deadline);
+    const auto free = is_free(*knots, vehicle, tilts, deadline);
     if (!free) return Failure(free.error());
-    if (free->free) return Ridden{std::move(*knots), false};
+    if (!*free) continue;
+    if (timing == Timing::shortest) {
+      auto faster = ride_shortest_tilting(c.curve, c.way, vehicle, limits, *knots,
+                                          deadline.within(kShareOfTime * deadline.left()));
+      const auto clear = is_free(faster, vehicle, tilts, deadline);
+      if (clear && *clear) knots = std::move(faster);
+    }
+    return Ridden{std::move(*knots), false};
   }
   if (deadline.passed()) return out_of_time(deadline, "timing a ride");
   if (candidates.empty() && problem) return Failure(*problem);

@@ -2,6 +2,7 @@
 #include "omniflight_planning/mesh.hpp"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 #include <octomap/OcTree.h>
 
 #include <fstream>
@@ -324,6 +325,20 @@ TEST(MeshOctree, HoldsThatOfTheSamePrimitives) {
         surface += tree->isNodeOccupied(here);
       }
   EXPECT_GT(surface, 1000u);
+}
+
+TEST(Mesh, ReadingKeepsNoMemory) {
+  const auto read = [](int times) {
+    for (int k = 0; k < times; ++k) {
+      EXPECT_TRUE(mesh_of(binary_stl_of(box()), "box.stl"));
+      EXPECT_TRUE(mesh_of(obj_of(box()), "box.obj"));
+      EXPECT_TRUE(mesh_of(ascii_ply_of(box()), "box.ply"));
+      EXPECT_TRUE(mesh_of(dae_of(box()), "box.dae"));
+    }
+    return mallinfo2().uordblks;
+  };
+  const std::size_t before = read(10);  // what is made once
+  EXPECT_LE(read(100), before + (16u << 10)) << "bytes in use before and after 400 readings";
 }
 
 TEST(MeshOctree, RefusesBoxesThatHoldNothingOrTooMuch) {

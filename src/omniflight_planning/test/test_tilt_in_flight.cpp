@@ -23,9 +23,10 @@ Result<Plan> planned(const std::string& name, const std::string& keys, const std
       name);
   return mission ? plan_mission(*mission) : Result<Plan>(Failure(mission.error()));
 }
-Result<Plan> climbing(const std::string& name, const std::string& tilt = "in_flight") {
+Result<Plan> climbing(const std::string& name, const std::string& tilt = "in_flight",
+                      const std::string& timing = "minimum_jerk") {
   return planned(
-      name, ", rotor_headroom: 0.1}\nalpha_deg: 25\n",
+      name, ", rotor_headroom: 0.1}\nalpha_deg: 25\ntiming: " + timing + "\n",
       "  - {name: up, position: [0, 0, 1.5], attitude: {rpy_deg: [0, 25, 0]}, alpha_deg: 45, tilt: " + tilt +
           ", hold_s: 0.5}\n");
 }
@@ -85,6 +86,25 @@ TEST_F(TiltInFlight, TakesLessTimeThanAtRest) {
   ASSERT_TRUE(resting) << resting.error().text();
   EXPECT_FALSE(resting->certificate.tilts_in_flight);
   EXPECT_LT(flying->certificate.duration, 0.8 * resting->certificate.duration);
+}
+
+TEST_F(TiltInFlight, TheShortestTimingKeepsTheServoAndTheRotorsOfEachTilt) {
+  const auto smooth = climbing("smooth"), fast = climbing("fast", "in_flight", "shortest");
+  ASSERT_TRUE(smooth) << smooth.error().text();
+  ASSERT_TRUE(fast) << fast.error().text();
+  EXPECT_EQ(fast->certificate.reason.find("does not apply"), std::string::npos) << fast->certificate.reason;
+  const auto leg = [](const Plan& plan) { return plan.certificate.duration - 1.0; };  // less the holds
+  EXPECT_LT(leg(*fast), 0.85 * leg(*smooth));
+  const vehicle::Vehicle v = omnimorph();
+  EXPECT_LE(fast->certificate.peak_tilt_rate, 0.5 * v.tilt.rate + 1e-9);
+  EXPECT_GT(fast->certificate.peak_tilt_rate, 0.4 * v.tilt.rate) << "the servo is what holds it up";
+  for (const TrajectoryKnot& k : fast->trajectory.knots())
+    EXPECT_LE(rotor_load(v, k.reference.alpha).motion_load(k.reference), 0.9 + 1e-9) << k.t;
+  const fs::path dir = fs::path(testing::TempDir()) / "tilt_fast";
+  ASSERT_TRUE(write_plan(*fast, dir));
+  const auto report = verify(dir);
+  ASSERT_TRUE(report) << report.error().text();
+  EXPECT_LE(report->peak.thrust_rate.share, 0.9);
 }
 
 TEST_F(TiltInFlight, HoldsAWayThatNoSingleTiltHolds) {

@@ -24,8 +24,12 @@ inline constexpr const char* failsafe = "/omniflight/failsafe";  ///< diagnostic
 inline constexpr const char* gate = "/omniflight/gate";          ///< diagnostic_msgs/DiagnosticArray, latched
 inline constexpr const char* wish = "/omniflight/wish";          ///< std_msgs/String of the operator, latched
 
-/// std_msgs/String, a mission (name or file) to fly from now on; the planner alone hears it
+/// std_msgs/String, a mission (name or file) to fly from now on; the planner alone hears it. A second line
+/// may name the request, see replanning_message.hpp
 inline constexpr const char* mission = "/omniflight/mission";
+
+/// diagnostic_msgs/DiagnosticArray of the planner, latched: what became of missions that came in flight
+inline constexpr const char* replanning = "/omniflight/replanning";
 
 inline constexpr const char* transforms = "/tf";  ///< tf2_msgs/TFMessage, map to base_link
 inline constexpr const char* diagnostics =
@@ -56,6 +60,7 @@ inline constexpr Entry recorded[] = {
     {gate, "diagnostic_msgs/msg/DiagnosticArray", true},
     {wish, "std_msgs/msg/String", true},
     {mission, "std_msgs/msg/String", false},
+    {replanning, "diagnostic_msgs/msg/DiagnosticArray", true},
     {state, "omniflight_msgs/msg/ComponentState", true},
 };
 

@@ -14,6 +14,9 @@ struct Replan {
 /// The state of a trajectory at t [s], which may lie after its end, where it rests.
 Result<FlightState> state_or_rest(const Trajectory& flown, double t);
 
+/// `flown` before `join` [s], from then on `next`, whose own time begins there.
+Result<Trajectory> joined(const Trajectory& flown, double join, const Trajectory& next);
+
 /// Plans a mission (another goal, or another map) from the state that `flown` has at `join` [s]. The vehicle
 /// comes to rest and goes on to the mission's waypoints, as PlanOptions::from says. Where there is no such
 /// plan, the error says why, and `flown` is what is flown.
