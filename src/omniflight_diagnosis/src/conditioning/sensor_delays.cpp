@@ -93,12 +93,15 @@ std::optional<SensorFault> what_is_late(const GyroDelays& delays, const vehicle:
   } else if (delays.behind_rotors) {
     rotors = Measured{delays.behind_rotors->lag_s, std::pow(delays.behind_rotors->se_s, 2) + tolerated};
   }
+  if (rotors && rotors->delay < 0) rotors.reset();  // rotors that answer to the motion come after it
   if (!pose && !rotors) return std::nullopt;
   const double nothing = log_density(pose, false, rotors, false);
   std::array<double, kCauses.size()> likely;
   std::size_t best = 0;
   for (std::size_t k = 0; k < kCauses.size(); ++k) {
     const Cause& c = kCauses[k];
+    likely[k] = -1e300;
+    if (c.responds && pose && c.behind_pose && pose->delay < 0) continue;  // filters only delay
     likely[k] = log_density(pose, c.behind_pose, rotors, c.behind_rotors) - nothing;
     if (c.responds) likely[k] += shape;
     if (likely[k] > likely[best]) best = k;

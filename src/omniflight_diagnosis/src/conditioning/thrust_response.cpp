@@ -9,10 +9,10 @@ namespace omniflight::diagnosis {
 namespace {
 
 // Chosen, not measured.
-constexpr double kLeastExplained = 0.85;                      // see thrust_response()
-constexpr std::array kLeads{-1.0, -0.6, 0.2, 0.4, 0.7, 1.0};  // 1
-constexpr int kTimes = 13;                                    // time constants, evenly in their logarithm
-constexpr double kShortest = 0.004, kLongest = 0.1;           // s
+constexpr double kLeastExplained = 0.85;                // see thrust_response()
+constexpr std::array kLeads{-1.0, 0.2, 0.4, 0.7, 1.0};  // 1
+constexpr int kTimes = 13;                              // time constants, evenly in their logarithm
+constexpr double kShortest = 0.004, kLongest = 0.1;     // s
 
 double time_at(int k) { return kShortest * std::pow(kLongest / kShortest, k / (kTimes - 1.0)); }
 
@@ -100,7 +100,7 @@ class Axes {
       const Products p(a, settled, rows_, shift);
       for (std::size_t k = 0; k < leads.size(); ++k) {
         const double left = p.left(leads[k]);
-        explained_ = std::max(explained_, 1 - left);
+        if (time > 0) explained_ = std::max(explained_, 1 - left);
         out[k] -= 0.5 * std::log(left) * static_cast<double>(rows_.size()) / (kCorrelation * rate_hz_);
       }
     }
@@ -113,7 +113,7 @@ class Axes {
   int reach_;
   std::vector<int> rows_;
   std::vector<Axis> axes_;
-  double explained_ = 0;  ///< largest share of an axis so far
+  double explained_ = 0;  ///< largest share of an axis that any response has explained so far
 };
 
 }  // namespace
