@@ -45,7 +45,7 @@ TEST(ThrustResponse, ThrustThatComesLateIsTold) {
   const auto found = response_of(responding(speed, {.time = 0.02, .lead = -1}, kRate));
   ASSERT_TRUE(found);
   EXPECT_EQ(found->lead, -1);
-  EXPECT_NEAR(found->time, 0.02, 0.002);
+  EXPECT_NEAR(found->time, 0.02, 0.003);  // a sample of 2 ms is left to the clock
   EXPECT_GT(found->log_factor, 20);
 }
 
