@@ -13,6 +13,7 @@
 #include "omniflight_bus/subscription.hpp"
 #include "omniflight_components/replanning_message.hpp"
 #include "omniflight_components/topics.hpp"
+#include "omniflight_core/progress.hpp"
 #include "omniflight_planning/mission.hpp"
 #include "operator_desk.hpp"
 #include "verbs.hpp"
