@@ -34,8 +34,7 @@ void ErrorStateFilter::push(const Sample& s) {
 }
 
 ErrorStateFilter::Sample ErrorStateFilter::between(const Sample& a, const Sample& b, double t) const {
-  const double length = b.t - a.t;
-  const double share = length > 0 ? std::clamp((t - a.t) / length, 0.0, 1.0) : 1.0;
+  const double share = std::clamp((t - a.t) / (b.t - a.t), 0.0, 1.0);
   return {t, a.f + share * (b.f - a.f), a.w + share * (b.w - a.w)};
 }
 
@@ -174,7 +173,7 @@ void ErrorStateFilter::add_mocap(double t, const Vec3& p, const Quat& q_measured
   heard_time_ = t;
   // up to the instant of the pose; what is older is not needed any more
   while (count_ > 0 && sample(0).t <= t) use_up_oldest();
-  if (count_ > 0 && base_sample_.t < t && has_imu_) advance_base(between(base_sample_, sample(0), t));
+  if (count_ > 0 && base_sample_.t < t) advance_base(between(base_sample_, sample(0), t));
   if (!ready_) {
     base_ = {p, Vec3::Zero(), q, Vec3::Zero(), Vec3::Zero()};
     if (!has_imu_) base_sample_.t = t;

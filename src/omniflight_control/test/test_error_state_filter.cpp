@@ -244,6 +244,29 @@ TEST(ErrorStateFilter, NonsenseIsIgnoredAndHostileSequencesStayFinite) {
   }
 }
 
+TEST(ErrorStateFilter, APoseOlderThanTheSamplesThatAreKeptIsRefused) {
+  ErrorStateFilter filter({});
+  filter.add_mocap(0.0, Vec3(1, 2, 3), Quat::Identity());
+  double t = 0;
+  for (int k = 0; k < 1500; ++k) filter.add_imu(t += kStep, Vec3(0, 0, kGravity), Vec3::Zero());
+  filter.add_mocap(0.1, Vec3(5, 5, 5), Quat::Identity());  // 1.4 s ago; a second is kept
+  EXPECT_EQ(filter.refused(), 1u);
+  EXPECT_LT((filter.state().p_WB - Vec3(1, 2, 3)).norm(), 1e-6);
+  filter.add_mocap(t, Vec3(1, 2, 3), Quat::Identity());
+  EXPECT_EQ(filter.refused(), 1u);
+}
+
+TEST(ErrorStateFilter, ImuSamplesBeforeTheFirstPoseMoveNothing) {
+  ErrorStateFilter filter({});
+  filter.add_mocap(1.0, Vec3(1, 2, 3), Quat::Identity());
+  for (int k = 1; k < 100; ++k) filter.add_imu(1.0 - 0.1 + kStep * k, Vec3(9, 9, 9), Vec3(1, 1, 1));
+  EXPECT_EQ(filter.state().p_WB, Vec3(1, 2, 3));
+  EXPECT_EQ(filter.state().v_WB_W, Vec3::Zero());
+  EXPECT_EQ(filter.refused(), 0u);
+  filter.add_mocap(-2e9, Vec3::Zero(), Quat::Identity());  // of no clock of a flight
+  EXPECT_EQ(filter.refused(), 1u);
+}
+
 TEST(ErrorStateFilter, AllocatesNothingAfterConstruction) {
   if (!counted::works) GTEST_SKIP() << "a sanitizer owns malloc";
   Sensors s(31);

@@ -65,6 +65,24 @@ TEST_P(Laws, AskForTheReferenceAccelerationInEquilibrium) {
   EXPECT_LT(law->integral_action().norm(), 1e-9);
 }
 
+TEST_P(Laws, AddTheReferenceAccelerationOnlyWithFeedForward) {
+  Reference r;
+  r.q_WB = exp_rotation(Vec3(0, 0, 0.7));
+  r.a_WB_W = Vec3(0.4, -0.3, 0.5);
+  r.dw_WB_B = Vec3(0, 0, 0.2);
+  const RigidState s{r.p_WB, r.q_WB, r.v_WB_W, r.w_WB_B};
+  for (const bool forward : {true, false}) {
+    LawConfig c = config();
+    c.gains.feed_forward = forward;
+    const Vec6 asked = make_law(GetParam().law, c).value()->update(r, s, kStep);
+    const Vec3 expected = forward ? r.a_WB_W : Vec3::Zero();
+    EXPECT_LT((asked.head<3>() - expected).norm(), 1e-9) << forward << ": " << asked.transpose();
+    if (!forward && !GetParam().leans) {  // a vehicle that leans turns with its error of acceleration
+      EXPECT_LT(asked.tail<3>().norm(), 1e-9) << asked.transpose();
+    }
+  }
+}
+
 TEST_P(Laws, DoNotDependOnTheWorldsHeading) {
   Random rng(3);
   const Quat turn = exp_rotation(Vec3(0, 0, 1.3));
