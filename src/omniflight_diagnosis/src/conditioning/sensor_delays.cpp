@@ -2,7 +2,9 @@
 
 #include <array>
 #include <cmath>
+#include <initializer_list>
 
+#include "../numerics/log_factor.hpp"
 #include "../numerics/text.hpp"
 #include "omniflight_physics/effect_ids.hpp"
 #include "omniflight_physics/prior.hpp"
@@ -29,23 +31,15 @@ struct Measured {
   double delay = 0, variance = 0;  ///< s, s^2
 };
 
-/// ln density of these delays where each of `late` has one common normal delay more; constants left out.
-double log_density(const std::optional<Measured>& pose, bool pose_late, const std::optional<Measured>& rotors,
-                   bool rotors_late) {
-  double log_variances = 0, squares = 0, weight = 0, pull = 0;
-  const auto add = [&](const std::optional<Measured>& m, bool late) {
-    if (!m) return;
-    log_variances += std::log(m->variance);
-    squares += m->delay * m->delay / m->variance;
-    if (!late) return;
-    weight += 1 / m->variance;
-    pull += m->delay / m->variance;
-  };
-  add(pose, pose_late);
-  add(rotors, rotors_late);
-  // one delay d ~ N(0, kDelay^2) integrated out
-  const double gained = pull * pull / (weight + 1 / (kDelay * kDelay));
-  return -0.5 * (log_variances + squares - gained + std::log1p(kDelay * kDelay * weight));
+/// ln Bayes factor of one normal delay that makes those of `late` against none.
+double log_factor_of_delay(std::initializer_list<const Measured*> late) {
+  double weight = 0, pull = 0;
+  for (const Measured* m : late)
+    if (m) {
+      weight += 1 / m->variance;
+      pull += m->delay / m->variance;
+    }
+  return weight > 0 ? log_factor_of_size(pull / weight, 1 / std::sqrt(weight), kDelay) : 0;
 }
 
 /// Parameters of dynamic_inflow that respond like that to small changes about hover, where the settled inflow
@@ -95,14 +89,14 @@ std::optional<SensorFault> what_is_late(const GyroDelays& delays, const vehicle:
   }
   if (rotors && rotors->delay < 0) rotors.reset();  // rotors that answer to the motion come after it
   if (!pose && !rotors) return std::nullopt;
-  const double nothing = log_density(pose, false, rotors, false);
   std::array<double, kCauses.size()> likely;
   std::size_t best = 0;
   for (std::size_t k = 0; k < kCauses.size(); ++k) {
     const Cause& c = kCauses[k];
     likely[k] = -1e300;
     if (c.responds && pose && c.behind_pose && pose->delay < 0) continue;  // filters only delay
-    likely[k] = log_density(pose, c.behind_pose, rotors, c.behind_rotors) - nothing;
+    likely[k] = log_factor_of_delay(
+        {c.behind_pose && pose ? &*pose : nullptr, c.behind_rotors && rotors ? &*rotors : nullptr});
     if (c.responds) likely[k] += shape;
     if (likely[k] > likely[best]) best = k;
   }

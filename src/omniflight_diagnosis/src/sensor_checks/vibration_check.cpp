@@ -8,6 +8,7 @@
 #include "../numerics/statistics.hpp"
 #include "../numerics/text.hpp"
 #include "findings.hpp"
+#include "omniflight_diagnosis/residual.hpp"
 #include "omniflight_physics/effect_ids.hpp"
 #include "omniflight_physics/prior.hpp"
 
@@ -61,13 +62,10 @@ Eigen::MatrixXd through_lags(const Signal& command, const vehicle::Vehicle& vehi
   for (Eigen::Index r = 0; r < out.cols(); ++r) {
     const double tau = vehicle.rotors[static_cast<std::size_t>(r)].time_constant;
     if (!(tau > 0)) continue;
-    double x = out(0, r);
     for (Eigen::Index i = 1; i < out.rows(); ++i) {
       const auto k = static_cast<std::size_t>(i);
-      const double kept = std::exp(-(command.t_s[k] - command.t_s[k - 1]) / tau);
-      const double from = std::abs(command.values(i - 1, r));
-      x = from + (x - from) * kept;
-      out(i, r) = x;
+      out(i, r) = lagged_speed(out(i - 1, r), std::abs(command.values(i - 1, r)), tau,
+                               command.t_s[k] - command.t_s[k - 1]);
     }
   }
   return out;
