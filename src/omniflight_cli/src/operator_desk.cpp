@@ -4,27 +4,15 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include <chrono>
-#include <thread>
-
 #include "omniflight_bus/domain.hpp"
 #include "omniflight_components/topics.hpp"
+#include "wait_until.hpp"
 
 namespace omniflight::cli {
 namespace {
 
 using msgs::diagnostic_msgs::DiagnosticArray;
 using msgs::std_msgs::String;
-
-template <class Condition>
-bool wait_until(Condition condition, double timeout_s) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s);
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
-}
 
 }  // namespace
 

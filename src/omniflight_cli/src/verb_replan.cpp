@@ -6,7 +6,6 @@
 #include <chrono>
 #include <filesystem>
 #include <mutex>
-#include <thread>
 
 #include "bus_access.hpp"
 #include "omniflight_bus/publisher.hpp"
@@ -17,6 +16,7 @@
 #include "omniflight_planning/mission.hpp"
 #include "operator_desk.hpp"
 #include "verbs.hpp"
+#include "wait_until.hpp"
 
 namespace omniflight::cli {
 namespace {
@@ -52,7 +52,7 @@ class PlannerDesk {
   }
   /// Waits until the planner listens and can answer; false after the timeout [s].
   bool wait_for_planner(double timeout_s) const {
-    return wait_until([&] { return asks_->peers() > 0 && answers_->peers() > 0; }, timeout_s);
+    return wait_until([&] { return asks_->peers() > 0 && answers_->peers() > 0; }, timeout_s, interrupted);
   }
   Status ask(const std::string& mission) {
     bus::set_text(message_->data, MissionRequest{mission, id_}.text());
@@ -65,23 +65,13 @@ class PlannerDesk {
           const std::lock_guard lock(mutex_);
           return answer_ && answer_->state != Replanning::planning;
         },
-        timeout_s);
+        timeout_s, interrupted);
     const std::lock_guard lock(mutex_);
     return answer_;
   }
 
  private:
   PlannerDesk() = default;
-  template <class Condition>
-  static bool wait_until(Condition condition, double timeout_s) {
-    const auto end = Clock::now() + std::chrono::duration<double>(timeout_s);
-    while (!condition()) {
-      if (Clock::now() > end || interrupted()) return false;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return true;
-  }
-
   const std::string id_ =
       fmt::format("{}-{}", getpid(), Clock::now().time_since_epoch().count());  // of this request
   mutable std::mutex mutex_;
