@@ -5,6 +5,7 @@
 #include <random>
 
 #include "../src/conditioning/thrust_response.hpp"
+#include "../src/conditioning/torque_alignment.hpp"
 #include "omniflight_diagnosis/filter.hpp"
 #include "synthetic.hpp"
 
@@ -36,8 +37,8 @@ std::optional<ThrustResponse> response_of(const Eigen::MatrixXd& real, double de
   std::mt19937_64 random(8);
   std::normal_distribution<double> normal(0, 0.1 * dw.norm() / std::sqrt(dw.size()));
   for (double& value : dw.reshaped()) value += normal(random);
-  return thrust_response(dw, Eigen::MatrixXd(0, 3), rotor_excitation(speed, speed, alpha, kRate, v), kRate,
-                         0.0015, use);
+  const RotorExcitation rotors = rotor_excitation(speed, speed, alpha, kRate, v);
+  return thrust_response(RotorRegression(dw, Eigen::MatrixXd(0, 3), rotors, kRate, use), 0.0015);
 }
 
 TEST(ThrustResponse, ThrustThatComesLateIsTold) {

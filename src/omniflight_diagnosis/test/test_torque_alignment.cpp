@@ -47,14 +47,17 @@ struct Shaken {
     const Eigen::MatrixXd push = noise(3);
     for (int c = 0; c < 3; ++c) dw.col(c) += share * dw.col(c).norm() / push.col(c).norm() * push.col(c);
   }
+  std::optional<TorqueLag> lag(const vehicle::Vehicle& v) const {
+    const RotorExcitation rotors = rotor_excitation(speed, speed, alpha, kRate, v);
+    return lag_behind_rotors(RotorRegression(dw, Eigen::MatrixXd(0, 3), rotors, kRate, use));
+  }
 };
 
 TEST(TorqueAlignment, TheFilterOfAGyroscopeIsFound) {
   const vehicle::Vehicle v = test::omnimorph();
   for (const double lag_s : {-0.003, 0.0, 0.0045, 0.011}) {
     const Shaken x(v, lag_s, 0.2);
-    const auto lag =
-        lag_behind_rotors(x.dw, rotor_excitation(x.speed, x.speed, x.alpha, kRate, v), kRate, x.use);
+    const auto lag = x.lag(v);
     ASSERT_TRUE(lag) << lag_s;
     EXPECT_NEAR(lag->lag_s, lag_s, 5e-4);
     EXPECT_GT(lag->explained, 0.9);
@@ -64,7 +67,7 @@ TEST(TorqueAlignment, TheFilterOfAGyroscopeIsFound) {
 TEST(TorqueAlignment, WhereSomethingElsePushesNothingIsSaid) {
   const vehicle::Vehicle v = test::omnimorph();
   const Shaken x(v, 0.0045, 1.0);
-  EXPECT_FALSE(lag_behind_rotors(x.dw, rotor_excitation(x.speed, x.speed, x.alpha, kRate, v), kRate, x.use));
+  EXPECT_FALSE(x.lag(v));
 }
 
 }  // namespace

@@ -3,16 +3,22 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 namespace omniflight::physics {
 namespace {
 
-/// One standard deviation of a linear parameter on a vehicle of this size. Rates that act per rotor speed are
-/// scaled by weight over the sum of rotor speeds: a share of the weight per m/s of air.
+using Law = ParameterPrior::Law;
+using OfSize = double (*)(const VehicleSize&);
+
+/// One standard deviation of a parameter on a vehicle of this size. Rates that act per rotor speed are scaled
+/// by weight over the sum of rotor speeds: a share of the weight per m/s of air.
 struct Scale {
   const char* id;
   const char* parameter;  ///< nullptr: all parameters of the effect
-  double (*of)(const VehicleSize&);
+  OfSize of;
+  std::optional<Law> law = std::nullopt;  ///< otherwise half-normal where the range has one sign, else normal
+  OfSize center = nullptr;                ///< otherwise the neutral value
 };
 
 // Sources: catalogue ranges of the literature cited in each effect's `source`, made dimensionless with the
@@ -34,14 +40,17 @@ constexpr Scale kScales[] = {
     {"downwash_interference", "coefficient",
      [](const VehicleSize& s) { return 0.06 * s.weight / s.speed_sum; }},
     // blade element theory: dT/dw = rho a sigma A Omega R / 4 is 0.2 to 0.4 of weight / speed_sum per m/s
-    {"dynamic_inflow", "coefficient", [](const VehicleSize& s) { return 0.2 * s.weight / s.speed_sum; }},
+    // and momentum theory gives the sign
+    {"dynamic_inflow", "coefficient", [](const VehicleSize& s) { return 0.2 * s.weight / s.speed_sum; },
+     Law::half_normal},
     {"axial_inflow", nullptr, [](const VehicleSize& s) { return 0.06 * s.weight / s.speed_sum; }},
     {"vortex_ring", nullptr, [](const VehicleSize& s) { return 0.06 * s.weight / s.speed_sum; }},
     {"ceiling_effect", "coefficient", [](const VehicleSize& s) { return 0.06 * s.weight / s.speed_sum; }},
     {"rotor_drag", nullptr, [](const VehicleSize& s) { return 0.04 * s.weight / s.speed_sum; }},
     {"blade_flapping", nullptr, [](const VehicleSize& s) { return 0.02 * s.weight * s.arm / s.speed_sum; }},
     {"parasitic_drag", nullptr, [](const VehicleSize& s) { return 0.06 * s.disc; }},
-    {"wind", "area", [](const VehicleSize& s) { return 0.06 * s.disc; }},
+    {"wind", "x", [](const VehicleSize&) { return 3.0; }},
+    {"wind", "y", [](const VehicleSize&) { return 3.0; }},
     {"ground_effect", nullptr, [](const VehicleSize&) { return 1.5; }},
     {"wall_effect", "strength", [](const VehicleSize&) { return 0.03; }},
     {"neighbour_downwash", "strength", [](const VehicleSize& s) { return 0.03 * s.weight; }},
@@ -65,6 +74,16 @@ constexpr Scale kScales[] = {
     {"slung_load", "attachment_x", [](const VehicleSize& s) { return 0.1 * s.arm; }},
     {"slung_load", "attachment_y", [](const VehicleSize& s) { return 0.1 * s.arm; }},
     {"slung_load", "attachment_z", [](const VehicleSize& s) { return 0.3 * s.arm; }},
+    // a quarter of the axis; products of inertia 0.3 times that of the smallest
+    {"inertia_error", "xx", [](const VehicleSize& s) { return 0.25 * s.inertia(0, 0); }},
+    {"inertia_error", "yy", [](const VehicleSize& s) { return 0.25 * s.inertia(1, 1); }},
+    {"inertia_error", "zz", [](const VehicleSize& s) { return 0.25 * s.inertia(2, 2); }},
+    {"inertia_error", nullptr,
+     [](const VehicleSize& s) { return 0.25 * 0.3 * s.inertia.diagonal().minCoeff(); }},
+    // a driver brings a rotor to its speed in hover in about 0.1 s, be the rotor small or large; some need
+    // ten times as long
+    {"actuator_saturation", "slew", [](const VehicleSize&) { return 1.2; }, Law::log_normal,
+     [](const VehicleSize& s) { return 10 * s.rotor_speed; }},
 };
 
 /// Effects that are rarer or more frequent in practice than the others.
@@ -119,50 +138,32 @@ double ParameterPrior::coordinate(double theta) const {
 bool is_amplitude(const Parameter& p) { return p.linear || (p.neutral != p.typical && p.neutral == 0); }
 
 ParameterPrior prior_of(const Effect& effect, std::size_t parameter, const VehicleSize& size) {
-  using Law = ParameterPrior::Law;
   const EffectInfo& info = effect.info();
   const Parameter& p = info.parameters[parameter];
   ParameterPrior prior;
   prior.lower = p.lower;
   prior.upper = p.upper;
   prior.center = p.neutral;
+  const Law of_range = p.lower >= 0 && p.neutral == 0 ? Law::half_normal : Law::normal;
   for (const Scale& s : kScales)
     if (info.id == s.id && (!s.parameter || p.name == s.parameter)) {
       prior.scale = s.of(size);
-      prior.law = p.lower >= 0 && p.neutral == 0 ? Law::half_normal : Law::normal;
-      if (info.id == "wind") break;
-      if (info.id == "dynamic_inflow") {  // momentum theory gives the sign
-        prior.law = Law::half_normal;
-        prior.lower = 0;
-      }
+      prior.law = s.law.value_or(of_range);
+      if (s.center) prior.center = s.center(size);
+      if (prior.law == Law::half_normal) prior.lower = std::max(prior.lower, prior.center);
       return prior;
     }
-  if (info.id == "inertia_error") {  // a quarter of the axis it belongs to
-    const int axis = p.name == "xx" ? 0 : p.name == "yy" ? 1 : p.name == "zz" ? 2 : -1;
-    const Vec3 diagonal = size.inertia.diagonal();
-    prior.scale = 0.25 * (axis < 0 ? 0.3 * diagonal.minCoeff() : diagonal[axis]);
-    return prior;
-  }
-  if (info.id == "wind" && p.name != "area") {
-    prior.scale = 3;  // m/s
-    return prior;
-  }
   if (!is_amplitude(p) && p.lower > 0 && p.typical > 0) {  // a length, a time, a speed
     prior.law = Law::log_normal;
-    // a driver brings a rotor to its speed in hover in about 0.1 s, be the rotor small or large; some need
-    // ten times as long
-    const bool slew = info.id == "actuator_saturation" && p.name == "slew";
-    prior.center = slew ? 10 * size.rotor_speed : p.typical;
-    prior.scale = slew ? 1.2 : 0.8;
-    return prior;
-  }
-  if (is_amplitude(p)) {
-    prior.law = p.lower >= 0 && p.neutral == 0 ? Law::half_normal : Law::normal;
+    prior.center = p.typical;
+    prior.scale = 0.8;
+  } else if (is_amplitude(p)) {
+    prior.law = of_range;
     prior.scale = std::max(2 * std::abs(p.typical - p.neutral), 1e-3 * (p.upper - p.lower));
-    return prior;
+  } else {
+    prior.center = p.typical;
+    prior.scale = std::min(1.0, 0.25 * (p.upper - p.lower));  // a place in the room, an angle, a share
   }
-  prior.center = p.typical;
-  prior.scale = std::min(1.0, 0.25 * (p.upper - p.lower));  // a place in the room, an angle, a share
   return prior;
 }
 

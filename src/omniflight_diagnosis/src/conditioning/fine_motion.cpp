@@ -183,10 +183,11 @@ void Taking::rotors_on_the_clock_of_the_gyro(FineMotion& m) const {
   if (!f_.speed_from_command) {
     const RotorExcitation rotors =
         rotor_excitation(m.rotor_speed, m.rotor_turning, m.alpha, grid_.rate_hz, vehicle_);
-    delays.behind_rotors = lag_behind_rotors(m.angular_acceleration, rotors, grid_.rate_hz, used_.flags());
-    delays.as_response =
-        thrust_response(m.angular_acceleration, in_.acc ? m.specific_force : Eigen::MatrixXd(0, 3), rotors,
-                        grid_.rate_hz, o_.tolerance.rotor_clock, used_.flags());
+    const RotorRegression regression(m.angular_acceleration,
+                                     in_.acc ? m.specific_force : Eigen::MatrixXd(0, 3), rotors,
+                                     grid_.rate_hz, used_.flags());
+    delays.behind_rotors = lag_behind_rotors(regression);
+    delays.as_response = thrust_response(regression, o_.tolerance.rotor_clock);
   }
   if (auto late = what_is_late(delays, vehicle_, o_)) f_.faults.push_back(std::move(*late));
   if (delays.as_response) m.rotor_speed = responding(m.rotor_speed, *delays.as_response, grid_.rate_hz);

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "thrust_response.hpp"
+#include "torque_alignment.hpp"
 
 namespace omniflight::diagnosis {
 

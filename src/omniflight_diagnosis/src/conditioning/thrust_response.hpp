@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "torque_alignment.hpp"
+#include "rotor_regression.hpp"
 
 namespace omniflight::diagnosis {
 
@@ -12,17 +12,13 @@ namespace omniflight::diagnosis {
 struct ThrustResponse {
   double time = 0, time_se = 0;  ///< s
   double lead = 0;               ///< 1
-  double log_factor = 0;         ///< nat, against speeds whose clock is off by any time within kReach
+  double log_factor = 0;         ///< nat, against speeds whose clock is off by any time within the reach
 };
 
-/// From angular acceleration (n x 3, rad/s^2) and specific force (n x 3, m/s^2; 0 rows without an
-/// accelerometer) at samples with `use` set; each axis has a free coefficient, so that mass and inertia need
-/// not be known. `clock_s` [s]: one standard deviation of the clock of the speeds. Empty below 3 s of
-/// samples, where thrust explains less than 85 % on every axis (what smooths noisy speeds fits better), or
-/// where no response is likelier than a clock.
-std::optional<ThrustResponse> thrust_response(const Eigen::MatrixXd& dw, const Eigen::MatrixXd& force,
-                                              const RotorExcitation& rotors, double rate_hz, double clock_s,
-                                              const std::vector<char>& use);
+/// `clock_s` [s]: one standard deviation of the clock of the speeds. Empty below 3 s of samples, where thrust
+/// explains less than 85 % on every axis (what smooths noisy speeds fits better), or where no response is
+/// likelier than a clock.
+std::optional<ThrustResponse> thrust_response(const RotorRegression& regression, double clock_s);
 
 /// Speeds [rad/s, n x rotors] whose squares respond like that.
 Eigen::MatrixXd responding(const Eigen::MatrixXd& speed, const ThrustResponse& response, double rate_hz);

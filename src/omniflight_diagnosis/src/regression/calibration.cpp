@@ -85,18 +85,11 @@ class Columns {
       }
       return x;
     };
-    Eigen::VectorXd x = column_at(States::predicted), m = column_at(States::measured);
-    if (x.norm() < 1e-12 || !x.allFinite() || !m.allFinite()) return;
-    out_.names.push_back(which.empty() ? kind : kind + ("_" + which));
-    out_.kinds.emplace_back(kind);
-    const bool told = tol_.told.contains(kind);
-    settled_.push_back(told ? 1.0 : settled);
-    // the accelerometer does not inform how carefully the vehicle was measured
-    if (told && out_.kinds.back() != "acceleration_bias")
-      told_[kind] = std::log(tol_.value(kind) / Tolerance{}.value(kind));
-    columns_.push_back(std::move(x));
-    measured_.push_back(std::move(m));
+    keep(kind, which, column_at(States::predicted), column_at(States::measured), settled);
   }
+  /// The same of a column that is there, at predicted and at measured states.
+  void keep(const char* kind, const std::string& which, Eigen::VectorXd predicted, Eigen::VectorXd measured,
+            double settled);
   Eigen::MatrixXd totals() const;
   bool modelled() const { return problem_.forces_only(); }
   double weight() const { return problem_.size().weight; }
@@ -113,6 +106,20 @@ class Columns {
 };
 
 /// Constant torque in the body and constant force in the world.
+void Columns::keep(const char* kind, const std::string& which, Eigen::VectorXd predicted,
+                   Eigen::VectorXd measured, double settled) {
+  if (predicted.norm() < 1e-12 || !predicted.allFinite() || !measured.allFinite()) return;
+  out_.names.push_back(which.empty() ? kind : kind + ("_" + which));
+  out_.kinds.emplace_back(kind);
+  const bool told = tol_.told.contains(kind);
+  settled_.push_back(told ? 1.0 : settled);
+  // the accelerometer does not inform how carefully the vehicle was measured
+  if (told && out_.kinds.back() != "acceleration_bias")
+    told_[kind] = std::log(tol_.value(kind) / Tolerance{}.value(kind));
+  columns_.push_back(std::move(predicted));
+  measured_.push_back(std::move(measured));
+}
+
 void Columns::of_constants() {
   for (int k = 0; k < 3; ++k) {
     add("torque_trim", kAxis[k], tol_.torque_trim * weight() * arm(), [&](const Situation&, int) {
@@ -213,15 +220,28 @@ void Columns::of_rotors() {
 }
 
 /// Delay between rotor speeds and IMU (time stamps, filters; motor time constants where speeds come from
-/// commands), to first order: the time derivative of the rotor wrench, separately for forces (accelerometer)
-/// and torques (gyro).
+/// commands), separately for forces (accelerometer) and torques (gyro). To first order the time derivative of
+/// the rotor wrench; where speeds come from commands the drives are simulated, since commands predict their
+/// own delay far better than the motion before predicts an acceleration of the rotors.
 void Columns::of_clocks(std::span<const Flight* const> flights) {
+  const bool commands = !flights.empty() && flights.front()->speed_from_command;
   double late = std::max(tol_.rotor_clock, kFilterDelay);
-  if (!flights.empty() && flights.front()->speed_from_command)
+  if (commands)
     for (const vehicle::Rotor& r : vehicle_.rotors) late = std::max(late, tol_.motor_lag * r.time_constant);
-  for (int half = 0; half < 2; ++half)
+  const int n = problem_.samples();
+  for (int half = 0; half < (modelled() ? 1 : 2); ++half) {
+    const char* which = half == 0 ? "force" : "torque";
+    if (commands) {
+      const auto column_at = [&](States states) {
+        Eigen::VectorXd x = problem_.of_command_delay(late, states);
+        x.segment(half == 0 ? 3 * n : 0, 3 * n).setZero();
+        return x;
+      };
+      keep("rotor_clock", which, column_at(States::predicted), column_at(States::measured), kSettled);
+      continue;
+    }
     add(
-        "rotor_clock", half == 0 ? "force" : "torque", late,
+        "rotor_clock", which, -late,
         [half](const Situation& s, int) {
           Situation rate = s;
           for (int k = 0; k < s.rotor_count; ++k) {
@@ -234,6 +254,7 @@ void Columns::of_clocks(std::span<const Flight* const> flights) {
           return wrench;
         },
         kSettled);
+  }
 }
 
 /// Thrust over speed: its exponent, T ln(Omega / mean) along each rotor. That of a thrust from duty cycles is

@@ -200,24 +200,30 @@ Eigen::VectorXd CommandedWrench::operator()(const physics::Effect& effect, const
                                             const std::vector<physics::Situation>& measured) const {
   const Known::Key key{&effect, theta, predicted};
   if (const auto before = known_->find(key)) return *before;
-  const Eigen::VectorXd out = compute(effect, theta, predicted, measured);
+  physics::Actuation altered = physics::nominal_actuation(vehicle_);
+  effect.alter_actuation(vehicle_, theta.data(), altered);
+  const Eigen::VectorXd out = compute(altered, predicted, measured);
   known_->keep(key, out);
   return out;
 }
 
-Eigen::VectorXd CommandedWrench::compute(const physics::Effect& effect, const std::vector<double>& theta,
-                                         bool predicted,
+Eigen::VectorXd CommandedWrench::of_delay(double late_s, bool predicted,
+                                          const std::vector<physics::Situation>& measured) const {
+  physics::Actuation altered = physics::nominal_actuation(vehicle_);
+  for (double& delay : altered.delay) delay += late_s;
+  return compute(altered, predicted, measured);
+}
+
+Eigen::VectorXd CommandedWrench::compute(const physics::Actuation& altered, bool predicted,
                                          const std::vector<physics::Situation>& measured) const {
   const auto n = static_cast<Eigen::Index>(measured.size());
   Eigen::VectorXd out = Eigen::VectorXd::Zero(6 * n);
-  physics::Actuation a = physics::nominal_actuation(vehicle_);
-  effect.alter_actuation(vehicle_, theta.data(), a);
   Eigen::Index row = 0;
   for (const Part& p : parts_) {
     if (p.ahead) {
       const std::span<const physics::Situation> here{measured.data() + row, static_cast<std::size_t>(p.size)};
-      Eigen::MatrixXd wrench = difference(p.recorded, a, here);
-      if (predicted) wrench = expected(wrench, p.ahead->of(wrench), difference(p.expected, a, here));
+      Eigen::MatrixXd wrench = difference(p.recorded, altered, here);
+      if (predicted) wrench = expected(wrench, p.ahead->of(wrench), difference(p.expected, altered, here));
       for (int c = 0; c < 6; ++c) out.segment(c * n + row, p.size) = wrench.col(c);
     }
     row += p.size;

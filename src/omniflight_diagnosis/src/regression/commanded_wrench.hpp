@@ -25,10 +25,13 @@ class CommandedWrench {
   /// expectation given the samples up to the horizon (the instrument). Zero where theta gives invalid drives.
   Eigen::VectorXd operator()(const physics::Effect& effect, const std::vector<double>& theta, bool predicted,
                              const std::vector<physics::Situation>& measured) const;
+  /// The same of commands that take effect `late_s` [s] later.
+  Eigen::VectorXd of_delay(double late_s, bool predicted,
+                           const std::vector<physics::Situation>& measured) const;
 
  private:
   struct Known;
-  Eigen::VectorXd compute(const physics::Effect& effect, const std::vector<double>& theta, bool predicted,
+  Eigen::VectorXd compute(const physics::Actuation& altered, bool predicted,
                           const std::vector<physics::Situation>& measured) const;
   /// Commands of a stretch and the response of the nominal drives.
   struct Commanded {

@@ -110,6 +110,11 @@ class RegressionProblem {
   /// Wrench of a term over all samples and, unless null, its derivatives by theta and by start.
   void wrench_of(const EffectTerm& term, Eigen::VectorXd& value, Eigen::MatrixXd* by_theta,
                  Eigen::MatrixXd* by_start, States states = States::predicted) const;
+  /// What it does to the wrench of rotors whose speeds come from commands that these take effect `late_s` [s]
+  /// later; zero where speeds are recorded. All rows.
+  Eigen::VectorXd of_command_delay(double late_s, States states) const {
+    return commanded_.of_delay(late_s, states == States::predicted, measured_);
+  }
   /// Sum of the wrenches of terms over all samples.
   Eigen::VectorXd wrench_of(std::span<const EffectTerm> terms, States states = States::predicted) const;
 

@@ -17,6 +17,10 @@ namespace {
 /// before. Turbulence is slower than that about yaw: the last to be asked is the reference alone.
 constexpr std::array<double, 3> kHorizons{0.075, 0.15, 0.3};
 
+/// The shortest [s] where the rates are not recorded: a controller feeds them back, so that the rotors answer
+/// to disturbances which the motion before does not tell.
+constexpr double kLeastWithoutRates = 0.15;
+
 /// Calibration beside which horizons are compared. What follows the rotors is not among it, since feedback
 /// would hide there.
 constexpr std::array<std::string_view, 8> kOfBody{
@@ -112,7 +116,8 @@ double in_samples(double horizon_s, const Options& o) { return std::ceil(horizon
 
 Horizons::Horizons(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
                    const Options& o) {
-  horizons_.push_back({least_horizon(flights)});
+  const bool rates = std::all_of(flights.begin(), flights.end(), [](const Flight* f) { return f->has_gyro; });
+  horizons_.push_back({std::max(least_horizon(flights), rates ? 0.0 : kLeastWithoutRates)});
   for (const double h : kHorizons)
     if (in_samples(h, o) > in_samples(horizons_.back().s, o)) horizons_.push_back({h});
   if (std::all_of(flights.begin(), flights.end(), [](const Flight* f) { return f->reference.cols() > 0; }))
