@@ -60,6 +60,39 @@ TEST(CommandedDrives, NothingIsNamedWhereTheDrivesAreAsTold) {
   EXPECT_EQ(d->verdict, Verdict::nothing_missing) << d->summary;
 }
 
+TEST(CommandedDrives, ADelayWithinItsToleranceIsNoMotorLag) {
+  const vehicle::Vehicle v = omnimorph();
+  for (const double delay_s : {0.004, -0.004}) {
+    recording::Recording r = test::fly(v, {}, lively());
+    only_commands(r, v, 0, delay_s);
+    const auto d = diagnose(std::span(&r, 1), {}, v);
+    ASSERT_TRUE(d) << d.error().text();
+    EXPECT_EQ(d->verdict, Verdict::nothing_missing) << delay_s << ": " << d->summary;
+  }
+}
+
+/// Cosine between two columns.
+double alike(const Eigen::VectorXd& x, const Eigen::VectorXd& y) { return x.dot(y) / (x.norm() * y.norm()); }
+
+TEST(CommandedDrives, CommandsPredictWhatTheirDelayDoes) {
+  const vehicle::Vehicle v = omnimorph();
+  recording::Recording r = test::fly(v, {}, lively());
+  only_commands(r, v, 0, 0);
+  Options o;
+  const auto f = prepare_flight(r, v, o);
+  ASSERT_TRUE(f) << f.error().text();
+  const Flight* flight = &*f;
+  const RegressionProblem problem(std::span(&flight, 1), v, o, Horizon{0.05});
+  const auto& names = problem.calibration().names;
+  for (const char* name : {"rotor_clock_force", "rotor_clock_torque"}) {
+    const auto at = std::find(names.begin(), names.end(), name);
+    ASSERT_NE(at, names.end()) << name;
+    const Eigen::Index k = at - names.begin();
+    EXPECT_GT(alike(problem.calibration().columns.col(k), problem.calibration().measured.col(k)), 0.8)
+        << name;
+  }
+}
+
 TEST(CommandedDrives, SlowerMotorsAreNamedWithTheirLag) {
   const vehicle::Vehicle v = omnimorph();
   recording::Recording r = test::fly(v, {}, lively());

@@ -47,6 +47,22 @@ TEST(PredictionHorizon, FeedbackThatTheRecordDoesNotTellIsSeen) {
   EXPECT_FALSE(shortest.agrees()) << shortest.about;
 }
 
+TEST(PredictionHorizon, WhereRatesAreNotRecordedTheShortestIsNotAsked) {
+  const vehicle::Vehicle v = test::omnimorph();
+  const Options o;
+  test::Flown f;
+  f.duration_s = 20;
+  recording::Recording r = test::fly(v, {}, f);
+  ASSERT_EQ(r.signals.erase("gyro"), 1U);
+  const auto flight = prepare_flight(r, v, o);
+  ASSERT_TRUE(flight) << flight.error().text();
+  const Flight* one[] = {&*flight};
+  const Horizons horizons(one, v, o);
+  EXPECT_LT(least_horizon(*flight), 0.1);
+  EXPECT_EQ(horizons.test(0).horizon.s, 0.15);
+  EXPECT_GT(horizons.count(), 1U);
+}
+
 /// The largest of the statistics of a law alone, fitted at the shortest horizon, against longer ones.
 HorizonTest of_law(const std::string& id, const Flight& flight, const vehicle::Vehicle& v, const Options& o) {
   const Flight* one[] = {&flight};

@@ -142,7 +142,9 @@ HorizonTest Horizons::test(std::size_t k, const Eigen::VectorXd& known,
   out.beside_found = !known.isZero(0);
   if (k + 1 == count()) return out;  // the longest has nothing to disagree with
   const RegressionProblem& first = *problems_.front();
-  const auto noise = estimate_noise(first, slow_, known, 1.0);
+  // sensors may be noisier than they are told to be; a spectrum that is estimated has the size of what is
+  // left
+  const auto noise = estimate_noise(first, slow_, known, first.noise_told() ? first.temperature() : 1.0);
   const Eigen::VectorXd z = noise->apply(first.residual() - known);
   const auto compare = [&](const auto& regressors, double width, const auto& name, HorizonTest& test) {
     const auto own = estimators(*problems_[k], *noise, regressors(*problems_[k]), width);
