@@ -13,6 +13,9 @@ namespace {
 /// Longest stretch [s] over which the memory of a swinging load is predicted from one initial state: some
 /// periods of a pendulum; beyond, small errors of its frequency add up.
 constexpr double kMemoryWindow = 10;
+/// So many at most over all stretches, if need be longer ones: each has columns of its own at every point of
+/// the grid, which would be most of the columns of a flight of some minutes.
+constexpr double kMostWindows = 8;
 
 /// Fixed point of accelerations with loads: a load of half the vehicle converges by three a turn.
 constexpr int kExpectations = 12;
@@ -65,8 +68,9 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
     }
   }
   if (n_ > 0) mean_ /= n_;
+  const double window = std::max(kMemoryWindow, n_ * period_ / kMostWindows);  // s
   for (const Stretch& s : stretches_) {
-    const int parts = std::max(1, static_cast<int>(std::lround(s.size() * period_ / kMemoryWindow)));
+    const int parts = std::max(1, static_cast<int>(std::lround(s.size() * period_ / window)));
     for (int k = 0; k < parts; ++k)
       windows_.push_back({s.begin + k * s.size() / parts, s.begin + (k + 1) * s.size() / parts, s.flight});
   }
