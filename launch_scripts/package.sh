@@ -25,7 +25,7 @@ trap 'rm -rf "$work"' EXIT
 tools="$work/omniflight" dev="$work/libomniflight-dev" python="$work/python3-omniflight" doc="$work/omniflight-doc"
 
 say "sorting what is in $installed"
-mkdir -p "$tools/usr/bin" "$tools/usr/share/omniflight" "$dev/usr/include" "$dev/usr/lib" "$dev/usr/share" "$out"
+mkdir -p "$tools/usr/bin" "$tools/usr/share/omniflight" "$dev/usr/include" "$dev/usr/lib" "$dev/usr/share/doc/libomniflight-dev" "$out"
 for prefix in "$installed"/omniflight_*; do
   name="$(basename "$prefix")"
   [ ! -d "$prefix/bin" ] || cp -a "$prefix/bin/." "$tools/usr/bin/"
@@ -34,6 +34,9 @@ for prefix in "$installed"/omniflight_*; do
   mkdir -p "$dev/usr/share/$name"
   cp -a "$prefix/share/$name/package.xml" "$dev/usr/share/$name/"
   [ ! -d "$prefix/share/$name/cmake" ] || cp -a "$prefix/share/$name/cmake" "$dev/usr/share/$name/"
+  if [ "$name" != omniflight_python ] && [ -d "$prefix/share/$name/examples" ]; then
+    cp -a "$prefix/share/$name/examples" "$dev/usr/share/doc/libomniflight-dev/"
+  fi
 done
 cp -a "$installed/omniflight_cmake/share/omniflight" "$dev/usr/share/"
 cp -a configs "$tools/usr/share/omniflight/"
@@ -77,10 +80,11 @@ CONTROL
 
 say "packing"
 build "$tools" "$architecture" "$(depends_on "$tools"/usr/bin/*)" "plan, fly, record multirotors, and find physics that simulation left out"
-build "$dev" "$architecture" "$(./launch_scripts/install_dependencies.sh --list-libraries | paste -sd, | sed 's/,/, /g')" \
+build "$dev" "$architecture" "omniflight (= $version), $(./launch_scripts/install_dependencies.sh --list-libraries | paste -sd, | sed 's/,/, /g')" \
   "headers and static libraries of omniflight, for CMake"
 if [ -d "$installed/omniflight_python" ]; then
-  mkdir -p "$python/usr/lib/python3/dist-packages"
+  mkdir -p "$python/usr/lib/python3/dist-packages" "$python/usr/share/doc/python3-omniflight"
+  cp -a "$installed/omniflight_python/share/omniflight_python/examples" "$python/usr/share/doc/python3-omniflight/"
   cp -a "$installed"/omniflight_python/lib/python3*/site-packages/omniflight "$python/usr/lib/python3/dist-packages/"
   rm -rf "$python/usr/lib/python3/dist-packages/omniflight/__pycache__"
   strip --strip-unneeded "$python"/usr/lib/python3/dist-packages/omniflight/*.so

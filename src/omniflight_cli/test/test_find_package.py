@@ -45,6 +45,18 @@ class FindPackage(system.SystemTest):
         done = subprocess.run(["build/mine"], cwd=self.dir, text=True, capture_output=True, timeout=10)
         self.assertEqual((done.returncode, done.stdout), (0, "omnimorph\n"))
 
+    def test_the_example_of_the_package(self):
+        example = self.prefix.parent / "omniflight_allocation/share/omniflight_allocation/examples/hover"
+        for step in (["cmake", "-G", "Ninja", "-S", example, "-B", "build", f"-DCMAKE_PREFIX_PATH={self.prefix}"],
+                     ["cmake", "--build", "build"], ["build/hover", "omnimorph"]):
+            done = subprocess.run(step, cwd=self.dir, text=True, capture_output=True, timeout=120)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        rows = [line.split(":") for line in done.stdout.splitlines()]
+        self.assertEqual([tilt for tilt, _ in rows], [f"tilt {degrees:2} deg" for degrees in range(0, 61, 10)])
+        watts = [float(cost.split(" W")[0]) for _, cost in rows if " W" in cost]
+        self.assertEqual(watts, sorted(watts), "the more the rotors lean, the more upright hover costs")
+        self.assertGreater(len(watts), 3)
+
     def test_what_is_not_there_is_named(self):
         self.assertIn("no component 'vehicel'", " ".join(self.configure(components="vehicel").stderr.split()))
         self.assertIn("omniflight", self.configure(version="9.0").stderr)

@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <numeric>
+#include <sstream>
 #include <vector>
 
 namespace omniflight::files {
@@ -212,8 +213,17 @@ Result<std::filesystem::path> config_dir() {
       if (at == at.parent_path()) break;
     }
   }
-  return bad_input("the folder configs was found neither above the program nor above the working directory",
-                   {}, "Set OMNIFLIGHT_CONFIGS or run inside a checkout");
+  // of the packages, for programs of one's own (XDG Base Directory Specification)
+  const char* told = std::getenv("XDG_DATA_DIRS");
+  std::istringstream shared(told && *told ? told : "/usr/local/share:/usr/share");
+  for (std::string folder; std::getline(shared, folder, ':');)
+    if (const fs::path configs = fs::path(folder) / "omniflight" / "configs";
+        fs::path(folder).is_absolute() && fs::is_directory(configs / "vehicles", ignored))
+      return configs;
+  return bad_input(
+      "the folder configs was found neither above the program, above the working directory nor in "
+      "XDG_DATA_DIRS",
+      {}, "Set OMNIFLIGHT_CONFIGS or run inside a checkout");
 }
 
 }  // namespace omniflight::files
