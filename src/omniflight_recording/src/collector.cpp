@@ -6,6 +6,17 @@
 #include <numeric>
 
 namespace omniflight::recording {
+namespace {
+
+/// Rows become unit quaternions. One that is a unit quaternion up to rounding stays as it is: to divide it
+/// again would change its last bit with every export and import.
+void normalize_attitudes(Eigen::MatrixXd& rows) {
+  constexpr double kRounding = 1e-14;  // a few times the error of a normalised row's squared norm
+  for (Eigen::Index i = 0; i < rows.rows(); ++i)
+    if (std::abs(rows.row(i).squaredNorm() - 1) > kRounding) rows.row(i).normalize();
+}
+
+}  // namespace
 
 void Collector::add(const std::string& signal, double t_s, const double* values, std::size_t width) {
   Samples& s = all_[signal];
@@ -109,7 +120,7 @@ void Collector::finish(Recording& recording) {
         signal.values(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(c)) =
             s.values[kept[row] * s.width + c];
     }
-    if (is_attitude(name)) signal.values.rowwise().normalize();
+    if (is_attitude(name)) normalize_attitudes(signal.values);
     first = std::min(first, signal.t_s.front());
     last = std::max(last, signal.t_s.back());
     recording.signals[name] = std::move(signal);

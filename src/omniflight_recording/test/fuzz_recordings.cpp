@@ -4,6 +4,7 @@
 #include "mutated_inputs.hpp"
 #include "sample_bag.hpp"
 #include "sample_bag1.hpp"
+#include "sample_bag2.hpp"
 #include "sample_genom3.hpp"
 #include "sample_microsd.hpp"
 #include "sample_ulog.hpp"
@@ -23,6 +24,19 @@ std::vector<std::string> seeds() {
     add("mcap", sample::slurp(file));
   }
   fs::remove(file);
+  {
+    const fs::path database =
+        fs::temp_directory_path() / ("omniflight_fuzz_" + std::to_string(::getpid()) + ".db3");
+    sample::Bag2 bag(database, true);
+    bag.topic(1, "/imu", "sensor_msgs/msg/Imu", sample::imu_topic().schema_text);
+    bag.topic(2, "/mocap/pose", "geometry_msgs/msg/PoseStamped");
+    for (std::uint64_t k = 0; k < 5; ++k) {
+      bag.message(1, k * 1'000'000, sample::imu_message(k * 1'000'000));
+      bag.message(2, k * 1'000'000, sample::pose_message(k * 1'000'000));
+    }
+    add("rosbag2_sqlite", bag.bytes());
+    fs::remove(database);
+  }
   add("ulog", sample::flight_log(10).bytes());
   add("rosbag1", sample::flight_bag1("none", 10));
   add("csv",

@@ -280,6 +280,32 @@ TEST(RealUlog, CountsAreThoseOfTheReferenceParser) {
   }
 }
 
+TEST(RealUlog, LogsWithoutASummaryHaveTheTopicsAndMessagesThatAnotherParserCounts) {
+  NEEDS_REAL_DATA("formats/ulog");
+  setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
+  struct Counted {
+    const char* file;
+    std::size_t topics;
+    std::uint64_t messages, attitudes, imu;
+  };
+  // counted with the package @foxglove/ulog 2.3 of npm
+  for (const Counted& c : {Counted{"foxglove_test_ulog.ulg", 95, 4272, 131, 1297},
+                           Counted{"sample_log_small.ulg", 70, 14604, 1298, 1298},
+                           Counted{"sample_logging_tagged_and_default_params.ulg", 96, 21229, 1730, 2028},
+                           Counted{"sample_px4_events.ulg", 69, 29480, 622, 7783}}) {
+    const auto r = load(real_data("formats/ulog") / c.file);
+    ASSERT_TRUE(r) << r.error().text();
+    std::map<std::string, std::uint64_t> counts;
+    std::uint64_t messages = 0;
+    for (const TopicSummary& t : r->topics)
+      if (t.messages > 0) counts[t.name] = t.messages, messages += t.messages;
+    EXPECT_EQ(counts.size(), c.topics) << c.file;
+    EXPECT_EQ(messages, c.messages) << c.file;
+    EXPECT_EQ(counts["vehicle_attitude"], c.attitudes) << c.file;
+    EXPECT_EQ(counts["sensor_combined"], c.imu) << c.file;
+  }
+}
+
 TEST(RealUlog, GravityPointsDownInEveryLog) {
   NEEDS_REAL_DATA("formats/ulog/sample.ulg");
   setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
