@@ -87,6 +87,10 @@ class Browser:
         """Sentences: the page, or an element of it, is wider than the screen and does not scroll by itself."""
         return self.value(WIDE)
 
+    def torn_words(self):
+        """Sentences: labels of a table's cells that are too narrow for their words, and exponents that stand away from their number."""
+        return self.value(TORN)
+
     def faint_texts(self):
         """Sentences: texts whose contrast with their ground is below 4.5 (3 where they are large), as WCAG 2.1 AA asks."""
         return self.value(FAINT)
@@ -113,6 +117,26 @@ WIDE = """(() => {
     if (/auto|scroll/.test(style.overflowX) && e.scrollWidth > e.clientWidth + 1) out.push(`${e.className} scrolls sideways`);
   }
   return out.slice(0, 8);
+})()"""
+
+TORN = """(() => {
+  const out = new Set(), pen = document.createElement('canvas').getContext('2d');
+  for (const td of document.querySelectorAll('.wide td[data-label]')) {
+    const label = getComputedStyle(td, '::before');
+    if (!td.getClientRects().length || label.content === 'none') continue;
+    pen.font = `${label.fontWeight} ${label.fontSize} ${label.fontFamily}`;
+    for (const word of td.dataset.label.split(/\\s+/))
+      if (pen.measureText(word).width > parseFloat(label.width) + 1) out.add(`the label '${td.dataset.label}' breaks in '${word}'`);
+  }
+  for (const raised of document.querySelectorAll('td sup, td sub')) {
+    if (!raised.getClientRects().length || !raised.previousSibling) continue;
+    const range = document.createRange();
+    range.selectNode(raised.previousSibling);
+    const before = [...range.getClientRects()].pop(), box = raised.getBoundingClientRect();
+    if (before && (Math.abs(box.left - before.right) > 3 || box.bottom < before.top || box.top > before.bottom))
+      out.add(`${raised.parentElement.textContent}: '${raised.textContent}' stands away`);
+  }
+  return [...out].slice(0, 8);
 })()"""
 
 FAINT = """(() => {

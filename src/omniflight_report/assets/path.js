@@ -1,7 +1,7 @@
 // A flight path from above and from the side, coloured by a scalar; equal scales, drag to move, zoom around the pointer.
 'use strict';
 (() => {
-  const {onSize, colour, format, make} = Report;
+  const {near, onSize, colour, format, make} = Report;
   const stops = ['440154', '46327e', '365c8d', '277f8e', '1fa187', '4ac16d', 'a0da39', 'fde725'].map(
       hex => [0, 2, 4].map(i => parseInt(hex.slice(i, i + 2), 16)));
   const ramp = share => {
@@ -130,11 +130,11 @@
     onSize(canvas, now => { const first = width !== now; width = now; height = canvas.clientHeight; if (first) fit(); draw(); });
   }
 
-  document.querySelectorAll('figure.path').forEach(figure => {
+  document.querySelectorAll('figure.path').forEach(figure => near(figure, () => {
     const data = JSON.parse(figure.querySelector('script').textContent), range = extent(data.v), peers = [];
     figure.querySelector('.low').textContent = format(range[0]);
     figure.querySelector('.high').textContent = format(range[1]);
     const readout = figure.querySelector('.readout');
     figure.querySelectorAll('.view').forEach(view => buildView(view, data, range, readout, peers));
-  });
+  }));
 })();

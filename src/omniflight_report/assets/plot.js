@@ -1,7 +1,7 @@
 // Time and x-y plots on dygraphs. Names never reach dygraphs, which would take them as HTML.
 'use strict';
 (() => {
-  const {onSize, colour, format, make} = Report;
+  const {near, onSize, colour, format, make} = Report;
   const groups = new Map();
 
   // One row an x. undefined samples of a series (null) are bridged, gaps (NaN) are not.
@@ -138,5 +138,5 @@
     });
     chart.title = 'drag to zoom, shift-drag to move, double-click to reset';
   }
-  document.querySelectorAll('figure.plot').forEach(build);
+  document.querySelectorAll('figure.plot').forEach(figure => near(figure, build));
 })();

@@ -57,6 +57,23 @@ const Report = (() => {
     apply();
   }
 
+  // What a browser lays out though it is folded: details hide their content from the eye only.
+  const folded = element => element.closest('details:not([open])') !== null;
+
+  // A page of hundreds of plots loads in pieces: a figure is made when the reader comes within two screens of it, or prints.
+  const waiting = new Map();
+  const make_now = figure => {
+    const build = waiting.get(figure);
+    waiting.delete(figure);
+    if (build) build(figure);
+  };
+  const approach = new IntersectionObserver(entries => {
+    for (const {target, isIntersecting} of entries)
+      if (isIntersecting && !folded(target)) { approach.unobserve(target); make_now(target); }
+  }, {rootMargin: '200% 0%'});
+  const near = (figure, build) => { waiting.set(figure, build); approach.observe(figure); };
+  addEventListener('beforeprint', () => [...waiting.keys()].filter(figure => !folded(figure)).forEach(make_now));
+
   // Plots are drawn when they have a width (not inside folded details), again when it changes, and in new colours
   // when the theme changes. Paper has a width of its own, which only the print events announce.
   const redraws = [];
@@ -65,7 +82,7 @@ const Report = (() => {
     let width = 0;
     const run = force => {
       const now = element.clientWidth;
-      if (now > 0 && (force || now !== width)) { width = now; draw(now); }
+      if (now > 0 && !folded(element) && (force || now !== width)) { width = now; draw(now); }
     };
     redraws.push(run);
     new ResizeObserver(() => { if (!paper) run(false); }).observe(element);
@@ -93,5 +110,5 @@ const Report = (() => {
     parent.appendChild(element);
     return element;
   };
-  return {onSize, colour, format, make};
+  return {near, onSize, colour, format, make};
 })();

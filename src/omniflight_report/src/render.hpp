@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 
 #include "omniflight_core/result.hpp"
 #include "omniflight_report/blocks.hpp"
@@ -12,6 +13,10 @@ namespace omniflight::report {
 inline constexpr std::size_t kMaxSamples = 3000;  ///< of one series, about three a pixel
 
 const char* tone_class(Tone tone);
+
+/// A symbol in plain letters, typeset: "eps_kappa" with Greek letters and a subscript. Anything else is shown
+/// as it is, escaped.
+std::string symbol_html(std::string_view symbol);
 
 Result<std::string> render(const Table& table);
 Result<std::string> render(const Bars& bars);

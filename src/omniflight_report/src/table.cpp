@@ -68,7 +68,8 @@ Result<std::string> render(const Table& table) {
                (column.unit.empty() ? "" : " [" + escape_html(column.unit) + "]") + "\"";
       out += ">";
       if (number == nullptr) {
-        out += escape_html(std::get<std::string>(row[c].value));
+        const auto& text = std::get<std::string>(row[c].value);
+        out += column.symbols ? symbol_html(text) : escape_html(text);
       } else if (whole[c] && std::isfinite(*number)) {
         out += std::to_string(static_cast<long>(*number));
       } else {

@@ -207,6 +207,18 @@ TEST(Page, RowsOfWideTablesNameTheirColumns) {
   EXPECT_EQ(count(html, "data-label=\""), 4u) << "narrow tables need none";
 }
 
+TEST(Page, SymbolsAreTypesetAndStayText) {
+  Page page("Symbols", "");
+  page.table({{{"name"}, {.name = "symbol", .symbols = true}},
+              {{"a", "h_0"}, {"b", "eps_kappa"}, {"c", "1 - eta_0"}, {"d", "dJ_xx"}, {"e", "<b>_<i>"}},
+              ""});
+  const std::string html = *page.html();
+  for (const char* part :
+       {"<i>h</i><sub>0</sub>", "<i>\u03b5</i><sub>\u03ba</sub>", "1 - <i>\u03b7</i><sub>0</sub>",
+        "<i>\u0394J</i><sub>xx</sub>", "<i>&lt;b&gt;</i><sub>&lt;i&gt;</sub>"})
+    EXPECT_EQ(count(html, part), 1u) << part;
+}
+
 TEST(Page, OneFilterOutsideDetails) {
   Page page("Filter", "");
   const auto twice = page.filter("a").filter("b").html();

@@ -21,6 +21,7 @@ struct Column {
   std::string unit = {};  ///< shown in brackets behind the name; empty: none
   Align align = Align::automatic;
   int significant_digits = 4;  ///< of numbers, 1..15; a column of whole numbers is printed as such
+  bool symbols = false;        ///< texts are symbols in plain letters ("lambda", "h_0"), to be typeset
 };
 
 struct Cell {
