@@ -13,6 +13,9 @@ report::Table comparison_table(const std::vector<ComparedRow>& rows, const std::
 nlohmann::json to_json(const std::vector<ComparedRow>& rows);
 /// Lines for a terminal.
 std::string to_text(const std::vector<ComparedRow>& rows);
+/// What a reader should know first: how far the recorded flight strays beyond the simulated one, in the
+/// axis that differs most, and what power it takes.
+void add_headline(report::Page& page, const std::vector<ComparedRow>& rows);
 /// Tracking errors of one flight over time, thinned by the page.
 void plot_tracking(report::Page& page, const FlightMetrics& metrics, const std::string& name);
 

@@ -4,12 +4,15 @@
 
 #include <cmath>
 
+#include "diagnosis_evidence.hpp"
 #include "pilot_words.hpp"
 
 namespace omniflight::cli {
 namespace {
 
 using namespace diagnosis;
+
+constexpr double kTinyP = 1e-12;  // below it, how small says nothing more
 
 std::string listed(const std::vector<std::string>& items) {
   std::string out;
@@ -42,9 +45,11 @@ void mismatches(report::Page& page, const Diagnosis& d) {
   t.caption = "Stages whose replay on recorded input leaves a significant residual";
   t.columns = {{.name = "stage"},     {.name = "channel"}, {.name = "frame"}, {.name = "RMS"},
                {.name = "noise RMS"}, {.name = "unit"},    {.name = "p"},     {.name = "where"}};
-  for (const auto& m : d.mismatch)
+  for (const auto& m : d.mismatch) {
+    const report::Cell p = m.p_value < kTinyP ? report::Cell("below 1e-12") : report::Cell(m.p_value);
     t.rows.push_back(
-        {physics::to_string(m.stage), m.channel, m.frame, m.rms, m.noise_rms, m.unit, m.p_value, m.where});
+        {physics::to_string(m.stage), m.channel, m.frame, m.rms, m.noise_rms, m.unit, p, m.where});
+  }
   page.section("What differs, and where");
   if (t.rows.empty())
     page.paragraph(!asked(d)                          ? "Nothing was compared with a model."
@@ -98,6 +103,19 @@ void candidates(report::Page& page, const Diagnosis& d) {
   page.details("What each effect would explain alone", [&](report::Page& p) { p.table(t); });
 }
 
+/// The chain from what differs to what explains it, and what was asked beside.
+void chain(report::Page& page, const Diagnosis& d) {
+  const auto steps = evidence(d);
+  if (steps.empty()) return;
+  page.section("Evidence");
+  report::Table t;
+  t.columns = {{.name = "question"}, {.name = "answer"}};
+  for (const Evidence& e : steps) t.rows.push_back({e.question, e.answer});
+  page.table(t);
+  if (auto asked = asked_effects(d); !asked.rows.empty())
+    page.details("What else was asked, one by one", [&](report::Page& p) { p.table(asked); });
+}
+
 void findings(report::Page& page, const Diagnosis& d) {
   page.section("Which physics");
   if (d.findings.empty())
@@ -120,8 +138,9 @@ void findings(report::Page& page, const Diagnosis& d) {
     report::Table t;
     t.caption =
         f.effect + " (stage: " + physics::to_string(f.stage) + ", channels: " + listed(f.channels) + ")";
-    t.columns = {{.name = "parameter"}, {.name = "symbol"}, {.name = "value"},
-                 {.name = "95 % from"}, {.name = "to"},     {.name = "unit"}};
+    t.columns = {{.name = "parameter"}, {.name = "symbol", .symbols = true},
+                 {.name = "value"},     {.name = "95 % from"},
+                 {.name = "to"},        {.name = "unit"}};
     for (const auto& p : f.parameters) {
       if (identifiable(f.effect, p))
         t.rows.push_back({p.name, p.symbol, p.value, p.low, p.high, p.unit});
@@ -182,8 +201,23 @@ void fits(report::Page& page, const Diagnosis& d) {
     }
     page.table(t);
   };
-  table(d.fit.held_out, "Held out: data no fit has touched");
-  table(d.fit.in_sample, "In sample");
+  // what differs is in sight; the other channels, which show that nothing is spoilt, are folded
+  const auto differs = [&](const ChannelFit& f) {
+    return std::any_of(d.mismatch.begin(), d.mismatch.end(),
+                       [&](const Mismatch& m) { return m.channel == f.channel; });
+  };
+  const auto part = [&](std::vector<ChannelFit> rows, bool wanted) {
+    std::erase_if(rows, [&](const ChannelFit& f) { return differs(f) != wanted; });
+    return rows;
+  };
+  table(part(d.fit.held_out, true), "Held out: data no fit has touched");
+  table(part(d.fit.in_sample, true), "In sample");
+  const auto others = part(d.fit.held_out, false), others_fitted = part(d.fit.in_sample, false);
+  if (!others.empty() || !others_fitted.empty())
+    page.details("Channels that do not differ", [&](report::Page&) {
+      table(others, "Held out: data no fit has touched");
+      table(others_fitted, "In sample");
+    });
   if (!d.fit.rollout.empty()) {
     report::Table t;
     t.caption = "Open-loop prediction from recorded rotor speeds";
@@ -322,12 +356,17 @@ void intake_section(report::Page& page, const Intake& in, bool named) {
 Status write_page(const Diagnosis& d, const Refit& refit, const recording::Recording& flown,
                   const std::string& title, const std::string& path) {
   report::Page page(title, d.inputs.empty() ? "" : d.inputs.front().file);
-  page.verdict(tone(d), first_sentence(d), d.summary);
+  const auto steps = evidence(d);
+  page.verdict(
+      tone(d), first_sentence(d),
+      steps.size() > 1 ? steps[0].answer + ".\nWith what is named, " + steps[1].answer + "." : d.summary);
   std::vector<report::Fact> facts;
   for (const auto& in : d.inputs) facts.push_back({in.file, fmt::format("{:.1f}", in.duration_s), "s"});
   page.facts(facts);
-  mismatches(page, d);
+  chain(page, d);
   findings(page, d);
+  mismatches(page, d);
+  if (steps.size() > 1) page.details("All of it in one paragraph", d.summary);
   unknown_physics(page, d);
   const bool fitted = asked(d);
   if (fitted) fits(page, d);
@@ -338,20 +377,7 @@ Status write_page(const Diagnosis& d, const Refit& refit, const recording::Recor
   }
   flight_path(page, d, flown);
   if (fitted) residual_plots(page, d);
-  if (!d.next_flight.manoeuvres.empty()) {
-    page.section("What to fly next");
-    for (const auto& text : d.next_flight.manoeuvres) page.paragraph(text);
-    report::Table t;
-    t.caption = "Predicted separation of the explanations that this flight leaves";
-    t.columns = {{.name = "manoeuvre"}, {.name = "separation", .unit = "sigma"}};
-    for (const auto& f : d.next_flight.proposed) t.rows.push_back({f.words, f.separation_sigma});
-    if (!t.rows.empty()) page.table(t);
-    if (!d.next_flight.mission.empty())
-      page.paragraph("The mission " + d.next_flight.mission +
-                     " holds the best of them that fits the test bed.");
-    if (const std::string left = diagnosis::stay_together(d.next_flight); !left.empty())
-      page.paragraph("It would hardly tell apart: " + left + ".");
-  }
+  add_next_flight(page, d.next_flight);
   intake_section(page, d.intake, !d.further.empty());
   for (const Intake& in : d.further) intake_section(page, in, true);
   if (!d.left_out.empty()) page.paragraph("Left out: " + listed(d.left_out) + ".");

@@ -107,11 +107,17 @@ Status write_flight_page(const FlightOptions& o, const FlightResult& result, con
   report::Table events{.columns = {{.name = "what was said"}}};
   for (const std::string& remark : result.remarks) events.rows.push_back({report::Cell(remark)});
   if (!result.monitor.empty()) events.rows.push_back({report::Cell(result.monitor)});
-  for (const auto& note : r.notes) events.rows.push_back({report::Cell(note.text)});
+  report::Table unread{.columns = {{.name = "of the recording"}}};  // says nothing of the flight
+  for (const auto& note : r.notes) {
+    const bool lost = note.kind == recording::Note::Kind::loss || note.kind == recording::Note::Kind::damage;
+    (lost ? events : unread).rows.push_back({report::Cell(note.text)});
+  }
   if (events.rows.empty())
     page.paragraph("Nothing beside the plan.");
   else
     page.table(events);
+  if (!unread.rows.empty())
+    page.details("What else the recording says of itself", [&](report::Page& p) { p.table(unread); });
   page.section("What next");
   page.details("Look at it, find what the model lacks, put it beside another flight",
                next_steps(o, vehicle.name));

@@ -49,6 +49,7 @@ Action add_compare(CLI::App& verb, Common& common) {
     if (auto ok = files::write_file_atomic(common.out + "/compare.json", j.dump(2) + "\n"); !ok)
       return Failure(ok.error());
     report::Page page("Simulated and recorded", o->simulated + " against " + o->real);
+    add_headline(page, rows);
     page.section("Table").table(
         comparison_table(rows, "RMSE against the reference while it moves; ratio = recorded / simulated"));
     page.section("Tracking");

@@ -25,7 +25,9 @@ double peak(const Eigen::MatrixXd& m, Eigen::Index first, Eigen::Index size) {
 }
 
 std::string percent(double value, double nominal) {
-  return nominal > 0 && std::isfinite(value) ? fmt::format("{:+.1f} %", 100 * (value / nominal - 1)) : "-";
+  if (!(nominal > 0) || !std::isfinite(value)) return "-";
+  const double change = 100 * (value / nominal - 1);
+  return fmt::format("{:+.1f} %", std::abs(change) < 0.05 ? 0.0 : change);  // no "-0.0 %"
 }
 
 /// Rotor speeds less those of the nominal flight at the same time, over the time both have.
@@ -161,7 +163,8 @@ Status write_gallery(const std::vector<GalleryFlight>& flights, const std::strin
         .paragraph(fmt::format("{}. Acts at: {}. {}", info.term, to_string(info.stage), in_words(f, nominal)))
         .equation(info.latex);
     report::Table values;
-    values.columns = {{.name = "parameter"}, {.name = "symbol"}, {.name = "flown with"}, {.name = "unit"}};
+    values.columns = {
+        {.name = "parameter"}, {.name = "symbol", .symbols = true}, {.name = "flown with"}, {.name = "unit"}};
     for (const auto& p : info.parameters)
       values.rows.push_back({report::Cell(p.name), report::Cell(p.symbol), report::Cell(p.typical),
                              report::Cell(p.unit == "1" ? "-" : p.unit)});

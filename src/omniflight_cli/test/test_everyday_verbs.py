@@ -85,7 +85,12 @@ class Exported(system.SystemTest):
         self.assertAlmostEqual(rows["allocation", "u1"]["ratio"], mass, delta=0.03)
         self.assertAlmostEqual(rows["power", "mechanical"]["ratio"], mass ** 1.5, delta=0.05)
         self.assertAlmostEqual(rows["allocation", "alpha"]["real_rms"], 30, places=6)
-        self.assertIn("Rotor speeds (actuation)", (self.dir / "cmp/report.html").read_text())
+        page = (self.dir / "cmp/report.html").read_text()
+        self.assertIn("Rotor speeds (actuation)", page)
+        headline = re.search(r'class="verdict warn".*?<h2>(.*?)</h2>', page, re.S)
+        power = next(r for r in result["rows"] if r["channel"] == "mean power")["ratio"]
+        self.assertIn(f" takes {power:.2f} times the power", headline.group(1), "what differs is said first")
+        self.assertLess(headline.start(), page.index("<table"))
 
 
 class OnTheBus(system.SystemTest):

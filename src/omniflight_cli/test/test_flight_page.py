@@ -21,6 +21,8 @@ class FlightPage(system.SystemTest):
                       "physics that the controller did not know", "omniflight diagnose flight/flight.mcap --vehicle omnimorph"):
             self.assertIn(words, page)
         self.assertIn(f"{flight['metrics']['power_W']:.1f}", page)
+        events = page[page.index(">Events</h2>"):page.index("What else the recording says of itself")]
+        self.assertNotIn("has no known signal", events, "topics that nothing reads are no events")
 
     def test_a_lost_flight_says_why(self):
         page = self.page("--faults", "rotor_loss", "-p", "allocator.drop_lost_rotors=false", expect=NO_RESULT)
