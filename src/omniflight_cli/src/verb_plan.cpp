@@ -8,6 +8,7 @@
 #include "omniflight_files/files.hpp"
 #include "omniflight_planning/plan.hpp"
 #include "omniflight_planning/planner.hpp"
+#include "plan_page.hpp"
 #include "verbs.hpp"
 
 namespace omniflight::cli {
@@ -122,6 +123,7 @@ Action add_plan(CLI::App& verb, Common& common) {
     const auto lock = FolderLock::take(out);
     if (!lock) return Failure(lock.error());
     if (auto ok = planning::write_plan(*plan, out); !ok) return Failure(ok.error());
+    if (auto ok = write_plan_page(*plan, out + "/report.html"); !ok) return Failure(ok.error());
     say(common, planning::explain(plan));
     say(common, "plan: " + out);
     print_json(common, {{"verdict", plan->certificate.verdict},

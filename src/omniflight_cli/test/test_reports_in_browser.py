@@ -15,8 +15,10 @@ class ReportsInBrowser(system.SystemTest):
         browser.go((self.dir / path).as_uri())
         browser.wait_for("document.readyState === 'complete' && !!document.querySelector('main')")
         browser.value("document.querySelectorAll('details').forEach(d => d.open = true)")
+        browser.value("for (const e of ['beforeprint', 'afterprint']) dispatchEvent(new Event(e))")  # makes plots that are far away, too
         time.sleep(0.3)  # plots are drawn when they have a width
         self.assertEqual(browser.wider_than_the_screen(), [], path)
+        self.assertEqual(browser.torn_words(), [], path)
         for scheme in ("light", "dark"):
             browser.media(scheme)
             self.assertEqual(browser.faint_texts(), [], f"{path}, {scheme}")
@@ -38,6 +40,31 @@ class ReportsInBrowser(system.SystemTest):
         self.readable(browser, "design/report.html")
         self.assertGreater(pages_on_paper(self.dir / "design/report.html"), 0)
         self.assertEqual(browser.value("document.querySelectorAll('.outlines polygon').length"), 12, "3 tilts, 2 views, forces and torques")
+
+    def test_a_plan_says_how_near_it_comes(self):
+        self.run_command("plan", self.short_mission(), "--out", "plan", "--quiet")
+        browser = Browser(self)
+        self.readable(browser, "plan/report.html")
+        told = self.json("plan/certificate.json")
+        said = browser.value("document.querySelector('.verdict').innerText")
+        self.assertIn(f"never nearer than {told['clearance']['min_m']:.2f} m", said)
+        self.assertIn(f"{told['clearance']['asked_m']:.2f} m were asked", said)
+        self.assertEqual(browser.value("document.querySelectorAll('figure.plot').length"), 4)
+
+    def test_a_diagnosis_begins_with_its_evidence(self):
+        self.fly("trajectory_2", "--in-process", "--sensors", "laboratory", "--seed", "2", "--effects", "tether", out="flight")
+        self.run_command("diagnose", "flight/flight.mcap", "--vehicle", "omnimorph", "--only", "payload_mass", "hung_cable", "wind",
+                         "--out", "diagnosis", "--quiet", timeout=200, expect=None)
+        browser = Browser(self)
+        self.readable(browser, "diagnosis/report.html")
+        sections = browser.value("[...document.querySelectorAll('h2.section')].map(h => h.innerText)")
+        self.assertEqual(sections[:2], ["Evidence", "Which physics"])
+        self.assertIn("RMS before", browser.value("document.querySelector('.verdict').innerText"))
+        held_out = self.json("diagnosis/diagnosis.json")["fit"]["held_out"]
+        before, after = (sum(f[k] ** 2 for f in held_out if f["channel"] == "Fz") for k in ("rms_before", "rms_after"))
+        self.assertLess(after, before / 4)
+        self.assertIn("Yes: Fz:", browser.value("document.querySelector('table').innerText"))
+        self.assertIn("<i>\u03bb</i>", browser.value("document.querySelector('main').innerHTML"), "symbols are typeset")
 
     def test_two_designs_turn_together_in_space(self):
         self.run_command("design", "omnimorph", "omnicopter", "--out", "both", "--quiet", timeout=120)
@@ -93,7 +120,15 @@ class ReportsInBrowser(system.SystemTest):
         shown, of = browser.value("document.querySelector('.filter output').textContent").split(" of ")
         self.assertLess(int(shown), int(of), "what does not fit is not counted")
         self.assertLess(browser.value(jumps), entries, "the jump list follows")
-        browser.call("Input.insertText", text=" zzz")
+        folded = "document.querySelector('details:not([open]) figure.plot').closest('details')"
+        self.assertEqual(browser.value("document.querySelectorAll('canvas').length > 0"), True, "readable() unfolds: these plots are drawn")
+        browser.go((self.dir / "gallery/gallery.html").as_uri())
+        browser.wait_for("document.readyState === 'complete' && !!document.querySelector('details')")
+        self.assertEqual(browser.value("document.querySelectorAll('figure.plot canvas').length"), 0, "plots that are folded are not made")
+        browser.value(f"{folded}.scrollIntoView(), {folded}.open = true")
+        browser.wait_for("!!document.querySelector('details[open] figure.plot canvas')", 20)
+        browser.press("/", 191, "/")
+        browser.call("Input.insertText", text="accelerometer zzz")
         self.assertEqual(browser.value(seen), "", "no section has both words")
         self.assertEqual(browser.errors, [])
 
