@@ -36,8 +36,8 @@ std::string sha256_hex(std::string_view bytes);
 /// SHA-256 of a file of any size, read in blocks.
 Result<std::string> sha256_file(const std::filesystem::path& path);
 
-/// The folder `configs`: $OMNIFLIGHT_CONFIGS, else the first one above the running program, else above the
-/// working directory, that contains `vehicles`. An environment variable that names no folder is an error.
+/// The folder `configs`: $OMNIFLIGHT_CONFIGS (an error if it is none), else the first with `vehicles` above
+/// the running program, above the working directory, or as omniflight/configs in $XDG_DATA_DIRS.
 Result<std::filesystem::path> config_dir();
 
 /// Text of unknown origin made fit for an error message: quoted, printable, at most 60 characters.
