@@ -50,6 +50,13 @@ class ReportsInBrowser(system.SystemTest):
         self.assertIn(f"never nearer than {told['clearance']['min_m']:.2f} m", said)
         self.assertIn(f"{told['clearance']['asked_m']:.2f} m were asked", said)
         self.assertEqual(browser.value("document.querySelectorAll('figure.plot').length"), 4)
+        browser.size(1280, 800)
+        table = "document.querySelector('figure.table.wide')"
+        self.assertEqual(browser.value(f"{table}.classList.contains('blocks')"), False, "four columns fit")
+        browser.value(f"{table}.querySelectorAll('tr').forEach(r => r.append(...[1, 2, 3, 4, 5].flatMap(() => [...r.cells].map(c => c.cloneNode(true)))))")
+        browser.size(1270, 800)
+        browser.wait_for(f"{table}.classList.contains('blocks')", 20)
+        self.assertEqual(browser.wider_than_the_screen(), [], "as many columns as do not fit are blocks")
 
     def test_a_diagnosis_begins_with_its_evidence(self):
         self.fly("trajectory_2", "--in-process", "--sensors", "laboratory", "--seed", "2", "--effects", "tether", out="flight")

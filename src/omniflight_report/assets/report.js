@@ -29,6 +29,20 @@ const Report = (() => {
   });
   for (const element of document.querySelectorAll('.scroll, .equation, .toc ol')) scrolling.observe(element);
 
+  // A table with more columns than the page has room for is set tighter, and if that does not do, as blocks of labelled lines.
+  const widths = new Map();
+  const room = new ResizeObserver(entries => {
+    for (const {target} of entries) {
+      if (!target.clientWidth || widths.get(target) === target.clientWidth) continue;
+      widths.set(target, target.clientWidth);
+      const scroll = target.querySelector('.scroll'), over = () => scroll.scrollWidth > scroll.clientWidth + 1;
+      target.classList.remove('tight', 'blocks');
+      if (over()) target.classList.add('tight');
+      if (over()) target.classList.replace('tight', 'blocks');
+    }
+  });
+  for (const figure of document.querySelectorAll('figure.table.wide')) room.observe(figure);
+
   // A filter hides the sections behind it, and their entries in the contents, that do not have all words that were typed.
   const filter = document.querySelector('.filter input');
   if (filter) {
