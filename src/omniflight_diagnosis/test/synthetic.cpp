@@ -48,6 +48,55 @@ Quat attitude(double t, const Flown& f) {
       Vec3(f.sway * std::sin(2.6 * t), f.sway * std::sin(1.9 * t + 1.0), 0.5 * f.sway * std::sin(t)));
 }
 
+namespace {
+
+/// State and accelerations at time t [s].
+struct Moment {
+  RigidState x;
+  Vec3 a_W, dw_B;  ///< m/s^2, rad/s^2
+};
+Moment moment(double t, const Flown& f) {
+  constexpr double h = 1e-3;  // s
+  Moment out;
+  RigidState& x = out.x;
+  x.p_WB = path(t, f);
+  x.v_WB_W = (path(t + h, f) - path(t - h, f)) / (2 * h);
+  out.a_W = (path(t + h, f) - 2 * path(t, f) + path(t - h, f)) / (h * h);
+  x.q_WB = attitude(t, f);
+  const auto rate = [&](double at) {
+    return Vec3(log_rotation(attitude(at - h, f).conjugate() * attitude(at + h, f)) / (2 * h));
+  };
+  x.w_WB_B = rate(t);
+  out.dw_B = (rate(t + h) - rate(t - h)) / (2 * h);
+  return out;
+}
+
+/// Wrench [N, Nm; 6 x samples] of the effects with memory in this flight.
+Eigen::MatrixXd wrench_of_loads(const vehicle::Vehicle& vehicle,
+                                const std::vector<physics::ActiveEffect>& effects, const Flown& f, int n) {
+  std::vector<physics::Situation> motion(static_cast<std::size_t>(n));
+  const std::vector<double> still(static_cast<std::size_t>(vehicle.rotor_count()), 0.0);
+  for (int i = 0; i < n; ++i) {
+    const Moment now = moment(i / f.rate_hz, f);
+    physics::Situation& s = motion[static_cast<std::size_t>(i)];
+    physics::prepare(vehicle, now.x, f.alpha, still, {}, {}, s);
+    s.t = i / f.rate_hz;
+    s.a_WB_B = now.x.q_WB.conjugate() * now.a_W;
+    s.dw_WB_B = now.dw_B;
+  }
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(6, n), one(6, n);
+  for (const auto& e : effects) {
+    if (e.effect->memory_size().total() == 0) continue;
+    std::vector<double> offset(e.effect->start_spread(e.theta.data()).size(), 0.0);
+    if (!offset.empty()) offset[0] = std::sin(f.swing);
+    e.effect->replay_from(motion, 1 / f.rate_hz, e.theta.data(), offset.data(), one.data());
+    out += one;
+  }
+  return out;
+}
+
+}  // namespace
+
 recording::Recording fly(const vehicle::Vehicle& vehicle, const std::vector<physics::ActiveEffect>& effects,
                          const Flown& f) {
   recording::Recording out;
@@ -76,18 +125,10 @@ recording::Recording fly(const vehicle::Vehicle& vehicle, const std::vector<phys
   std::vector<double> omega(static_cast<std::size_t>(rotors), 300.0);
   physics::Environment environment;
   physics::Situation s;
+  const Eigen::MatrixXd loads = wrench_of_loads(vehicle, effects, f, n);
   for (int i = 0; i < n; ++i) {
-    const double t = i / f.rate_hz, h = 1e-3;
-    RigidState x;
-    x.p_WB = path(t, f);
-    x.v_WB_W = (path(t + h, f) - path(t - h, f)) / (2 * h);
-    const Vec3 a_W = (path(t + h, f) - 2 * path(t, f) + path(t - h, f)) / (h * h);
-    x.q_WB = attitude(t, f);
-    const auto rate = [&](double at) {
-      return Vec3(log_rotation(attitude(at - h, f).conjugate() * attitude(at + h, f)) / (2 * h));
-    };
-    x.w_WB_B = rate(t);
-    const Vec3 turn = (rate(t + h) - rate(t - h)) / (2 * h);
+    const double t = i / f.rate_hz;
+    const auto [x, a_W, turn] = moment(t, f);
     const Mat3 R_BW = x.q_WB.conjugate().toRotationMatrix();
     const Vec3 force_B = R_BW * (a_W + Vec3(0, 0, environment.gravity));
     // two passes: effects look at the rotor speeds they change
@@ -104,7 +145,7 @@ recording::Recording fly(const vehicle::Vehicle& vehicle, const std::vector<phys
         e.effect->add_wrench(s, e.theta.data(), w);
         need -= w.at(s);
       }
-      need -= answered;
+      need -= loads.col(i) + answered;
       if (f.damped) need.tail<3>() -= damping * (vehicle.inertia * drift);
       const Eigen::VectorXd thrust = solver.solve(need);
       for (int r = 0; r < rotors; ++r)

@@ -26,6 +26,7 @@ struct Flown {
   bool damped = true;
   double accelerometer_noise = 0.05, gyro_noise = 0.005, speed_noise = 0.5;  ///< m/s^2, rad/s, rad/s
   std::uint64_t seed = 1;
+  double swing = 0;  ///< rad, by which loads already swing along x when the recording begins
 };
 
 /// Position [m] and attitude at time t [s] of a flight.

@@ -118,5 +118,26 @@ TEST(Posterior, EveryThreadFindsTheSame) {
   EXPECT_EQ(answers[0], answers[1]);  // to the bit
 }
 
+// By 40 deg from the begin: the likelihood has an optimum near many lengths.
+TEST(Posterior, ALoadThatAlreadySwingsIsNamedWithItsLength) {
+  const vehicle::Vehicle v = test::omnimorph();
+  test::Flown f;
+  f.duration_s = 40;
+  f.swing = 0.7;
+  f.force_noise_N = 0.04;
+  f.torque_noise_Nm = 0.004;
+  const physics::ActiveEffect load{find_effect("slung_load"), {0.06, 0.25, 0.05, 0, 0, -0.02}};
+  const recording::Recording r = test::fly(v, {load}, f);
+  Options o;
+  o.threads = 2;
+  o.only = {"payload_mass", "hung_cable", "slung_load", "cable_pendulum", "constant_pull", "overhead_rope"};
+  const auto d = diagnose(std::span(&r, 1), {}, v, o);
+  ASSERT_TRUE(d) << d.error().text();
+  const Finding* found = find(*d, "slung_load");
+  ASSERT_TRUE(found) << d->summary;
+  EXPECT_NEAR(found->parameters[0].value, 0.06, 0.015);
+  EXPECT_NEAR(found->parameters[1].value, 0.25, 0.02);
+}
+
 }  // namespace
 }  // namespace omniflight::diagnosis

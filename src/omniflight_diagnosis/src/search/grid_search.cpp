@@ -132,6 +132,23 @@ class GridSearch::Implementation {
     return out;
   }
 
+  std::vector<SetMember> points_of(int hypothesis, std::size_t most) const {
+    const State nothing = solve({});
+    const Eigen::LLT<Eigen::MatrixXd> factor(nothing.precision);
+    const Eigen::VectorXd left = b_ - (fixed_slab_.transpose() * nothing.mean.cast<float>()).cast<double>();
+    std::vector<Promise> all;
+    for (std::size_t k = 0; k < blocks_.size(); ++k)
+      if (blocks_[k].hypothesis == hypothesis) all.push_back(promise(k, fixed_slab_, factor, left));
+    std::erase_if(all, [](const Promise& p) { return !std::isfinite(p.gain); });
+    std::stable_sort(all.begin(), all.end(),
+                     [](const Promise& x, const Promise& y) { return x.gain > y.gain; });
+    std::vector<SetMember> out;
+    for (std::size_t k = 0; k < std::min(most, all.size()); ++k)
+      out.push_back(evidence_.member_at(hypothesis, blocks_[static_cast<std::size_t>(all[k].block)].point,
+                                        all[k].mean));
+    return out;
+  }
+
  private:
   static constexpr std::size_t kBeam = 10, kChildren = 10;
 
@@ -224,30 +241,37 @@ class GridSearch::Implementation {
     int block = 0;
     Eigen::VectorXd mean;
   };
-  /// What each block outside `taken` would add to a model whose columns have these inner products with all
-  /// columns, this posterior precision, and leave these inner products with the residual; the best point of
-  /// every hypothesis, the most promising first.
+  /// What a block would add to a model whose columns have these inner products with all columns, this
+  /// posterior precision, and leave these inner products with the residual.
+  Promise promise(std::size_t k, const Eigen::MatrixXf& slab, const Eigen::LLT<Eigen::MatrixXd>& factor,
+                  const Eigen::VectorXd& left) const {
+    const Block& b = blocks_[k];
+    const Eigen::MatrixXd half = factor.matrixL().solve(slab.middleCols(b.begin, b.size).cast<double>());
+    Eigen::MatrixXd A = own_[k];
+    A -= half.transpose() * half;
+    A.diagonal().array() += 1;
+    const Eigen::VectorXd g = left.segment(b.begin, b.size);
+    const Eigen::LLT<Eigen::MatrixXd> own(A);
+    Promise p;
+    p.block = static_cast<int>(k);
+    p.mean = own.solve(g);
+    p.gain = 0.5 * g.dot(p.mean) - own.matrixLLT().diagonal().array().log().sum();
+    const Eigen::MatrixXd covariance = own.solve(Eigen::MatrixXd::Identity(b.size, b.size));
+    for (std::size_t i = 0; i < b.half.size(); ++i)
+      if (const auto at = static_cast<Eigen::Index>(i); b.half[i])
+        p.gain += std::log(2.0) + log_normal_cdf(p.mean[at] / std::sqrt(covariance(at, at)));
+    p.gain += evidence_.hypotheses()[static_cast<std::size_t>(b.hypothesis)].log_odds;
+    return p;
+  }
+
+  /// The same of each block outside `taken`: the best point of every hypothesis, the most promising first.
   std::vector<Promise> promises(const Eigen::MatrixXf& slab, const Eigen::LLT<Eigen::MatrixXd>& factor,
                                 const Eigen::VectorXd& left, const std::set<int>& taken) const {
     std::map<int, Promise> best;
     for (std::size_t k = 0; k < blocks_.size(); ++k) {
       const Block& b = blocks_[k];
       if (taken.contains(b.hypothesis)) continue;
-      const Eigen::MatrixXd half = factor.matrixL().solve(slab.middleCols(b.begin, b.size).cast<double>());
-      Eigen::MatrixXd A = own_[k];
-      A -= half.transpose() * half;
-      A.diagonal().array() += 1;
-      const Eigen::VectorXd g = left.segment(b.begin, b.size);
-      const Eigen::LLT<Eigen::MatrixXd> own(A);
-      Promise p;
-      p.block = static_cast<int>(k);
-      p.mean = own.solve(g);
-      p.gain = 0.5 * g.dot(p.mean) - own.matrixLLT().diagonal().array().log().sum();
-      const Eigen::MatrixXd covariance = own.solve(Eigen::MatrixXd::Identity(b.size, b.size));
-      for (std::size_t i = 0; i < b.half.size(); ++i)
-        if (const auto at = static_cast<Eigen::Index>(i); b.half[i])
-          p.gain += std::log(2.0) + log_normal_cdf(p.mean[at] / std::sqrt(covariance(at, at)));
-      p.gain += evidence_.hypotheses()[static_cast<std::size_t>(b.hypothesis)].log_odds;
+      Promise p = promise(k, slab, factor, left);
       if (!std::isfinite(p.gain)) continue;
       const auto known = best.find(b.hypothesis);
       if (known == best.end() || known->second.gain < p.gain) best[b.hypothesis] = std::move(p);
@@ -311,6 +335,10 @@ std::vector<std::vector<SetMember>> GridSearch::promising_sets() { return implem
 
 GridSearch::Additions GridSearch::additions(const SetFit& fit, Noise noise) const {
   return implementation_->additions(fit, noise);
+}
+
+std::vector<SetMember> GridSearch::points_of(int hypothesis, std::size_t most) const {
+  return implementation_->points_of(hypothesis, most);
 }
 
 }  // namespace omniflight::diagnosis

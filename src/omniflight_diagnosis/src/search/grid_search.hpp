@@ -30,6 +30,8 @@ class GridSearch {
     std::vector<Candidate> laws, patterns;
   };
   Additions additions(const SetFit& fit, Noise noise = Noise::given) const;
+  /// A law alone, at the points of its grid that promise most.
+  std::vector<SetMember> points_of(int hypothesis, std::size_t most) const;
 
  private:
   class Implementation;

@@ -13,6 +13,7 @@ constexpr double kNearSet = 5;       ///< nat: what is this far behind has less 
 constexpr double kGridShare = 0.3;   ///< of a gain, at the best point of a grid at least
 constexpr std::size_t kMostAdditions = 4;  ///< fitted a round
 constexpr std::size_t kMostExchanges = 4;  ///< fitted a member and round
+constexpr std::size_t kMostSwings = 6;     ///< points of a grid at which a law with initial states is fitted
 
 class Search {
  public:
@@ -24,6 +25,7 @@ class Search {
     fits_[{}] = std::make_unique<SetFit>(evidence_.fit({}));  // also when there is no time for any other
     out.nothing = *fits_.at({});
     if (!seed.empty()) visit({seed});
+    visit_swinging();
     visit(grid_.promising_sets());
     for (int round = 0; round < kNeighbourRounds && !stopped(); ++round) {
       const double before = best_joint();
@@ -75,6 +77,29 @@ class Search {
       if (fit && std::isfinite(fit->log_evidence)) fits_[key_of(fit->members)] = std::move(fit);
   }
 
+  /// Laws with initial states alone. A load that swings by half a radian is no small swing about rest, and
+  /// its likelihood has an optimum near many points of its grid: the best of some is kept.
+  void visit_swinging() {
+    for (std::size_t h = 0; h < evidence_.hypotheses().size() && !stopped(); ++h) {
+      const Hypothesis& law = evidence_.hypotheses()[h];
+      if (!law.effect || law.points.empty()) continue;
+      if (law.effect->start_spread(law.points.front().theta.data()).empty()) continue;
+      const std::vector<SetMember> points = grid_.points_of(static_cast<int>(h), kMostSwings);
+      std::vector<std::unique_ptr<SetFit>> done(points.size());
+      parallel_for(
+          points.size(), limits_.threads,
+          [&](std::size_t k) { done[k] = std::make_unique<SetFit>(evidence_.fit({points[k]})); },
+          limits_.stop);
+      for (auto& fit : done) {
+        if (!fit || !std::isfinite(fit->log_evidence)) continue;
+        std::unique_ptr<SetFit>& best = fits_[{static_cast<int>(h)}];
+        if (!best || fit->log_evidence > best->log_evidence) best = std::move(fit);
+      }
+      if (const auto best = fits_.find({static_cast<int>(h)}); best != fits_.end())
+        swinging_[static_cast<int>(h)] = best->second->members.front();
+    }
+  }
+
   /// The best set with one more member, without each of its members, and with each exchanged for another.
   void visit_neighbours() {
     Key best;
@@ -86,8 +111,10 @@ class Search {
                           std::size_t most) {
       for (std::size_t k = 0; k < std::min(most, candidates.size()); ++k) {
         if (candidates[k].gain < least_gain) break;
+        const auto swinging = swinging_.find(candidates[k].member.hypothesis);
         others.push_back(fit.members);
-        others.back().push_back(std::move(candidates[k].member));
+        others.back().push_back(swinging == swinging_.end() ? std::move(candidates[k].member)
+                                                            : swinging->second);
       }
     };
     if (best.size() < static_cast<std::size_t>(limits_.most_members)) {
@@ -129,6 +156,7 @@ class Search {
     std::sort(out.sets.begin(), out.sets.end(),
               [](const auto& a, const auto& b) { return a.log_joint > b.log_joint; });
     out.best = *fits_.at(out.sets.front().hypotheses);
+    out.swinging = swinging_;
     out.joint_of_best = best;
     out.finished = !stopped();
   }
@@ -137,6 +165,7 @@ class Search {
   GridSearch& grid_;
   const SearchLimits& limits_;
   std::map<Key, std::unique_ptr<SetFit>> fits_;
+  std::map<int, SetMember> swinging_;  ///< Posterior::swinging
 };
 
 }  // namespace
