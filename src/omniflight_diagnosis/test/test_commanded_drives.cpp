@@ -45,6 +45,18 @@ test::Flown lively() {
   return out;
 }
 
+/// Of a flight with commands alone, whose drives are as told.
+RegressionProblem of_nominal_drives(double horizon_s) {
+  const vehicle::Vehicle v = omnimorph();
+  recording::Recording r = test::fly(v, {}, lively());
+  only_commands(r, v, 0, 0);
+  const Options o;
+  const auto flight = prepare_flight(r, v, o);
+  EXPECT_TRUE(flight) << flight.error().text();
+  const Flight* one[] = {&*flight};
+  return RegressionProblem(one, v, o, Horizon{horizon_s});
+}
+
 const Finding* find(const Diagnosis& d, const std::string& id) {
   for (const Finding& f : d.findings)
     if (f.effect == id) return &f;
@@ -75,14 +87,7 @@ TEST(CommandedDrives, ADelayWithinItsToleranceIsNoMotorLag) {
 double alike(const Eigen::VectorXd& x, const Eigen::VectorXd& y) { return x.dot(y) / (x.norm() * y.norm()); }
 
 TEST(CommandedDrives, CommandsPredictWhatTheirDelayDoes) {
-  const vehicle::Vehicle v = omnimorph();
-  recording::Recording r = test::fly(v, {}, lively());
-  only_commands(r, v, 0, 0);
-  Options o;
-  const auto f = prepare_flight(r, v, o);
-  ASSERT_TRUE(f) << f.error().text();
-  const Flight* flight = &*f;
-  const RegressionProblem problem(std::span(&flight, 1), v, o, Horizon{0.05});
+  const RegressionProblem problem = of_nominal_drives(0.05);
   const auto& names = problem.calibration().names;
   for (const char* name : {"rotor_clock_force", "rotor_clock_torque"}) {
     const auto at = std::find(names.begin(), names.end(), name);
@@ -111,14 +116,7 @@ TEST(CommandedDrives, SlowerMotorsAreNamedWithTheirLag) {
 }
 
 TEST(CommandedDrives, TheWrenchOfADelayIsThatOfLaterThrust) {
-  const vehicle::Vehicle v = omnimorph();
-  recording::Recording r = test::fly(v, {}, lively());
-  only_commands(r, v, 0, 0);
-  Options o;
-  const auto f = prepare_flight(r, v, o);
-  ASSERT_TRUE(f) << f.error().text();
-  const Flight* flight = &*f;
-  const RegressionProblem problem(std::span(&flight, 1), v, o, Horizon{0.1});
+  const RegressionProblem problem = of_nominal_drives(0.1);
   const physics::Effect* delay = physics::find_effect("transport_delay");
   ASSERT_TRUE(delay);
   Eigen::VectorXd value;
