@@ -10,8 +10,6 @@ namespace {
 // Ratios that two flights of one vehicle and one model have of themselves, by their noise and their battery.
 constexpr double kAlikeError = 1.25, kAlikePower = 1.05;
 
-bool starts(const std::string& text, const char* with) { return text.rfind(with, 0) == 0; }
-
 }  // namespace
 
 report::Table comparison_table(const std::vector<ComparedRow>& rows, const std::string& caption) {
@@ -55,7 +53,7 @@ void add_headline(report::Page& page, const std::vector<ComparedRow>& rows) {
   const ComparedRow *axis = nullptr, *power = nullptr;
   for (const ComparedRow& r : rows) {
     if (!(r.ratio() > 0) || !std::isfinite(r.ratio())) continue;
-    if (starts(r.channel, "RMSE ") &&
+    if (r.channel.starts_with("RMSE ") &&
         (!axis || std::abs(std::log(r.ratio())) > std::abs(std::log(axis->ratio()))))
       axis = &r;
     if (r.channel == "mean power") power = &r;

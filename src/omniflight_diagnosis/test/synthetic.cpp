@@ -1,5 +1,6 @@
 #include "synthetic.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -74,6 +75,10 @@ Moment moment(double t, const Flown& f) {
 /// Wrench [N, Nm; 6 x samples] of the effects with memory in this flight.
 Eigen::MatrixXd wrench_of_loads(const vehicle::Vehicle& vehicle,
                                 const std::vector<physics::ActiveEffect>& effects, const Flown& f, int n) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(6, n), one(6, n);
+  if (std::none_of(effects.begin(), effects.end(),
+                   [](const auto& e) { return e.effect->memory_size().total() > 0; }))
+    return out;
   std::vector<physics::Situation> motion(static_cast<std::size_t>(n));
   const std::vector<double> still(static_cast<std::size_t>(vehicle.rotor_count()), 0.0);
   for (int i = 0; i < n; ++i) {
@@ -84,7 +89,6 @@ Eigen::MatrixXd wrench_of_loads(const vehicle::Vehicle& vehicle,
     s.a_WB_B = now.x.q_WB.conjugate() * now.a_W;
     s.dw_WB_B = now.dw_B;
   }
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(6, n), one(6, n);
   for (const auto& e : effects) {
     if (e.effect->memory_size().total() == 0) continue;
     std::vector<double> offset(e.effect->start_spread(e.theta.data()).size(), 0.0);

@@ -105,7 +105,6 @@ class Columns {
   std::map<std::string, double> told_;
 };
 
-/// Constant torque in the body and constant force in the world.
 void Columns::keep(const char* kind, const std::string& which, Eigen::VectorXd predicted,
                    Eigen::VectorXd measured, double settled) {
   if (predicted.norm() < 1e-12 || !predicted.allFinite() || !measured.allFinite()) return;
@@ -120,6 +119,7 @@ void Columns::keep(const char* kind, const std::string& which, Eigen::VectorXd p
   measured_.push_back(std::move(measured));
 }
 
+/// Constant torque in the body and constant force in the world.
 void Columns::of_constants() {
   for (int k = 0; k < 3; ++k) {
     add("torque_trim", kAxis[k], tol_.torque_trim * weight() * arm(), [&](const Situation&, int) {
@@ -228,16 +228,20 @@ void Columns::of_clocks(std::span<const Flight* const> flights) {
   double late = std::max(tol_.rotor_clock, kFilterDelay);
   if (commands)
     for (const vehicle::Rotor& r : vehicle_.rotors) late = std::max(late, tol_.motor_lag * r.time_constant);
-  const int n = problem_.samples();
-  for (int half = 0; half < (modelled() ? 1 : 2); ++half) {
+  const Eigen::Index n = problem_.samples();
+  Eigen::VectorXd predicted, measured;
+  if (commands) {
+    predicted = problem_.of_command_delay(late, States::predicted);
+    measured = problem_.of_command_delay(late, States::measured);
+  }
+  for (int half = 0; half < 2; ++half) {
     const char* which = half == 0 ? "force" : "torque";
     if (commands) {
-      const auto column_at = [&](States states) {
-        Eigen::VectorXd x = problem_.of_command_delay(late, states);
-        x.segment(half == 0 ? 3 * n : 0, 3 * n).setZero();
+      const auto part = [&](Eigen::VectorXd x) {
+        x.segment(3 * (1 - half) * n, 3 * n).setZero();
         return x;
       };
-      keep("rotor_clock", which, column_at(States::predicted), column_at(States::measured), kSettled);
+      keep("rotor_clock", which, part(predicted), part(measured), kSettled);
       continue;
     }
     add(

@@ -251,6 +251,12 @@ void RegressionProblem::wrench_of(const EffectTerm& term, Eigen::VectorXd& value
   if (by_start && by_start->cols() > 0) by_start->bottomRows(3 * n_).setZero();
 }
 
+Eigen::VectorXd RegressionProblem::of_command_delay(double late_s, States states) const {
+  Eigen::VectorXd out = commanded_.of_delay(late_s, states == States::predicted, measured_);
+  if (forces_only_) out.tail(3 * n_).setZero();
+  return out;
+}
+
 Eigen::VectorXd RegressionProblem::wrench_of(std::span<const EffectTerm> terms, States states) const {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(rows()), value;
   for (const EffectTerm& term : terms) {

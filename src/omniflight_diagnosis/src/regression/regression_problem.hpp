@@ -112,9 +112,7 @@ class RegressionProblem {
                  Eigen::MatrixXd* by_start, States states = States::predicted) const;
   /// What it does to the wrench of rotors whose speeds come from commands that these take effect `late_s` [s]
   /// later; zero where speeds are recorded. All rows.
-  Eigen::VectorXd of_command_delay(double late_s, States states) const {
-    return commanded_.of_delay(late_s, states == States::predicted, measured_);
-  }
+  Eigen::VectorXd of_command_delay(double late_s, States states) const;
   /// Sum of the wrenches of terms over all samples.
   Eigen::VectorXd wrench_of(std::span<const EffectTerm> terms, States states = States::predicted) const;
 

@@ -126,11 +126,15 @@ class GridSearch::Implementation {
     for (const Promise& p : all) {
       const Block& b = blocks_[static_cast<std::size_t>(p.block)];
       const bool pattern = evidence_.hypotheses()[static_cast<std::size_t>(b.hypothesis)].pattern != nullptr;
+      const auto begin = begin_.find(b.hypothesis);
       (pattern ? out.patterns : out.laws)
-          .push_back({p.gain, evidence_.member_at(b.hypothesis, b.point, p.mean)});
+          .push_back({p.gain, begin != begin_.end() ? begin->second
+                                                    : evidence_.member_at(b.hypothesis, b.point, p.mean)});
     }
     return out;
   }
+
+  void begin_at(SetMember member) { begin_[member.hypothesis] = std::move(member); }
 
   std::vector<SetMember> points_of(int hypothesis, std::size_t most) const {
     const State nothing = solve({});
@@ -325,6 +329,7 @@ class GridSearch::Implementation {
   std::vector<Eigen::MatrixXf> slab_;  ///< of a block with all columns; empty until it is needed
   std::vector<Eigen::MatrixXd> own_;   ///< of a block with itself
   Eigen::VectorXd b_;                  ///< of all columns with the residual
+  std::map<int, SetMember> begin_;     ///< see GridSearch::begin_at()
 };
 
 GridSearch::GridSearch(const Evidence& evidence, const SearchLimits& limits)
@@ -336,6 +341,8 @@ std::vector<std::vector<SetMember>> GridSearch::promising_sets() { return implem
 GridSearch::Additions GridSearch::additions(const SetFit& fit, Noise noise) const {
   return implementation_->additions(fit, noise);
 }
+
+void GridSearch::begin_at(SetMember member) { implementation_->begin_at(std::move(member)); }
 
 std::vector<SetMember> GridSearch::points_of(int hypothesis, std::size_t most) const {
   return implementation_->points_of(hypothesis, most);

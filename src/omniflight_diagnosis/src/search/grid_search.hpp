@@ -32,6 +32,8 @@ class GridSearch {
   Additions additions(const SetFit& fit, Noise noise = Noise::given) const;
   /// A law alone, at the points of its grid that promise most.
   std::vector<SetMember> points_of(int hypothesis, std::size_t most) const;
+  /// From now on additions() gives this member for its hypothesis, in place of one at a point of its grid.
+  void begin_at(SetMember member);
 
  private:
   class Implementation;

@@ -288,10 +288,8 @@ class Inferrer {
       for (auto* candidates : {&more.laws, &more.patterns})
         for (Candidate& c : *candidates) {
           if (c.gain < -kNear || !asked.insert(c.member.hypothesis).second) continue;
-          const auto swinging = out_.posterior.swinging.find(c.member.hypothesis);
           tried.push_back(here.members);
-          tried.back().push_back(swinging == out_.posterior.swinging.end() ? std::move(c.member)
-                                                                           : swinging->second);
+          tried.back().push_back(std::move(c.member));
         }
     }
     return tried;

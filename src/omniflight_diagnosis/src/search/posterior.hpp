@@ -32,8 +32,6 @@ struct Posterior {
   /// Hypothesis, and gain of its set of one against nothing [nat]; where that was not fitted, at the best
   /// point of its grid.
   std::vector<std::pair<int, double>> alone;
-  /// Laws with initial states as they were fitted alone, by hypothesis: where a larger set begins with them.
-  std::map<int, SetMember> swinging;
   bool finished = true;  ///< false: stopped before the search had ended
 
   bool alarm() const { return !sets.empty() && probability_of_nothing < kAlarm; }

@@ -96,7 +96,7 @@ class Search {
         if (!best || fit->log_evidence > best->log_evidence) best = std::move(fit);
       }
       if (const auto best = fits_.find({static_cast<int>(h)}); best != fits_.end())
-        swinging_[static_cast<int>(h)] = best->second->members.front();
+        grid_.begin_at(best->second->members.front());
     }
   }
 
@@ -111,10 +111,8 @@ class Search {
                           std::size_t most) {
       for (std::size_t k = 0; k < std::min(most, candidates.size()); ++k) {
         if (candidates[k].gain < least_gain) break;
-        const auto swinging = swinging_.find(candidates[k].member.hypothesis);
         others.push_back(fit.members);
-        others.back().push_back(swinging == swinging_.end() ? std::move(candidates[k].member)
-                                                            : swinging->second);
+        others.back().push_back(std::move(candidates[k].member));
       }
     };
     if (best.size() < static_cast<std::size_t>(limits_.most_members)) {
@@ -156,7 +154,6 @@ class Search {
     std::sort(out.sets.begin(), out.sets.end(),
               [](const auto& a, const auto& b) { return a.log_joint > b.log_joint; });
     out.best = *fits_.at(out.sets.front().hypotheses);
-    out.swinging = swinging_;
     out.joint_of_best = best;
     out.finished = !stopped();
   }
@@ -165,7 +162,6 @@ class Search {
   GridSearch& grid_;
   const SearchLimits& limits_;
   std::map<Key, std::unique_ptr<SetFit>> fits_;
-  std::map<int, SetMember> swinging_;  ///< Posterior::swinging
 };
 
 }  // namespace
