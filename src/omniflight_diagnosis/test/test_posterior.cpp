@@ -1,10 +1,12 @@
 // Answers to flights whose truth is known.
 #include <algorithm>
+#include <cmath>
 
 #include <nlohmann/json.hpp>
 
 #include "../src/regression/predetermined.hpp"
 #include "../src/regression/regression_problem.hpp"
+#include "../src/search/posterior.hpp"
 #include "omniflight_diagnosis/diagnosis.hpp"
 #include "synthetic.hpp"
 
@@ -116,6 +118,31 @@ TEST(Posterior, EveryThreadFindsTheSame) {
     EXPECT_FALSE(d->findings.empty()) << d->summary;
   }
   EXPECT_EQ(answers[0], answers[1]);  // to the bit
+}
+
+/// ln joint densities of nothing, of one law, and of that law beside another, which explains this much more.
+Posterior with_a_second(double first, double more) {
+  Posterior p;
+  p.sets = {{{}, {}, {}, 0, 0}, {{0}, {}, {}, first - 4, 0}, {{0, 1}, {}, {}, first + more - 8, 0}};
+  return p;
+}
+
+// Of 500 nat, laws that are right within a tenth leave five to chance.
+TEST(Posterior, WhatALawHasWrongIsNoEvidenceOfAnother) {
+  std::vector<Hypothesis> laws(2);
+  for (Hypothesis& h : laws) h.log_odds = -4;
+  const auto share_of_second = [&](double first, double more, double law_error) {
+    Posterior p = with_a_second(first, more);
+    share_probability(laws, law_error, p);
+    EXPECT_NEAR(p.sets[0].probability + p.sets[1].probability + p.sets[2].probability, 1, 1e-12);
+    EXPECT_LT(p.probability_of_nothing, 1e-3);
+    return p.sets[2].probability;
+  };
+  EXPECT_NEAR(share_of_second(500, 10, 0), 1 / (1 + std::exp(4.0 - 10)), 1e-9);
+  EXPECT_NEAR(share_of_second(500, 10, 0.1), 1 / (1 + std::exp(4 - 10 / (1 + 5.1))), 1e-9);
+  EXPECT_LT(share_of_second(500, 10, 0.1), 0.1);
+  EXPECT_GT(share_of_second(50, 20, 0.1), 0.99) << "of little a tenth is nothing";
+  EXPECT_GT(share_of_second(500, 100, 0.1), 0.99) << "what is no misfit";
 }
 
 // By 40 deg from the begin: the likelihood has an optimum near many lengths.

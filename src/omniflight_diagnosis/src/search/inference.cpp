@@ -134,16 +134,7 @@ void in_own_noise(const Profiler& profiler, double nothing, const Evidence& evid
         s.log_joint = std::max(s.log_joint, profiler.of(s.members, evidence.tolerances()).joint + log_scale);
       },
       o.stop);
-  double most = p.joint_of_best, sum = 0;
-  for (const SetPosterior& s : p.sets) most = std::max(most, s.log_joint);
-  for (SetPosterior& s : p.sets) {
-    s.probability = std::exp(s.log_joint - most);
-    sum += s.probability;
-  }
-  for (SetPosterior& s : p.sets) {
-    s.probability /= sum;
-    if (s.hypotheses.empty()) p.probability_of_nothing = s.probability;
-  }
+  share_probability(evidence.hypotheses(), o.law_error, p);
 }
 
 /// Gains of hypotheses that were never fitted alone.

@@ -61,7 +61,7 @@ SetFit named_set(const Inference& in, const Options& o) {
     double at_least = 0;
     for (const SetPosterior& s : p.sets)
       if (s.hypotheses.size() > named.size()) at_least += s.probability;
-    if (!(at_least > 1 - (named.empty() ? kAlarm : kFurther))) break;
+    if (!(at_least > 1 - kAlarm)) break;
     named.push_back(best.members[k]);
   }
   return named.size() == best.members.size() ? best : evidence.fit(std::move(named));

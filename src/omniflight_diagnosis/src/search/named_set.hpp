@@ -6,7 +6,7 @@
 namespace omniflight::diagnosis {
 
 /// The members of the likeliest set that the answer names, fitted without the others, the likeliest first:
-/// one where there is an alarm, and as many more as there are at least in all but kFurther of the posterior.
+/// one where there is an alarm, and as many more as there are at least in all but kAlarm of the posterior.
 /// What stands for one of them elsewhere counts for it. None that does less than arithmetic leaves.
 SetFit named_set(const Inference& inference, const Options& options);
 

@@ -139,18 +139,11 @@ class Search {
 
   void finish(Posterior& out) {
     const double best = best_joint();
-    double sum = 0;
-    for (const auto& [key, fit] : fits_) {
-      const double l = joint(key);
-      out.sets.push_back({key, fit->members, fit->theta_deviation, l, std::exp(l - best)});
-      sum += out.sets.back().probability;
-    }
+    for (const auto& [key, fit] : fits_)
+      out.sets.push_back({key, fit->members, fit->theta_deviation, joint(key), 0});
     for (const auto& [key, fit] : fits_)
       if (key.size() == 1) out.alone.emplace_back(key[0], fit->log_evidence - fits_.at({})->log_evidence);
-    for (SetPosterior& s : out.sets) {
-      s.probability /= sum;
-      if (s.hypotheses.empty()) out.probability_of_nothing = s.probability;
-    }
+    share_probability(evidence_.hypotheses(), evidence_.law_error(), out);
     std::sort(out.sets.begin(), out.sets.end(),
               [](const auto& a, const auto& b) { return a.log_joint > b.log_joint; });
     out.best = *fits_.at(out.sets.front().hypotheses);
@@ -173,6 +166,27 @@ double Posterior::inclusion(const std::string& id, const std::vector<Hypothesis>
                     [&](int h) { return hypotheses[static_cast<std::size_t>(h)].id == id; }))
       sum += s.probability;
   return sum;
+}
+
+void share_probability(const std::vector<Hypothesis>& hypotheses, double law_error, Posterior& p) {
+  std::vector<double> prior;
+  double most = -1e300, nothing = -1e300, sum = 0;  // ln evidence, and the sum of shares
+  for (const SetPosterior& s : p.sets) {
+    prior.push_back(0);
+    for (const int h : s.hypotheses) prior.back() += hypotheses[static_cast<std::size_t>(h)].log_odds;
+    most = std::max(most, s.log_joint - prior.back());
+    if (s.hypotheses.empty()) nothing = s.log_joint;
+  }
+  const double chance = 1 + law_error * law_error * (most - nothing);
+  for (std::size_t k = 0; k < p.sets.size(); ++k) {
+    SetPosterior& s = p.sets[k];
+    s.probability = std::exp(prior[k] + (s.log_joint - prior[k] - most) / chance);
+    sum += s.probability;
+  }
+  for (SetPosterior& s : p.sets) {
+    s.probability /= sum;
+    if (s.hypotheses.empty()) p.probability_of_nothing = s.probability;
+  }
 }
 
 Posterior search(const Evidence& evidence, GridSearch& grid, const SearchLimits& limits,
