@@ -14,10 +14,11 @@ namespace {
 
 constexpr std::size_t kCellsBetweenLooks = 4096;  // about 0.2 ms of flood fill
 
-constexpr std::size_t kFirstSamples = 300;           // before the gaps are looked at
-constexpr std::size_t kFirstSamplesOfBodies = 1500;  // their poses cost less, their gaps are longer
-constexpr std::size_t kMoreSamples = 2000;           // before a gap counts as too narrow
-constexpr double kTooNarrow = 0.02;                  // m
+constexpr std::size_t kFirstSamples = 300;            // before the gaps are looked at
+constexpr std::size_t kFirstSamplesOfBodies = 1500;   // their poses cost less, their gaps are longer
+constexpr std::size_t kFirstSamplesOfParts = 30'000;  // still less: as long as it takes to read the map
+constexpr std::size_t kMoreSamples = 2000;            // before a gap counts as too narrow
+constexpr double kTooNarrow = 0.02;                   // m
 
 std::string place(const Vec3& p) { return text("(%.2f, %.2f, %.2f) m", p.x(), p.y(), p.z()); }
 
@@ -69,8 +70,8 @@ tl::expected<void, PathProblem> check_end(const StateCheck& check, const Pose& p
   if (const auto conflict = check.tether_conflict(pose))
     return problem(conflict->too_short ? PathFailure::tether_too_short : PathFailure::tether_blocked,
                    what + " " + place(pose.p_WB) + ": " + conflict->words);
-  const Clearance c = check.clearance(pose);
   if (!check.valid(pose) && check.hoverable(pose.q_WB)) {
+    const Clearance c = check.clearance(pose);
     std::string solid = options.name_of ? options.name_of(c.p_W) : std::string();
     if (!solid.empty()) solid = " of '" + solid + "'";
     const std::string how = c.distance < 0.0 ? text("%.3f m inside the voxels", -c.distance)
@@ -200,7 +201,10 @@ PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& sta
   PathOptions part = options;
   part.deadline = options.deadline.within(options.budget_s);
   Portfolio rrt(check, start, goal, options);
-  auto path = rrt.solve(part.deadline, check.space() ? kFirstSamplesOfBodies : kFirstSamples);
+  const std::size_t first_samples = !check.space()         ? kFirstSamples
+                                    : check.space()->parts ? kFirstSamplesOfParts
+                                                           : kFirstSamplesOfBodies;
+  auto path = rrt.solve(part.deadline, first_samples);
   GapPath gaps;
   if (!path) {
     rrt.meanwhile(part.deadline, [&] { gaps = path_through_gaps(check, start, goal, part); });

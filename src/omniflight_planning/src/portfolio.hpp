@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "ompl_search.hpp"
+#include "pose_search.hpp"
 
 namespace omniflight::planning {
 
@@ -30,8 +30,8 @@ class Portfolio {
  private:
   struct Search {
     Search(const StateCheck& check, const Pose& start, const Pose& goal, std::uint64_t seed)
-        : rrt(kRrtConnect, check, start, goal, seed) {}
-    OmplSearch rrt;
+        : rrt(check, start, goal, seed) {}
+    PoseSearch rrt;
     std::size_t done = 0;  // samples
     std::optional<std::vector<Pose>> path;
     void go_on(const Deadline& end, std::size_t samples);

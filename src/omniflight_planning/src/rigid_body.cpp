@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "convex_scene.hpp"
 #include "omniflight_planning/octree_file.hpp"
 #include "text.hpp"
 #include "triangle_tree.hpp"
@@ -14,10 +15,14 @@ namespace {
 
 constexpr double kBodyRadius = 0.5;  // m, scaled
 constexpr double kBeyond = 0.15;     // m, of the map beyond what the body can reach
+/// Where parts tell what is valid, the field is only asked where gaps are, and making it costs more than most
+/// searches.
+constexpr double kVoxelsBesideParts = 0.1;
 /// Of the body's radius: larger triangles are halved. Their spheres fit closer then, but every piece is
 /// looked up in the field and asked for among the triangles: at 0.2 a rod of 12 triangles became 220 pieces,
 /// and a pose took three times as long.
 constexpr double kSphereShare = 1.0;
+constexpr std::size_t kMostParts = 64;                            // of a body; each one is asked for alone
 constexpr double kLeastResolution = 0.01, kMostResolution = 1.0;  // m
 
 Failure bad_problem(const std::string& why, const std::string& field) {
@@ -52,6 +57,48 @@ Status check_problem(const RigidBodyProblem& p) {
   return {};
 }
 
+/// Those of the solids that hold no point of the others, at any of these poses; the surfaces of the rest are
+/// triangles: a body that begins inside of an obstacle may move there.
+void open_solids(MeshParts& body, MeshParts& world, const std::vector<Pose>& poses) {
+  const auto open = [](MeshParts& parts, const auto& holds_any) {
+    for (std::size_t i = parts.solids.size(); i-- > 0;) {
+      if (!holds_any(parts.solids[i])) continue;
+      const auto& surface = parts.solids[i].surface;
+      parts.triangles.insert(parts.triangles.end(), surface.begin(), surface.end());
+      parts.solids.erase(parts.solids.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+  };
+  std::vector<Vec3> body_points, world_points;
+  const auto collect = [](const MeshParts& parts, std::vector<Vec3>& points) {
+    for (const ConvexPart& part : parts.solids) points.push_back(part.points.front());
+    for (const Triangle& t : parts.triangles) points.push_back(t[0]);
+  };
+  collect(body, body_points), collect(world, world_points);
+  const auto any = [&](const std::vector<Vec3>& points, const ConvexPart& part, const auto& place) {
+    for (const Pose& pose : poses)
+      for (const Vec3& p : points)
+        if (part.holds(place(pose, p))) return true;
+    return false;
+  };
+  open(world, [&](const ConvexPart& part) {
+    return any(body_points, part, [](const Pose& at, const Vec3& p) { return Vec3(at.p_WB + at.q_WB * p); });
+  });
+  open(body, [&](const ConvexPart& part) {
+    return any(world_points, part,
+               [](const Pose& at, const Vec3& p) { return Vec3(at.q_WB.conjugate() * (p - at.p_WB)); });
+  });
+}
+
+/// Nothing where the body has too many parts.
+std::shared_ptr<const ConvexScene> convex_scene(const TriangleMesh& body, const TriangleMesh& world,
+                                                const std::vector<Pose>& poses) {
+  MeshParts of_body = parts_of(body);
+  if (of_body.solids.size() + of_body.triangles.size() > kMostParts) return nullptr;
+  MeshParts of_world = parts_of(world);
+  open_solids(of_body, of_world, poses);
+  return std::make_shared<const ConvexScene>(of_body, of_world);
+}
+
 }  // namespace
 
 Result<RigidBodyScene> RigidBodyScene::create(const RigidBodyProblem& problem,
@@ -70,7 +117,9 @@ Result<RigidBodyScene> RigidBodyScene::create(const RigidBodyProblem& problem,
   world.scale(out.scale_);
   const Vec3 half = 0.5 * out.scale_ * (problem.upper - problem.lower);
   const Vec3 reach = half + Vec3::Constant(kBodyRadius + kBeyond);
-  const double resolution = resolution_of(2.0 * reach, std::min(options.voxels, 1e7));
+  const auto parts = convex_scene(body, world, {out.inside(out.start_), out.inside(out.goal_)});
+  const double voxels = std::min(options.voxels, 1e7) * (parts ? kVoxelsBesideParts : 1.0);
+  const double resolution = resolution_of(2.0 * reach, voxels);
   // what lies outside of the body's reach is left out, with a voxel to spare
   const Vec3 kept = reach + Vec3::Constant(2.0 * resolution);
   std::vector<Triangle> obstacles;
@@ -94,6 +143,7 @@ Result<RigidBodyScene> RigidBodyScene::create(const RigidBodyProblem& problem,
   out.check_ = std::make_unique<const StateCheck>(
       StateCheck(*out.map_, cover_with_spheres(body, kSphereShare), nullptr, 0.0, 0.0)
           .among({.obstacles = std::make_shared<const TriangleTree>(std::move(obstacles)),
+                  .parts = parts,
                   .lower = -half,
                   .upper = half,
                   .looks = std::make_shared<std::atomic<std::uint64_t>>(0)}));

@@ -4,13 +4,12 @@
 #include <array>
 #include <cmath>
 
+#include "convex_scene.hpp"
 #include "solid.hpp"
 #include "triangle_tree.hpp"
 
 namespace omniflight::planning {
 namespace {
-/// Less room than this beyond the margin counts as none: it bounds the number of steps.
-constexpr double kLeastRoom = 2e-4;  // m
 /// With this much room beyond the margin the bounding spheres of the parts are accurate enough.
 constexpr double kCoarse = 0.08;  // m
 /// With less room than this by its spheres, a part is measured itself: within this reach beyond the margin.
@@ -79,9 +78,7 @@ std::optional<TetherConflict> StateCheck::tether_conflict(const Pose& pose) cons
 
 double StateCheck::room(const Pose& pose, double enough) const {
   if (space_ && space_->looks) space_->looks->fetch_add(1, std::memory_order_relaxed);
-  if (space_ &&
-      ((pose.p_WB - space_->lower).minCoeff() < 0.0 || (space_->upper - pose.p_WB).minCoeff() < 0.0))
-    return -1.0;
+  if (!in_space(pose)) return -1.0;
   const double vehicle = room_of_vehicle(pose, enough);
   if (!tether_ || vehicle <= 0.0) return vehicle;
   const double slack =
@@ -201,12 +198,29 @@ double StateCheck::room_of_vehicle(const Pose& pose, double enough) const {
   return best - margin_;
 }
 
+bool StateCheck::in_space(const Pose& pose) const {
+  return !space_ ||
+         ((pose.p_WB - space_->lower).minCoeff() >= 0.0 && (space_->upper - pose.p_WB).minCoeff() >= 0.0);
+}
+
 bool StateCheck::valid(const Pose& pose) const {
+  if (space_ && space_->parts) {
+    SeparationMemory memory;
+    if (space_->looks) space_->looks->fetch_add(1, std::memory_order_relaxed);
+    return is_finite(pose) && in_space(pose) && space_->parts->free(pose, kLeastRoom, memory);
+  }
   return is_finite(pose) && room(pose, 2.0 * kLeastRoom) > kLeastRoom && hoverable(pose.q_WB);
 }
 
 bool StateCheck::motion_valid(const Pose& a, const Pose& b) const {
   if (!is_finite(a) || !is_finite(b) || !hoverable(a.q_WB) || !hoverable(b.q_WB)) return false;
+  if (space_ && space_->parts) {
+    SeparationMemory memory;
+    const bool free = in_space(a) && in_space(b) && space_->parts->free(a, kLeastRoom, memory) &&
+                      space_->parts->motion_free(a, b, kLeastRoom, memory);
+    if (space_->looks) space_->looks->fetch_add(memory.looks, std::memory_order_relaxed);
+    return free;
+  }
   // most motions that are not free are told by a few poses
   const auto hit = [&](const Pose& pose) { return room(pose, 2.0 * kLeastRoom) <= kLeastRoom; };
   if (hit(b)) return false;

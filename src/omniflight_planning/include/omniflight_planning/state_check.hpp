@@ -27,11 +27,14 @@ struct Pose {
 Pose interpolate(const Pose& a, const Pose& b, double s);
 bool is_finite(const Pose& pose);
 
+class ConvexScene;
 class TriangleTree;
 
 /// What a rigid body moves among: triangles, which the voxels of the map hold, and where its origin may be.
 struct BodySpace {
   std::shared_ptr<const TriangleTree> obstacles;
+  /// Body and obstacles as convex parts, which then tell what is valid; absent where they would be too many.
+  std::shared_ptr<const ConvexScene> parts = {};
   Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();         ///< m, of the origin of the body's frame
   std::shared_ptr<std::atomic<std::uint64_t>> looks = {};  ///< counts the poses looked at; may be absent
 };
@@ -55,6 +58,9 @@ struct CurveCheck {
 /// Constant after construction. Holds a reference to the map, which must outlive it.
 class StateCheck {
  public:
+  /// Less room than this beyond the margin counts as none: it bounds the number of steps.
+  static constexpr double kLeastRoom = 2e-4;  // m
+
   /// headroom in [0, 1): share of every rotor's range that hovering must leave free; margin: m of clearance
   /// that every state must keep. Without `rotors` every attitude can be held.
   StateCheck(const DistanceMap& map, VehicleSpheres spheres,
@@ -84,6 +90,8 @@ class StateCheck {
   /// much may be told, for less time.
   double room(const Pose& pose, double enough = HUGE_VAL) const;
   bool hoverable(const Quat& q_WB) const;
+  /// Of a body's origin: whether it is in its box. Always true of a vehicle.
+  bool in_space(const Pose& pose) const;
   /// Finite, at least `margin` away from everything and hoverable.
   bool valid(const Pose& pose) const;
   /// Conservative advancement over the whole motion of interpolate(a, b, .): no pose between the ones looked
