@@ -28,7 +28,8 @@ endif()
 # The batch under other names, with a kernel tuned for this processor, fused multiply-add allowed: what the
 # portable one is measured against. Alignment stays that of the portable headers.
 set(_simulation ${CMAKE_CURRENT_SOURCE_DIR}/src)
-add_library(simulation_native_kernel OBJECT ${_simulation}/lane_kernel.cpp)
+add_library(simulation_native_kernel OBJECT ${_simulation}/lane_kernel_avx2.cpp ${_simulation}/lane_kernel_avx3.cpp
+            ${_simulation}/lane_dispatch.cpp)
 target_compile_definitions(simulation_native_kernel PRIVATE HWY_COMPILE_ONLY_STATIC OMNIFLIGHT_LANES_FMA)
 target_compile_options(simulation_native_kernel PRIVATE -O3 -march=native -Wno-maybe-uninitialized)
 add_library(simulation_native STATIC ${CMAKE_CURRENT_SOURCE_DIR}/benchmark/native.cpp ${_simulation}/batch.cpp

@@ -1,7 +1,7 @@
 // Vehicles in lanes fly as Plants do: every effect, every combination, to 1e-12; and allocate nothing.
 #include <gtest/gtest.h>
 
-// the lanes are not compiled for it (lane_kernel.cpp)
+// the lanes are not compiled for it (lane_kernel-inl.hpp)
 #define HWY_DISABLED_TARGETS HWY_SSSE3
 
 #include <chrono>

@@ -1,5 +1,7 @@
-// RK4 of eight vehicles at a time, compiled once for every instruction set and chosen at run time. No fused
-// multiply-add and no contraction: every processor gives the same bits.
+// RK4 of eight vehicles at a time. No fused multiply-add and no contraction: every processor gives the same
+// bits. Each source that includes this compiles it for those instruction sets of OMNIFLIGHT_LANE_TARGETS;
+// that there are two lets two processors compile. No include guard: foreach_target.h includes it once for
+// every instruction set.
 #include <algorithm>
 #include <cmath>
 
@@ -8,11 +10,12 @@
 // processors without SSE4 take the plain path: every target costs seconds of compilation
 #define HWY_DISABLED_TARGETS HWY_SSSE3
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "lane_kernel.cpp"
+#define HWY_TARGET_INCLUDE "lane_kernel-inl.hpp"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 // after foreach_target
 #include "hwy/highway.h"
 
+#if HWY_TARGET & (OMNIFLIGHT_LANE_TARGETS)
 HWY_BEFORE_NAMESPACE();
 namespace omniflight::simulation::lanes {
 namespace HWY_NAMESPACE {
@@ -734,18 +737,4 @@ std::string Name() { return hwy::TargetName(HWY_TARGET); }
 }  // namespace HWY_NAMESPACE
 }  // namespace omniflight::simulation::lanes
 HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
-namespace omniflight::simulation::lanes {
-
-HWY_EXPORT(Run);
-HWY_EXPORT(Name);
-
-void run(const Common& common, Block& block, const Trains& trains, int steps, bool held) {
-  HWY_DYNAMIC_DISPATCH(Run)(common, block, trains, steps, held);
-}
-
-std::string instruction_set() { return HWY_DYNAMIC_DISPATCH(Name)(); }
-
-}  // namespace omniflight::simulation::lanes
 #endif
