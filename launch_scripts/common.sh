@@ -14,14 +14,15 @@ say() { printf '\n== %s\n' "$*"; }
 omniflight_version() { sed -n 's/^project(.* VERSION \([0-9.]*\).*/\1/p' "$OMNIFLIGHT_ROOT/src/omniflight_cli/CMakeLists.txt"; }
 
 # omniflight_build BASE [cmake arguments]: configures and builds the workspace into BASE/build and BASE/install;
-# OMNIFLIGHT_COLCON_SELECT may select packages ("--packages-up-to a b").
+# OMNIFLIGHT_COLCON_SELECT may select packages ("--packages-up-to a b"), OMNIFLIGHT_WITHOUT_CCACHE=yes builds as if there
+# were none.
 omniflight_build() {
   local base="$1"
   shift
   mkdir -p "$base"
   # with a compiler cache every source is its own object; from nothing, small ones are quicker several at a time
   local speed=(-DOMNIFLIGHT_UNITY=ON)
-  if command -v ccache >/dev/null; then
+  if [ -z "${OMNIFLIGHT_WITHOUT_CCACHE:-}" ] && command -v ccache >/dev/null; then
     speed=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
   fi
   # one package at a time, all processors inside it: memory stays bounded and nothing waits for a slot
