@@ -7,6 +7,7 @@ Reads every src/*/package.xml, CMakeLists.txt and #include, and fails on
   - a package that has no level yet, or an edge to a package that does not exist,
   - dds/*.h outside the packages of the bus, or in a public header of the bus,
   - an include between the rooms of a package (folders of its src/) that points upward,
+  - a constant or class in the anonymous namespaces of two sources of one folder, which a build may join,
   - the id of an effect as a literal outside omniflight_physics (effect_ids.hpp has names for those that are needed).
 Before that it checks itself: on a made-up workspace each of these faults must be found, and nothing else.
 
@@ -164,6 +165,26 @@ def effect_faults(workspace, packages):
     return faults
 
 
+def private_names(text):
+    """Constants and classes that the anonymous namespaces of a C++ source define."""
+    inside = "\n".join(re.findall(r"^namespace \{$(.*?)^\}  // namespace$", text, re.M | re.S))
+    constants = re.findall(r"^(?:const|constexpr)\b[^;={(]*?\b(k[A-Z]\w*)(?:\[\w*\])*\s*[={]", inside, re.M)
+    return set(constants + re.findall(r"^(?:struct|class|enum class) (\w+)[^;]*?\{", inside, re.M))
+
+
+def joined_faults(workspace, packages):
+    """Sentences on names that clash where the sources of a folder are joined (omniflight_join)."""
+    faults = []
+    for folder in packages.values():
+        first = {}
+        for file in sorted((folder / "src").rglob("*.cpp")):
+            for name in sorted(private_names(file.read_text(encoding="utf-8", errors="replace"))):
+                other = first.setdefault((file.parent, name), file)
+                if other != file:
+                    faults.append(f"{file.relative_to(workspace)}: {name} is a name in {other.name} too, and a build joins them")
+    return faults
+
+
 def reachable(start, edges):
     """Everything that `start` depends on, directly or through others."""
     seen, todo = set(), [start]
@@ -219,7 +240,7 @@ def check(workspace):
             faults.append(f"{PREFIX}{a} -> {PREFIX}{b} (through {', '.join(PREFIX + c for c in through)}): {why}")
     for name in sorted(ROOMS.keys() & packages.keys()):
         faults += room_faults(name, packages[name])
-    faults += effect_faults(workspace, packages)
+    faults += effect_faults(workspace, packages) + joined_faults(workspace, packages)
     for name, folder in packages.items():
         for file in source_files(folder):
             files += 1
@@ -288,6 +309,12 @@ def self_test():
          ["src/omniflight_diagnosis/src/regression/d.cpp: includes ../search/b.hpp, which is not below room regression",
           "src/omniflight_diagnosis/src/search/e.cpp: includes ../root.hpp, which is not below room search",
           "src/omniflight_diagnosis/src/attic/f.cpp: room attic has no level; add it to ROOMS in tests/test_architecture.py"]),
+        ("names that clash where sources are joined", [
+            ("view", [], [], {
+                "src/a.cpp": "namespace {\n\nconstexpr double kFar = 1;\nstruct Line {\n  int k;\n};\n}  // namespace\n",
+                "src/b.cpp": "namespace {\nconstexpr int kFar = 2;\nusing Line = int;\nint f() { return kFar; }\n}  // namespace\n",
+                "src/c/c.cpp": "namespace {\nconstexpr int kFar = 3;\n}  // namespace\n"})],
+         ["src/omniflight_view/src/b.cpp: kFar is a name in a.cpp too, and a build joins them"]),
         ("effects by name", [
             ("view", ["physics"], [], {
                 "src/a.cpp": '// "gust"\nf("calm", \'"\', "gust");\n', "test/b.cpp": 'f("gust");\n',

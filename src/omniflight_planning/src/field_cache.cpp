@@ -21,13 +21,13 @@ constexpr char kFormat[8] = "OFFLD1";         // a change of the format changes 
 constexpr std::uint32_t kOrder = 0x01020304;  // of the bytes of numbers
 constexpr std::size_t kHashChars = 64;        // SHA-256 of everything after it, in hexadecimal
 
-struct Header {
+struct CacheHeader {
   char format[8];
   std::uint32_t order;
   std::int32_t size[3];
   double lower[3], resolution;
 };
-static_assert(sizeof(Header) == 56 && std::is_trivially_copyable_v<Header>);
+static_assert(sizeof(CacheHeader) == 56 && std::is_trivially_copyable_v<CacheHeader>);
 
 Failure damaged(const fs::path& file, const char* why) {
   return bad_input(std::string("the kept distance field ") + why, file.string(), "It is computed again");
@@ -52,15 +52,15 @@ fs::path field_file(const fs::path& folder, const std::string& map_sha256, const
 Result<std::optional<StoredField>> read_field(const fs::path& file, const MapOptions& options) {
   std::error_code error;
   if (!fs::is_regular_file(file, error)) return std::optional<StoredField>();
-  const auto bytes = files::read_file(file, kHashChars + sizeof(Header) + kMaxMapVoxels * sizeof(float));
+  const auto bytes = files::read_file(file, kHashChars + sizeof(CacheHeader) + kMaxMapVoxels * sizeof(float));
   if (!bytes) return damaged(file, "cannot be read");
   if (options.deadline.passed()) return std::optional<StoredField>();
-  if (bytes->size() < kHashChars + sizeof(Header)) return damaged(file, "is truncated");
+  if (bytes->size() < kHashChars + sizeof(CacheHeader)) return damaged(file, "is truncated");
   const std::string_view rest = std::string_view(*bytes).substr(kHashChars);
   if (files::sha256_hex(rest) != std::string_view(*bytes).substr(0, kHashChars))
     return damaged(file, "does not have its hash");
   if (options.deadline.passed()) return std::optional<StoredField>();
-  Header h;
+  CacheHeader h;
   std::memcpy(&h, rest.data(), sizeof h);
   if (std::memcmp(h.format, kFormat, sizeof h.format) != 0 || h.order != kOrder)
     return damaged(file, "has another format");
@@ -90,7 +90,7 @@ void write_field(const fs::path& file, const StoredField& field, std::uintmax_t 
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
   if (error) return;
-  Header h{};
+  CacheHeader h{};
   std::memcpy(h.format, kFormat, sizeof h.format);
   h.order = kOrder;
   for (std::size_t k = 0; k < 3; ++k)

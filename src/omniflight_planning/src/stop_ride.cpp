@@ -11,7 +11,7 @@ namespace {
 constexpr double kShortest = 0.05, kLongest = 30.0;  // s
 constexpr double kLonger = 1.08;                     // from one duration to the next
 constexpr int kMostBlocked = 12;                     // stops that keep the limits and are not free
-constexpr double kTolerance = 1e-6;
+constexpr double kRounding = 1e-6;
 const char* const kKeep = "Keep flying the old plan, or begin at another time of it";
 
 /// A quintic on [0, 1] with given value and two derivatives at 0 and none of them at 1, its derivatives, and
@@ -47,7 +47,7 @@ std::string exceeded(const MotionPeaks& most, const MotionLimits& limits) {
       {"the rotors need %.4g of the rate of thrust that their lag allows, %.4g are allowed",
        most.thrust_rate.share, 1.0 - limits.rotor_headroom}};
   for (const auto& b : bounds)
-    if (!(b.value <= b.limit * (1.0 + kTolerance))) return text(b.what, b.value, b.limit);
+    if (!(b.value <= b.limit * (1.0 + kRounding))) return text(b.what, b.value, b.limit);
   return {};
 }
 

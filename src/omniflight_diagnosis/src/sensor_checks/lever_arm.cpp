@@ -25,14 +25,14 @@ struct Means {
   Vec3 lever = Vec3::Zero(), speed = Vec3::Zero(), left = Vec3::Zero();
 };
 
-constexpr double kWindow = 0.2;  // s, averages the noise of the differentiated rate; chosen
+constexpr double kAveraged = 0.2;  // s, averages the noise of the differentiated rate; chosen
 
 /// Coefficient of the lever-arm force in the force residual: 1 if the accelerometer is off the origin, 0 if
 /// the pose is. Regression of differences between adjacent windows, which are nearly white, with velocity for
 /// unmodelled drag. Empty with fewer than 30 differences.
 std::optional<Share> share_in_forces(const RegressionProblem& problem, double mass, const Vec3& r,
                                      double rate_hz) {
-  const int n = problem.samples(), width = std::max(1, static_cast<int>(std::lround(kWindow * rate_hz)));
+  const int n = problem.samples(), width = std::max(1, static_cast<int>(std::lround(kAveraged * rate_hz)));
   constexpr Eigen::Index kColumns = 4;  // lever arm, and drag per axis
   Eigen::MatrixXd X(3 * (n / width + 1), kColumns);
   Eigen::VectorXd y(X.rows());
