@@ -79,7 +79,6 @@ class Evidence {
   const RegressionProblem& problem() const { return problem_; }
   const NoiseModel& noise() const { return noise_; }
   const std::vector<Hypothesis>& hypotheses() const { return hypotheses_; }
-  double law_error() const { return law_error_; }
 
  private:
   struct Layout;

@@ -17,9 +17,9 @@ struct SetPosterior {
   double probability = 0;
 };
 
-/// An effect is named when the probability that nothing was left out is below this, and one more beside others
-/// when that of all smaller sets is: of least expected loss where a false name costs three times as much as an
-/// effect that is missed.
+/// An effect is named when the probability that nothing was left out is below this, and one more beside
+/// others when that of all smaller sets is: of least expected loss where a false name costs three times as
+/// much as an effect that is missed.
 inline constexpr double kAlarm = 0.25;
 
 struct Posterior {
@@ -51,7 +51,7 @@ struct SearchLimits {
 void share_probability(const std::vector<Hypothesis>& hypotheses, double law_error, Posterior& posterior);
 
 /// Sets that promise on the grid of shapes (promising_sets), and `seed`, fitted; then the best set without
-/// each of its members. Every set that is visited is kept.
+/// each of its members. Every set that is visited is kept, without a probability yet: share_probability().
 Posterior search(const Evidence& evidence, GridSearch& grid, const SearchLimits& limits,
                  const std::vector<SetMember>& seed = {});
 

@@ -15,6 +15,12 @@ constexpr std::size_t kMostAdditions = 4;  ///< fitted a round
 constexpr std::size_t kMostExchanges = 4;  ///< fitted a member and round
 constexpr std::size_t kMostSwings = 6;     ///< points of a grid at which a law with initial states is fitted
 
+double log_prior(const std::vector<int>& set, const std::vector<Hypothesis>& hypotheses) {
+  double sum = 0;
+  for (const int h : set) sum += hypotheses[static_cast<std::size_t>(h)].log_odds;
+  return sum;
+}
+
 class Search {
  public:
   Search(const Evidence& evidence, GridSearch& grid, const SearchLimits& limits)
@@ -48,13 +54,9 @@ class Search {
     return key;
   }
 
-  double log_prior(const Key& key) const {
-    double sum = 0;
-    for (const int h : key) sum += evidence_.hypotheses()[static_cast<std::size_t>(h)].log_odds;
-    return sum;
+  double joint(const Key& key) const {
+    return fits_.at(key)->log_evidence + log_prior(key, evidence_.hypotheses());
   }
-
-  double joint(const Key& key) const { return fits_.at(key)->log_evidence + log_prior(key); }
   double best_joint() const {
     double best = -1e300;
     for (const auto& [key, fit] : fits_) best = std::max(best, joint(key));
@@ -143,7 +145,6 @@ class Search {
       out.sets.push_back({key, fit->members, fit->theta_deviation, joint(key), 0});
     for (const auto& [key, fit] : fits_)
       if (key.size() == 1) out.alone.emplace_back(key[0], fit->log_evidence - fits_.at({})->log_evidence);
-    share_probability(evidence_.hypotheses(), evidence_.law_error(), out);
     std::sort(out.sets.begin(), out.sets.end(),
               [](const auto& a, const auto& b) { return a.log_joint > b.log_joint; });
     out.best = *fits_.at(out.sets.front().hypotheses);
@@ -172,8 +173,7 @@ void share_probability(const std::vector<Hypothesis>& hypotheses, double law_err
   std::vector<double> prior;
   double most = -1e300, nothing = -1e300, sum = 0;  // ln evidence, and the sum of shares
   for (const SetPosterior& s : p.sets) {
-    prior.push_back(0);
-    for (const int h : s.hypotheses) prior.back() += hypotheses[static_cast<std::size_t>(h)].log_odds;
+    prior.push_back(log_prior(s.hypotheses, hypotheses));
     most = std::max(most, s.log_joint - prior.back());
     if (s.hypotheses.empty()) nothing = s.log_joint;
   }
