@@ -42,8 +42,10 @@ class RotorRegression {
   /// Share of the variance of an axis that the rotor wrench leaves when it comes `shift` samples late; 1
   /// where its coefficient is not positive.
   double left_at_once(int axis, int shift) const;
-  /// The same for thrust T + lead (T - T_settled) of each lead, where T_settled follows T with this time [s].
-  std::vector<double> left(int axis, double time_s, int shift, std::span<const double> leads) const;
+  const Eigen::VectorXd& wrench(int axis) const { return axes_[static_cast<std::size_t>(axis)].wrench; }
+  /// The same for T + lead (T - settled) of each lead, with T = wrench(axis) and what it settles to.
+  std::vector<double> left(int axis, const Eigen::VectorXd& settled, int shift,
+                           std::span<const double> leads) const;
 
  private:
   struct Axis {

@@ -23,12 +23,14 @@ double log_mean_exp(const std::vector<double>& x) {
   return most + std::log(sum / static_cast<double>(x.size()));
 }
 
-/// ln likelihood of each lead, summed over the axes; `explained` is the largest share of an axis so far.
-std::array<double, kLeads.size()> log_likelihood(const RotorRegression& regression, double time, int shift,
+/// ln likelihood of each lead, summed over the axes, with what the wrench of each settles to; `explained` is
+/// the largest share of an axis so far.
+std::array<double, kLeads.size()> log_likelihood(const RotorRegression& regression,
+                                                 const std::vector<Eigen::VectorXd>& settled, int shift,
                                                  double& explained) {
   std::array<double, kLeads.size()> out{};
   for (int c = 0; c < regression.axes(); ++c) {
-    const std::vector<double> left = regression.left(c, time, shift, kLeads);
+    const std::vector<double> left = regression.left(c, settled[static_cast<std::size_t>(c)], shift, kLeads);
     for (std::size_t k = 0; k < left.size(); ++k) {
       explained = std::max(explained, 1 - left[k]);
       out[k] -= 0.5 * std::log(left[k]) * regression.independent_samples();
@@ -60,13 +62,17 @@ std::optional<ThrustResponse> thrust_response(const RotorRegression& regression,
   double explained = 0;
   std::array<std::array<double, kTimes>, kLeads.size()> best;
   for (auto& some : best) some.fill(-1e300);
-  for (int k = 0; k < kTimes; ++k)
+  for (int k = 0; k < kTimes; ++k) {
+    std::vector<Eigen::VectorXd> settled;
+    for (int c = 0; c < regression.axes(); ++c)
+      settled.emplace_back(lagged(regression.wrench(c), time_at(k), regression.rate_hz()));
     for (int shift = -tolerated; shift <= tolerated; ++shift) {
-      const auto here = log_likelihood(regression, time_at(k), shift, explained);
+      const auto here = log_likelihood(regression, settled, shift, explained);
       all.insert(all.end(), here.begin(), here.end());
       for (std::size_t l = 0; l < kLeads.size(); ++l)
         best[l][static_cast<std::size_t>(k)] = std::max(best[l][static_cast<std::size_t>(k)], here[l]);
     }
+  }
   // where noise of the speeds or disturbances prevail, whatever smooths them fits better
   if (explained < kLeastExplained) return std::nullopt;
   ThrustResponse out;

@@ -14,6 +14,7 @@ struct SetPosterior {
   std::vector<SetMember> members;
   std::vector<double> theta_deviation;  ///< of the parameters of its laws, one member after the other
   double log_joint = 0;                 ///< ln evidence plus ln prior
+  double log_prior = 0;
   double probability = 0;
 };
 
@@ -41,6 +42,7 @@ class GridSearch;
 
 struct SearchLimits {
   int most_members = 5;
+  bool load_starts = true;  ///< laws with initial states are fitted alone at some points of their grid
   int threads = 1;
   std::function<bool()> stop;
 };
