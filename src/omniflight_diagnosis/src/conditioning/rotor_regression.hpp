@@ -8,6 +8,11 @@
 
 namespace omniflight::diagnosis {
 
+/// Share of the variance of one axis at least that rotors must explain before anything is read out of how the
+/// motion follows them. Chosen: below, noise of the speeds or disturbances prevail, and whatever smooths or
+/// what feedback does fits better.
+inline constexpr double kLeastByRotors = 0.85;
+
 /// Nominal wrench of the rotors; samples x 3, body.
 struct RotorExcitation {
   Eigen::MatrixXd force, torque;  ///< N, Nm

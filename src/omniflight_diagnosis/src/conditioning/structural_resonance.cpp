@@ -11,7 +11,6 @@ namespace omniflight::diagnosis {
 namespace {
 
 // Chosen, not measured.
-constexpr double kLeastExplained = 0.85;  // see structural_resonance()
 constexpr std::array kShares{0.0, -0.6, -0.3, -0.1, 0.05, 0.1, 0.2, 0.4};
 constexpr double kNone = 0.5;  // prior probability that an axis has no share
 constexpr std::array kDampings{0.03, 0.08};
@@ -83,7 +82,7 @@ std::optional<StructuralResonance> structural_resonance(const RotorRegression& r
   for (const auto& row : likely)
     for (const double x : row) all += std::exp(x - most) / (kDampings.size() * kFrequencies);
   out.log_factor = most + std::log(all);
-  if (explained < kLeastExplained || !(out.log_factor > 0) || at == 0 || at + 1 == kFrequencies)
+  if (explained < kLeastByRotors || !(out.log_factor > 0) || at == 0 || at + 1 == kFrequencies)
     return std::nullopt;
   const auto& row = likely[damped];
   const auto k = static_cast<std::size_t>(at);

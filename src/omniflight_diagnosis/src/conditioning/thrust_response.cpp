@@ -9,7 +9,6 @@ namespace omniflight::diagnosis {
 namespace {
 
 // Chosen, not measured.
-constexpr double kLeastExplained = 0.85;                // see thrust_response()
 constexpr std::array kLeads{-1.0, 0.2, 0.4, 0.7, 1.0};  // 1
 constexpr int kTimes = 13;                              // time constants, evenly in their logarithm
 constexpr double kShortest = 0.004, kLongest = 0.1;     // s
@@ -73,8 +72,7 @@ std::optional<ThrustResponse> thrust_response(const RotorRegression& regression,
         best[l][static_cast<std::size_t>(k)] = std::max(best[l][static_cast<std::size_t>(k)], here[l]);
     }
   }
-  // where noise of the speeds or disturbances prevail, whatever smooths them fits better
-  if (explained < kLeastExplained) return std::nullopt;
+  if (explained < kLeastByRotors) return std::nullopt;
   ThrustResponse out;
   out.log_factor = log_mean_exp(all) - std::max(log_mean_exp(clocks), at_once);
   if (!(out.log_factor > 0)) return std::nullopt;

@@ -4,12 +4,6 @@
 #include <cmath>
 
 namespace omniflight::diagnosis {
-namespace {
-
-// Chosen, not measured.
-constexpr double kLeastByTorque = 0.85;  // least coefficient of determination, see lag_behind_rotors()
-
-}  // namespace
 
 std::optional<TorqueLag> lag_behind_rotors(const RotorRegression& regression) {
   if (!regression.enough()) return std::nullopt;
@@ -27,7 +21,7 @@ std::optional<TorqueLag> lag_behind_rotors(const RotorRegression& regression) {
   TorqueLag out;
   for (int c = 0; c < 3; ++c)
     out.explained = std::max(out.explained, 1 - regression.left_at_once(c, static_cast<int>(at) - reach));
-  if (out.explained < kLeastByTorque) return std::nullopt;
+  if (out.explained < kLeastByRotors) return std::nullopt;
   const auto k = static_cast<std::size_t>(at);
   const double bend = misfit[k - 1] - 2 * misfit[k] + misfit[k + 1], rate_hz = regression.rate_hz();
   if (!(bend > 0)) return std::nullopt;
