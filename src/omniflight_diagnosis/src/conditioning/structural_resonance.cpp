@@ -50,10 +50,11 @@ int best_clock(const RotorRegression& regression) {
 
 }  // namespace
 
-std::optional<StructuralResonance> structural_resonance(const RotorRegression& regression) {
+std::optional<StructuralResonance> structural_resonance(const RotorRegression& regression,
+                                                        double temperature) {
   if (!regression.enough()) return std::nullopt;
   const int shift = best_clock(regression);
-  const double samples = regression.independent_samples();
+  const double samples = regression.independent_samples() / temperature;
   StructuralResonance out;
   double explained = 0, most = -1e300;
   std::array<std::array<double, kFrequencies>, kDampings.size()> likely{};

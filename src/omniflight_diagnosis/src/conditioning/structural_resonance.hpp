@@ -19,7 +19,9 @@ struct StructuralResonance {
 
 /// Frequencies of 5 to 35 Hz; every axis has a share of its own, or none. Empty below 3 s of samples, where
 /// the wrench explains less than 85 % of the motion on every axis, or where no resonance is likelier.
-std::optional<StructuralResonance> structural_resonance(const RotorRegression& regression);
+/// `temperature` divides the log-likelihood, for what else the regression has wrong (Options::temperature).
+std::optional<StructuralResonance> structural_resonance(const RotorRegression& regression,
+                                                        double temperature);
 
 /// As a finding of structural_mode.
 SensorFault as_fault(const StructuralResonance& resonance);
