@@ -61,7 +61,7 @@ std::optional<StructuralResonance> resonance_of(const auto& real_motion) {
   std::mt19937_64 random(8);
   std::normal_distribution<double> normal(0, 0.1 * dw.norm() / std::sqrt(dw.size()));
   for (double& value : dw.reshaped()) value += normal(random);
-  return structural_resonance(RotorRegression(dw, Eigen::MatrixXd(0, 3), rotors, kRate, use), 2.5);
+  return structural_resonance(RotorRegression(dw, Eigen::MatrixXd(0, 3), rotors, kRate, use), 0.0015, 2.5);
 }
 
 TEST(StructuralResonance, ALooseMassIsTold) {

@@ -190,7 +190,7 @@ void Taking::rotors_on_the_clock_of_the_gyro(FineMotion& m) const {
     delays.behind_rotors = lag_behind_rotors(regression);
     if (o_.assumes(Assumption::late_thrust))
       delays.as_response = thrust_response(regression, o_.tolerance.rotor_clock);
-    if (const auto mode = structural_resonance(regression, o_.temperature);
+    if (const auto mode = structural_resonance(regression, o_.tolerance.rotor_clock, o_.temperature);
         mode && !(delays.as_response && delays.as_response->log_factor > o_.temperature * mode->log_factor)) {
       delays.as_response.reset();
       f_.faults.push_back(as_fault(*mode));

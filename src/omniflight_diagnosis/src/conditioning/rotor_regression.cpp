@@ -102,6 +102,15 @@ RotorRegression::RotorRegression(const Eigen::MatrixXd& dw, const Eigen::MatrixX
   for (int c = 0; c < axes(); ++c)
     for (int shift = -reach_; shift <= reach_; ++shift)
       at_once_(c, shift + reach_) = left(c, wrench(c), shift, std::array{0.0}).front();
+  best_shift_ = -reach_;
+  for (int shift = -reach_; shift <= reach_; ++shift)
+    if (misfit(shift) < misfit(best_shift_)) best_shift_ = shift;
+}
+
+double RotorRegression::misfit(int shift) const {
+  double sum = 0;
+  for (int c = 0; c < 3; ++c) sum += 0.5 * std::log(left_at_once(c, shift));
+  return sum;
 }
 
 bool RotorRegression::enough() const { return static_cast<double>(rows_.size()) >= kLeastTime * rate_hz_; }

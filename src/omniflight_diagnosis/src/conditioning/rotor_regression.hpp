@@ -47,6 +47,13 @@ class RotorRegression {
   /// Share of the variance of an axis that the rotor wrench leaves when it comes `shift` samples late; 1
   /// where its coefficient is not positive.
   double left_at_once(int axis, int shift) const;
+  /// Negative log-likelihood of a sample of the turning with torques that act at once, `shift` samples late.
+  double misfit(int shift) const;
+  /// The shift [samples] at which torques that act at once explain most of the turning.
+  int best_shift() const { return best_shift_; }
+  /// Whether rotors come after the turning by more than their clock (one standard deviation `clock_s`) can be
+  /// off: they answer to disturbances, and how they follow the motion tells nothing of how it follows them.
+  bool is_feedback(double clock_s) const { return -best_shift_ > 3 * clock_s * rate_hz_; }
   const Eigen::VectorXd& wrench(int axis) const { return axes_[static_cast<std::size_t>(axis)].wrench; }
   /// The same for T + lead (T - settled) of each lead, with T = wrench(axis) and what it settles to.
   std::vector<double> left(int axis, const Eigen::VectorXd& settled, int shift,
@@ -57,7 +64,7 @@ class RotorRegression {
     Eigen::VectorXd motion, wrench, spin_up;
   };
   double rate_hz_;
-  int reach_;
+  int reach_, best_shift_ = 0;
   std::vector<int> rows_;
   std::vector<Axis> axes_;
   Eigen::MatrixXd at_once_;  ///< axes x shifts

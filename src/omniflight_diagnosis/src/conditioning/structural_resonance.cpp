@@ -36,27 +36,15 @@ Eigen::VectorXd resonating(const Eigen::VectorXd& x, double frequency_hz, double
   return out;
 }
 
-/// The shift at which a wrench that acts at once explains most.
-int best_clock(const RotorRegression& regression) {
-  int best = 0;
-  double least = 1e300;
-  for (int shift = -regression.reach(); shift <= regression.reach(); ++shift) {
-    double sum = 0;
-    for (int c = 0; c < regression.axes(); ++c) sum += std::log(regression.left_at_once(c, shift));
-    if (sum < least) least = sum, best = shift;
-  }
-  return best;
-}
-
 }  // namespace
 
-std::optional<StructuralResonance> structural_resonance(const RotorRegression& regression,
+std::optional<StructuralResonance> structural_resonance(const RotorRegression& regression, double clock_s,
                                                         double temperature) {
-  if (!regression.enough()) return std::nullopt;
-  const int shift = best_clock(regression);
+  if (!regression.enough() || regression.is_feedback(clock_s)) return std::nullopt;
+  const int shift = regression.best_shift();
   const double samples = regression.independent_samples() / temperature;
   StructuralResonance out;
-  double explained = 0, most = -1e300;
+  double most = 0;
   std::array<std::array<double, kFrequencies>, kDampings.size()> likely{};
   int at = 0;
   std::size_t damped = 0;
@@ -67,9 +55,9 @@ std::optional<StructuralResonance> structural_resonance(const RotorRegression& r
         const auto left = regression.left(
             c, resonating(regression.wrench(c), frequency_at(k), kDampings[d], regression.rate_hz()), shift,
             kShares);
+        if (*std::min_element(left.begin(), left.end()) > 1 - kLeastByRotors) continue;
         double mean = kNone;  // over shares, relative to none
         for (std::size_t s = 1; s < kShares.size(); ++s) {
-          explained = std::max(explained, 1 - left[s]);
           const double gain = 0.5 * samples * std::log(left[0] / left[s]);
           mean += (1 - kNone) / (kShares.size() - 1.0) * std::exp(std::min(gain, 600.0));
           if (gain > clearest) clearest = gain, share = kShares[s];
@@ -83,8 +71,7 @@ std::optional<StructuralResonance> structural_resonance(const RotorRegression& r
   for (const auto& row : likely)
     for (const double x : row) all += std::exp(x - most) / (kDampings.size() * kFrequencies);
   out.log_factor = most + std::log(all);
-  if (explained < kLeastByRotors || !(out.log_factor > 0) || at == 0 || at + 1 == kFrequencies)
-    return std::nullopt;
+  if (!(out.log_factor > 0) || at == 0 || at + 1 == kFrequencies) return std::nullopt;
   const auto& row = likely[damped];
   const auto k = static_cast<std::size_t>(at);
   const double bend = -(row[k - 1] - 2 * row[k] + row[k + 1]);

@@ -17,10 +17,11 @@ struct StructuralResonance {
   double log_factor = 0;  ///< nat, against a motion that follows at once
 };
 
-/// Frequencies of 5 to 35 Hz; every axis has a share of its own, or none. Empty below 3 s of samples, where
-/// the wrench explains less than 85 % of the motion on every axis, or where no resonance is likelier.
+/// Frequencies of 5 to 35 Hz; every axis of which the wrench explains 85 % has a share of its own, or none.
+/// Empty below 3 s of samples, where rotors answer to the motion by more than their clock (`clock_s` [s], one
+/// standard deviation) can be off, or where no resonance is likelier.
 /// `temperature` divides the log-likelihood, for what else the regression has wrong (Options::temperature).
-std::optional<StructuralResonance> structural_resonance(const RotorRegression& regression,
+std::optional<StructuralResonance> structural_resonance(const RotorRegression& regression, double clock_s,
                                                         double temperature);
 
 /// As a finding of structural_mode.

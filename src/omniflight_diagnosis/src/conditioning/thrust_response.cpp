@@ -53,7 +53,7 @@ std::vector<double> log_likelihood_of_clocks(const RotorRegression& regression) 
 }  // namespace
 
 std::optional<ThrustResponse> thrust_response(const RotorRegression& regression, double clock_s) {
-  if (!regression.enough()) return std::nullopt;
+  if (!regression.enough() || regression.is_feedback(clock_s)) return std::nullopt;
   const std::vector<double> clocks = log_likelihood_of_clocks(regression);
   const double at_once = clocks[static_cast<std::size_t>(regression.reach())];
   const int tolerated = static_cast<int>(std::lround(clock_s * regression.rate_hz()));
