@@ -58,6 +58,12 @@ TEST(ThrustResponse, ThrustThatOvershootsIsTold) {
   EXPECT_NEAR(found->time, 0.015, 0.003);
 }
 
+TEST(ThrustResponse, RotorsThatAnswerToTheMotionTellNothing) {
+  const Eigen::MatrixXd speed = jitter(test::omnimorph());
+  EXPECT_TRUE(response_of(responding(speed, {.time = 0.015, .lead = 0.4}, kRate)));
+  EXPECT_FALSE(response_of(responding(speed, {.time = 0.015, .lead = 0.4}, kRate), -0.012));
+}
+
 TEST(ThrustResponse, AClockThatIsOffAndThrustAtOnceAreNot) {
   const Eigen::MatrixXd speed = jitter(test::omnimorph());
   EXPECT_FALSE(response_of(speed));
