@@ -48,8 +48,9 @@ struct SearchLimits {
 };
 
 /// Shares one among the sets. A law that is right within law_error [1] leaves the square of it of what it
-/// explains, and another law may take that by chance: a difference of ln evidence counts divided by one plus
-/// that part of the largest gain over nothing.
+/// explains, and another law may take that by chance: a difference of ln evidence to nothing counts divided
+/// by one plus that part of the largest gain over nothing, and one between sets of laws, of which both are
+/// wrong, by one plus twice that part.
 void share_probability(const std::vector<Hypothesis>& hypotheses, double law_error, Posterior& posterior);
 
 /// Sets that promise on the grid of shapes (promising_sets), and `seed`, fitted; then the best set without

@@ -170,20 +170,29 @@ double Posterior::inclusion(const std::string& id, const std::vector<Hypothesis>
 }
 
 void share_probability(const std::vector<Hypothesis>& hypotheses, double law_error, Posterior& p) {
-  double most = -1e300, nothing = -1e300, sum = 0;  // ln evidence, and the sum of shares
+  double most = -1e300, nothing = -1e300;  // ln evidence
   for (SetPosterior& s : p.sets) {
     s.log_prior = log_prior(s.hypotheses, hypotheses);
     most = std::max(most, s.log_joint - s.log_prior);
     if (s.hypotheses.empty()) nothing = s.log_joint;
   }
-  const double chance = 1 + law_error * law_error * (most - nothing);
-  for (SetPosterior& s : p.sets) {
-    s.probability = std::exp(s.log_prior + (s.log_joint - s.log_prior - most) / chance);
-    sum += s.probability;
+  // `wrong`: laws in the comparison, whose errors are independent
+  const auto share = [&](const SetPosterior& s, int wrong) {
+    const double chance = 1 + wrong * law_error * law_error * (most - nothing);
+    return std::exp(s.log_prior + (s.log_joint - s.log_prior - most) / chance);
+  };
+  double something = 0, all = 0, among = 0;
+  for (const SetPosterior& s : p.sets) {
+    all += share(s, 1);
+    if (s.hypotheses.empty()) continue;
+    something += share(s, 1);
+    among += share(s, 2);
   }
   for (SetPosterior& s : p.sets) {
-    s.probability /= sum;
-    if (s.hypotheses.empty()) p.probability_of_nothing = s.probability;
+    if (s.hypotheses.empty())
+      p.probability_of_nothing = s.probability = share(s, 1) / all;
+    else
+      s.probability = something / all * share(s, 2) / among;
   }
 }
 
