@@ -15,20 +15,6 @@ namespace {
 
 constexpr double kRate = 250, kPeriod = 1 / kRate;  // Hz, s
 
-/// Rotor speeds [rad/s] that jitter about hover, 20 s.
-Eigen::MatrixXd jitter(const vehicle::Vehicle& v) {
-  std::mt19937_64 random(7);
-  std::normal_distribution<double> normal;
-  Eigen::MatrixXd x(5000, v.rotor_count());
-  for (double& value : x.reshaped()) value = normal(random);
-  x = low_pass(x, kRate, 20);
-  for (Eigen::Index r = 0; r < x.cols(); ++r) {
-    const double hover = 0.6 * v.rotors[static_cast<std::size_t>(r)].max_speed();
-    x.col(r) = (hover + 0.3 * hover * x.col(r).array()).matrix();
-  }
-  return x;
-}
-
 /// What moves as a body of mass one with a mass of `share` on a spring, whose resonance with the body is at
 /// this frequency [Hz]: by small steps of the two of them.
 Eigen::VectorXd with_a_loose_mass(const Eigen::VectorXd& torque, double share, double frequency,
@@ -54,7 +40,8 @@ Eigen::VectorXd with_a_loose_mass(const Eigen::VectorXd& torque, double share, d
 
 std::optional<StructuralResonance> resonance_of(const auto& real_motion) {
   const vehicle::Vehicle v = test::omnimorph();
-  const Eigen::MatrixXd speed = jitter(v), alpha = Eigen::MatrixXd::Constant(speed.rows(), 1, 0.5);
+  const Eigen::MatrixXd speed = test::jittering_speeds(v, kRate),
+                        alpha = Eigen::MatrixXd::Constant(speed.rows(), 1, 0.5);
   const std::vector<char> use(static_cast<std::size_t>(speed.rows()), 1);
   const RotorExcitation rotors = rotor_excitation(speed, speed, alpha, kRate, v);
   Eigen::MatrixXd dw = real_motion(Eigen::MatrixXd(rotors.torque * v.inertia.inverse()));
