@@ -271,10 +271,15 @@ Result<int> conclude(const DiagnoseOptions& o, Common& common, const vehicle::Ve
     return Failure(ok.error());
   if (auto ok = write_next_flight(o, out, d, common); !ok) return Failure(ok.error());
   Refit refit;
+  Status flown_again;
   if (!o.refly.empty() && answered) {
     auto again = refly(o, out, flown, common, d);
-    if (!again) return Failure(again.error());
-    refit = std::move(*again);
+    if (again) {
+      refit = std::move(*again);
+    } else {  // what was found stays found
+      flown_again = Failure(again.error());
+      d.left_out.push_back("the flight again in the simulator: " + again.error().text());
+    }
   }
   if (o.refly_recorded && answered) {
     const std::string file =
@@ -292,6 +297,7 @@ Result<int> conclude(const DiagnoseOptions& o, Common& common, const vehicle::Ve
   if (auto ok = files::write_file_atomic(out + "/diagnosis.json", answer); !ok) return Failure(ok.error());
   if (common.json) print_json(common, nlohmann::json::parse(answer));
   tell(o, common, vehicle, recordings, d, refit, out);
+  if (!flown_again) return Failure(flown_again.error());
   switch (d.verdict) {
     case diagnosis::Verdict::unexplained:
     case diagnosis::Verdict::unusable:
@@ -300,6 +306,36 @@ Result<int> conclude(const DiagnoseOptions& o, Common& common, const vehicle::Ve
     default:
       return 0;
   }
+}
+
+struct Read {
+  std::vector<recording::Recording> fit, held_out, baseline;
+};
+
+Result<Read> read_all(const DiagnoseOptions& o) {
+  Read out;
+  for (const auto& [paths, into] :
+       {std::pair{&o.recordings, &out.fit}, {&o.held_out, &out.held_out}, {&o.baseline, &out.baseline}}) {
+    auto read = load_all(*paths, o.map);
+    if (!read) return Failure(read.error());
+    *into = std::move(*read);
+  }
+  return out;
+}
+
+/// Of recordings that were not read to their end: their names.
+std::vector<recording::Recording> named(const std::vector<std::string>& paths) {
+  std::vector<recording::Recording> out(paths.size());
+  for (std::size_t k = 0; k < paths.size(); ++k) out[k].file = paths[k];
+  return out;
+}
+
+/// For a process in which a thread still works on what its caller owns.
+[[noreturn]] void leave(const Result<int>& code) {
+  if (!code) std::fprintf(stderr, "omniflight diagnose: %s\n", code.error().text().c_str());
+  std::cout.flush();
+  std::fflush(nullptr);
+  std::_Exit(code ? *code : static_cast<int>(code.error().code));
 }
 
 }  // namespace
@@ -349,48 +385,45 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     const auto begin = std::chrono::steady_clock::now();
     auto vehicle = vehicle::load_vehicle(o->vehicle, o->set);
     if (!vehicle) return Failure(vehicle.error());
-    auto fit = load_all(o->recordings, o->map);
-    if (!fit) return Failure(fit.error());
-    auto held_out = load_all(o->held_out, o->map);
-    if (!held_out) return Failure(held_out.error());
-    auto baseline = load_all(o->baseline, o->map);
-    if (!baseline) return Failure(baseline.error());
-    ablate_input(o->ablation, *fit, *vehicle);
+    const auto elapsed = [begin] {
+      return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    };
+    const auto over = [&] { return interrupted() || (o->budget_s > 0 && elapsed() > 0.95 * o->budget_s); };
     diagnosis::Options options;
-    options.baseline = std::move(*baseline);
-    if (auto ok = take_told(*o, fit->front(), options, common); !ok) return Failure(ok.error());
-    if (auto ok = take_neighbours(*o, *fit, *held_out, options); !ok) return Failure(ok.error());
+    auto read = common.embedded ? std::optional(read_all(*o))
+                                : unless_over<Result<Read>>([o] { return read_all(*o); }, over);
+    if (!read) {
+      const auto recordings = named(o->recordings);
+      auto unread = without_a_model(recordings);
+      leave(conclude(*o, common, *vehicle, recordings, options, begin, unread));
+    }
+    if (!*read) return Failure(read->error());
+    auto& [fit, held_out, baseline] = **read;
+    ablate_input(o->ablation, fit, *vehicle);
+    options.baseline = std::move(baseline);
+    if (auto ok = take_told(*o, fit.front(), options, common); !ok) return Failure(ok.error());
+    if (auto ok = take_neighbours(*o, fit, held_out, options); !ok) return Failure(ok.error());
     ablate_options(o->ablation, options);
     if (auto ok = ask(o->questions, options); !ok) return Failure(ok.error());
     constexpr unsigned kDefaultMost = 4;  // each keeps a copy of the flight, and less and less is won
     options.threads =
         o->jobs > 0 ? o->jobs
                     : static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, kDefaultMost));
-    const auto elapsed = [begin] {
-      return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    };
     Progress progress("diagnosing", o->budget_s, "s", common.quiet || common.json);
     options.stop = [&] {
       progress.update(elapsed());
       // the answer itself is written within what is left
       return interrupted() || (o->budget_s > 0 && elapsed() > 0.8 * o->budget_s);
     };
-    const auto work = [&, fit = &*fit, held_out = &*held_out] {
+    const auto work = [&, fit = &fit, held_out = &held_out] {
       return o->check ? diagnosis::check(*fit, *vehicle, options)
                       : diagnosis::diagnose(*fit, *held_out, *vehicle, options);
     };
-    Bounded bounded = common.embedded ? Bounded{work(), true} : within_time(work, *fit, [&] {
-      return interrupted() || (o->budget_s > 0 && elapsed() > 0.95 * o->budget_s);
-    });
+    Bounded bounded = common.embedded ? Bounded{work(), true} : within_time(work, fit, over);
     if (bounded.ended && bounded.answer) progress.finish();
-    const auto code = bounded.answer ? conclude(*o, common, *vehicle, *fit, options, begin, *bounded.answer)
+    const auto code = bounded.answer ? conclude(*o, common, *vehicle, fit, options, begin, *bounded.answer)
                                      : Result<int>(Failure(bounded.answer.error()));
-    if (!bounded.ended) {  // its thread still works on what this function owns
-      if (!code) std::fprintf(stderr, "omniflight diagnose: %s\n", code.error().text().c_str());
-      std::cout.flush();
-      std::fflush(nullptr);
-      std::_Exit(code ? *code : static_cast<int>(code.error().code));
-    }
+    if (!bounded.ended) leave(code);
     return code;
   };
 }

@@ -1,6 +1,7 @@
 """What a diagnosis may say: checked is no answer, stopped is unfinished, and the page begins in a pilot's words."""
 
 import html
+import os
 import re
 import shutil
 import signal
@@ -73,6 +74,38 @@ class Answers(system.SystemTest):
                     break
             print(f"\nstopped after {after} s: ended {took[-1]:.2f} s later", end="")
             self.assertLess(min(took), PROMISED_S)
+
+    def test_control_c_ends_it_while_it_reads(self):
+        rest = ",0,0,1,1,0,0,0" + ",0,0,9.81,0,0,0" + ",1000" * 8 + "\n"
+        header = ("t_s,px_m,py_m,pz_m,qw,qx,qy,qz,acc_x_mps2,acc_y_mps2,acc_z_mps2,gyro_x_radps,gyro_y_radps,gyro_z_radps,"
+                  + ",".join(f"rotor{k}_radps" for k in range(1, 9)) + "\n")
+        with (self.dir / "long.csv").open("w") as file:
+            file.write(header)
+            file.writelines(f"{k * 1e-3:.3f}{rest}" for k in range(1_000_000))
+        took = []
+        for _ in range(3):
+            process = self.start_command("diagnose", "long.csv", "--vehicle", "omnimorph", "--out", "r")
+            time.sleep(0.5)
+            self.assertIsNone(process.poll(), "it ended before it could be stopped")
+            begin = time.monotonic()
+            process.send_signal(signal.SIGINT)
+            text = "".join(process.communicate(timeout=60))
+            took.append(time.monotonic() - begin)
+            self.assertEqual(process.returncode, 2, text)
+            found = self.json("r/diagnosis.json")
+            self.assertEqual(found["verdict"], "unfinished", text)
+            self.assertEqual([os.path.basename(x["file"]) for x in found["inputs"]], ["long.csv"])
+            if took[-1] < PROMISED_S:
+                break
+        print(f"\nstopped while it read: ended {took[-1]:.2f} s later", end="")
+        self.assertLess(min(took), PROMISED_S)
+
+    def test_what_was_found_is_kept_when_it_cannot_be_flown_again(self):
+        text = self.ask("--only", "payload_mass", "--refly", "trajectory_2", "--plan", "nowhere", expect=4)
+        self.assertIn("nowhere", text)
+        found = self.json("d/diagnosis.json")
+        self.assertNotEqual(found["verdict"], "unfinished")
+        self.assertIn("the flight again in the simulator", " ".join(found["left_out"]))
 
     def test_out_of_time_is_unfinished(self):
         done = self.run_command("diagnose", "t/flight.mcap", "--vehicle", "omnimorph", "--budget-s", "1", "--out", "d", expect=2)

@@ -93,8 +93,9 @@ class ControllerComponent final : public bus::Component {
             ++mocap_count_;
           });
     if (ok)
-      ok = listen<std_msgs::String>(wish_subscription_, topics::wish, bus::Qos::latched_last(4),
-                                    [this](const auto& m) { wish_ = wish_from(bus::text(m.data)); });
+      ok = listen<std_msgs::String>(
+          wish_subscription_, topics::wish, bus::Qos::latched_last(4),
+          [this](const auto& m) { wish_ = heard_after(wish_, wish_from(bus::text(m.data))); });
     if (ok)
       ok = listen<sensor_msgs::BatteryState>(battery_, topics::battery, bus::Qos::bulk(64),
                                              [this](const auto& m) { guard_->battery(m.voltage); });
@@ -172,6 +173,7 @@ class ControllerComponent final : public bus::Component {
     battery_.reset();
     trajectory_subscription_.reset();
     wish_subscription_.reset();
+    wish_ = safety::Wish::none;
     failsafe_.reset();
     transform_.reset();
     publisher_.reset();

@@ -2,6 +2,8 @@
 // it, and the operator's wish as std_msgs/String.
 #pragma once
 
+#include <algorithm>
+
 #include "omniflight_safety/vitals.hpp"
 #include "single_status.hpp"
 
@@ -52,6 +54,12 @@ inline safety::Wish wish_from(std::string_view text) {
   if (text == "stop") return safety::Wish::stop;
   if (text == "cut") return safety::Wish::cut;
   return safety::Wish::none;
+}
+
+/// What holds once `said` is heard. A stop is never taken back: another wish may come before the control loop
+/// has looked, in the same period or after a pause of the machine, and would take its place.
+inline safety::Wish heard_after(safety::Wish before, safety::Wish said) {
+  return before >= safety::Wish::stop ? std::max(before, said) : said;
 }
 
 }  // namespace omniflight::components

@@ -83,7 +83,7 @@ class GatewayComponent final : public ThreadedComponent {
           if (*action >= safety::Action::ramp_down) {
             const std::lock_guard lock(failsafe_mutex_);
             failsafe_words_ = bus::text(bus::view(m.status)[0].message);
-            if (const auto wish = wish_of_ladder(m); wish > wish_.load()) wish_.store(wish);
+            if (const auto wish = wish_of_ladder(m); wish != safety::Wish::none) hear(wish);
           }
           failsafe_action_.store(*action);  // last: whoever obeys it says why
         });
@@ -95,7 +95,7 @@ class GatewayComponent final : public ThreadedComponent {
           if (bus::text(m.data) == "arm")
             arm_asked_.store(true);
           else
-            wish_.store(wish_from(bus::text(m.data)));
+            hear(wish_from(bus::text(m.data)));
         });
     if (!wish) return Failure(wish.error());
     wish_subscription_.emplace(std::move(*wish));
@@ -116,6 +116,7 @@ class GatewayComponent final : public ThreadedComponent {
     watch_.reset();
     failsafe_.reset();
     wish_subscription_.reset();
+    wish_.store(safety::Wish::none);
     permission_.unsubscribe();
     gate_publisher_.reset();
     inbox_.unsubscribe();
@@ -123,11 +124,19 @@ class GatewayComponent final : public ThreadedComponent {
     return {};
   }
 
+  /// From the threads that hear the operator and the ladder.
+  void hear(safety::Wish said) {
+    auto before = wish_.load();
+    while (!wish_.compare_exchange_weak(before, heard_after(before, said))) {
+    }
+  }
+
   /// Polls until the gateway reaches a phase.
   Status reach(const WallPace& pace, gateway::GatewayPhase phase, double timeout) {
     const double deadline = pace.now() + timeout;
     while (gateway_->phase() != phase) {
       if (!running()) return fail(ErrorCode::incomplete, "stopped before the flight began", "gateway");
+      if (auto ok = not_stopped_yet(pace.now()); !ok) return ok;
       if (auto ok = gateway_->poll(pace.now(), 0.0); !ok) return ok;
       if (pace.now() > deadline)
         return fail(
@@ -204,21 +213,25 @@ class GatewayComponent final : public ThreadedComponent {
     return flown;
   }
 
+  /// Until the gate is armed rotors stand or idle: a stop needs no ramp, and nobody's command.
+  Status not_stopped_yet(double now) {
+    if (wish_.load() < safety::Wish::stop) return {};
+    gate_->cut(gateway::Trip::emergency_stop);
+    tell_gate(now);
+    return fail(ErrorCode::incomplete, "the operator stopped it before the flight began", "gateway");
+  }
+
   /// No motor starts before everything is there that a flight needs and, where he has to, the operator has
   /// armed. His word counts only when nothing is missing at that moment.
   Status wait_for_start(const WallPace& pace, double deadline) {
     constexpr double kLook = 0.01;  // s
     for (;;) {
       permission_.look(pace.now(), kLook);
+      if (auto ok = not_stopped_yet(pace.now()); !ok) return ok;
       const Status ready = check_start();
       const bool asked = arm_asked_.exchange(false);
       if (ready && (asked || !operator_arms_)) return {};
       if (!running()) return fail(ErrorCode::incomplete, "stopped before the flight began", "gateway");
-      if (wish_.load() >= safety::Wish::stop) {
-        gate_->cut(gateway::Trip::emergency_stop);
-        tell_gate(pace.now());
-        return fail(ErrorCode::incomplete, "the operator stopped it before the flight began", "gateway");
-      }
       if (ready && pace.now() > deadline + arming_timeout_)
         return fail(ErrorCode::incomplete,
                     fmt::format("the operator has not armed within {} s", arming_timeout_), "gateway",
@@ -264,6 +277,8 @@ class GatewayComponent final : public ThreadedComponent {
         }
         if (armed_at) (void)gate_->offer({command.speed.data(), command.count}, taken_s, now);
       }
+      if (!armed_at)
+        if (auto ok = not_stopped_yet(now); !ok) return ok;
       if (!armed_at && now > first_command_by)
         return fail(ErrorCode::incomplete, "the allocator commands nothing", "gateway",
                     "See whether it is alive");
@@ -332,10 +347,12 @@ class GatewayComponent final : public ThreadedComponent {
   }
 
   /// Winds the rotors down through the gate, bounded in time. Also when a board is lost: the others get it.
+  /// An emergency stop ends the ramp.
   void wind_down(const WallPace& pace) {
     gate_->trip(gateway::Trip::requested, pace.now());
     const double deadline = pace.now() + gate_->config().ramp_s + 1.0;
     while (pace.now() < deadline) {
+      if (wish_.load() == safety::Wish::cut) gate_->cut(gateway::Trip::emergency_stop);
       const auto out = gate_->update(pace.now());
       tell_gate(pace.now());
       if (out.stop_motors) break;

@@ -26,22 +26,33 @@ constexpr double kSpeed = 100.0;  // rad/s, well below hover
 constexpr double kUnix = 1.7e9;   // s
 constexpr double kFlight = 1.5;   // s
 
-/// Answers every tick with one speed for all rotors, stamped as `clock` says of flight time [s].
+/// An operator's wish, so long after the first tick.
+struct Wish {
+  std::chrono::milliseconds after;
+  const char* words;
+};
+
+/// Answers every tick with one speed for all rotors, stamped as `clock` says of flight time [s]; without a
+/// clock it answers none. Says what an operator may say, too.
 class Commander final : public bus::Component {
  public:
   using Clock = std::function<double(double t, double in_flight_s)>;
-  Commander(Clock clock, std::atomic<double>& fastest)
-      : Component("commander"), clock_(std::move(clock)), fastest_(fastest) {}
+  Commander(Clock clock, std::vector<Wish> wishes, std::atomic<double>& fastest)
+      : Component("commander"), clock_(std::move(clock)), wishes_(std::move(wishes)), fastest_(fastest) {}
 
  private:
   Status on_configure(const YAML::Node&) override {
     auto commands = advertise<actuator_msgs::Actuators>(topics::command, bus::Qos::bulk(64));
     if (!commands) return Failure(commands.error());
     commands_.emplace(std::move(*commands));
+    auto wish = advertise<std_msgs::String>(topics::wish, bus::Qos::latched_last(4));
+    if (!wish) return Failure(wish.error());
+    wish_.emplace(std::move(*wish));
     auto truth = bus::Subscription<omniflight_msgs::TruthState>::create(
         participant(), topics::truth, bus::Qos::bulk(64), [this](const auto& m, std::int64_t) {
           for (const double w : bus::view(m.rotor_velocity))
             fastest_ = std::max(fastest_.load(), std::abs(w));
+          say();
         });
     if (!truth) return Failure(truth.error());
     truth_.emplace(std::move(*truth));
@@ -49,6 +60,8 @@ class Commander final : public bus::Component {
         participant(), topics::tick, bus::Qos::bulk(64), [this](const auto& m, std::int64_t) {
           const double t = 1e-9 * static_cast<double>(bus::nanoseconds(m.header.stamp));
           if (m.phase == omniflight_msgs::Tick_PHASE_HELD) free_since_ = t;
+          if (!began_.load()) begin_ = std::chrono::steady_clock::now(), began_ = true;
+          if (!clock_) return;
           const double stamp_s = clock_(t, t - free_since_);
           command_->header.stamp = bus::stamp(std::llround(stamp_s * 1e9));
           const std::array<double, 8> speeds{kSpeed, kSpeed, kSpeed, kSpeed, kSpeed, kSpeed, kSpeed, kSpeed};
@@ -63,10 +76,26 @@ class Commander final : public bus::Component {
     tick_.reset();
     truth_.reset();
     commands_.reset();
+    wish_.reset();
     return {};
   }
 
+  /// From the thread of the truth, which goes on when the ticks have ended.
+  void say() {
+    while (began_.load() && next_ < wishes_.size() &&
+           std::chrono::steady_clock::now() - begin_ >= wishes_[next_].after) {
+      bus::set_text(wish_message_->data, wishes_[next_++].words);
+      (void)wish_->publish(*wish_message_, 1);
+    }
+  }
+
   Clock clock_;
+  std::vector<Wish> wishes_;
+  std::size_t next_ = 0;
+  std::chrono::steady_clock::time_point begin_;
+  std::atomic<bool> began_{false};
+  bus::Message<std_msgs::String> wish_message_;
+  std::optional<bus::Publisher<std_msgs::String>> wish_;
   std::atomic<double>& fastest_;
   double free_since_ = 0;
   bus::Message<actuator_msgs::Actuators> command_;
@@ -79,13 +108,14 @@ struct Flown {
   int code;
   std::string text;
   double fastest;  ///< rad/s
+  double wall_s;   ///< of everything
 };
 
-Flown fly(Commander::Clock clock) {
+Flown fly(Commander::Clock clock, std::vector<Wish> wishes = {}, const std::string& more = "") {
   setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1);
   const fs::path folder = fs::temp_directory_path() / ("omniflight_commander_" + std::to_string(::getpid()));
   const auto claim = bus::claim_free_domain();
-  if (!claim) return {-1, claim.error().text(), 0};
+  if (!claim) return {-1, claim.error().text(), 0, 0};
   const auto epoch = std::chrono::steady_clock::now().time_since_epoch();
   const std::string epoch_ns = std::to_string(std::chrono::nanoseconds(epoch).count());
   const std::string board = folder.string() + "/board";
@@ -105,17 +135,19 @@ Flown fly(Commander::Clock clock) {
                        "gateway:flight_s:=" + std::to_string(kFlight),
                        "gateway:stale_after_s:=1.0",  // a busy machine is no other clock
                        "gateway:board_silence_s:=1.5"};
+  if (!more.empty()) options.overrides.push_back(more);
   options.timeout = std::chrono::seconds(60);
   std::atomic<double> fastest{0};
   std::vector<std::unique_ptr<bus::Component>> parts;
-  parts.push_back(std::make_unique<Commander>(std::move(clock), fastest));
+  parts.push_back(std::make_unique<Commander>(std::move(clock), std::move(wishes), fastest));
   parts.push_back(components::make_component("emulator"));
   parts.push_back(components::make_component("gateway"));
   ::testing::internal::CaptureStderr();
   const int code = bus::run_components(std::move(parts), options);
   std::error_code ec;
   fs::remove_all(folder, ec);
-  return {code, ::testing::internal::GetCapturedStderr(), fastest.load()};
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now().time_since_epoch() - epoch;
+  return {code, ::testing::internal::GetCapturedStderr(), fastest.load(), wall.count()};
 }
 
 #define EXPECT_SAYS(flown, words) EXPECT_NE(flown.text.find(words), std::string::npos) << flown.text
@@ -144,6 +176,44 @@ TEST(ForeignCommander, AClockThatJumpsEndsInTheRamp) {
   EXPECT_EQ(flown.code, static_cast<int>(ErrorCode::incomplete)) << flown.text;
   EXPECT_SAYS(flown, "ahead of flight time");
   EXPECT_SAYS(flown, "the safety gate stopped the rotors: stale_command");
+}
+
+constexpr auto own_clock = [](double t, double) { return t; };
+
+TEST(ForeignCommander, AStopIsNotTakenBackByWhatIsSaidBeforeItIsObeyed) {
+  using namespace std::chrono_literals;
+  for (const auto& [first, second, reason] : {std::tuple{"cut", "none", "emergency_stop"},
+                                              {"cut", "stop", "emergency_stop"},
+                                              {"stop", "hold", "requested"}}) {
+    const Flown flown = fly(own_clock, {{1s, first}, {1s, second}});
+    EXPECT_EQ(flown.code, static_cast<int>(ErrorCode::incomplete)) << flown.text;
+    EXPECT_SAYS(flown, std::string("the safety gate stopped the rotors: ") + reason);
+  }
+}
+
+/// Flight time [s] at which the gate came into a state, from what it says.
+double gate_at(const Flown& flown, const std::string& state) {
+  const auto at = flown.text.find(" at ", flown.text.find("gate " + state));
+  return at == std::string::npos ? NAN : std::stod(flown.text.substr(at + 4));
+}
+
+TEST(ForeignCommander, AnEmergencyStopEndsTheRamp) {
+  using namespace std::chrono_literals;
+  const Flown flown = fly(own_clock, {{1s, "stop"}, {1500ms, "cut"}}, "gateway:ramp_s:=5");
+  EXPECT_EQ(flown.code, static_cast<int>(ErrorCode::incomplete)) << flown.text;
+  const double ramp_s = gate_at(flown, "stopped") - gate_at(flown, "ramping");
+  EXPECT_GT(ramp_s, 0.2) << flown.text;
+  EXPECT_LT(ramp_s, 1.5) << flown.text;
+}
+
+TEST(ForeignCommander, AStopNeedsNoCommand) {
+  using namespace std::chrono_literals;
+  for (const char* wish : {"cut", "stop"}) {
+    const Flown flown = fly({}, {{300ms, wish}});
+    EXPECT_EQ(flown.code, static_cast<int>(ErrorCode::incomplete)) << flown.text;
+    EXPECT_SAYS(flown, "the operator stopped it before the flight began");
+    EXPECT_LT(flown.wall_s, 15) << "motors idle until commands are given up";
+  }
 }
 
 }  // namespace
