@@ -1,7 +1,9 @@
 """The launch scripts, end to end with a short mission: every component a process that the script starts by itself."""
 
+import importlib.util
 import os
 import subprocess
+import sys
 import unittest
 
 import system
@@ -40,6 +42,25 @@ class LaunchScripts(system.SystemTest):
                    for name in ("simulated_flight.sh", "tethered_flight.sh")]
         common = [line for line in scripts[0] & scripts[1] if ":" in line and not line.startswith(("#", "source"))]
         self.assertEqual(common, [])
+
+    def test_every_ablation_of_the_script_is_one_of_the_command(self):
+        spec = importlib.util.spec_from_file_location("ablations", system.ROOT / "launch_scripts/ablations.py")
+        script = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(script)
+        text = self.run_command("diagnose", "--help").stdout
+        for ablation in script.IDS:
+            self.assertIn(f"{ablation}:", text)
+
+    def test_long_ablations_of_three_flights(self):
+        done = subprocess.run([sys.executable, str(system.ROOT / "launch_scripts/ablations.py"), "--out", "a", "--cases", "2", "--nulls", "1",
+                               "--longest", "15", "--bin", os.environ.get("OMNIFLIGHT_BIN", str(system.ROOT / "build/testing/install")), "no-occurrence", "no-instruments"],
+                              cwd=self.dir, text=True, capture_output=True, timeout=900)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("3 synthetic flights", done.stdout)
+        for ablation in ("whole", "no-occurrence", "no-instruments"):
+            self.assertIn(f"| {ablation} |", done.stdout)
+        again = subprocess.run([sys.executable, str(system.ROOT / "launch_scripts/resolution.py"), "a"], cwd=self.dir, text=True, capture_output=True)
+        self.assertIn("rivals are both wrong", again.stdout, again.stderr)
 
 
 if __name__ == "__main__":
