@@ -43,6 +43,7 @@ class Answers(system.SystemTest):
         for claim in ("The model explains", "Nothing is missing", "Probability of each named effect"):
             self.assertNotIn(claim, page)
         self.assertIn("verdict: unfinished", text)
+        self.assertEqual(found["sets"], [])
         return found
 
     def test_a_check_is_no_answer(self):
@@ -123,6 +124,10 @@ class Answers(system.SystemTest):
         self.assertTrue(wrench and wrench <= {"payload_mass", "hung_cable"}, wrench)
         asked = {x["about"] for x in found["decisions"] if x["asked"] == "evidence alone against nothing"}
         self.assertEqual({a for a in asked if not a.startswith("unknown")}, {"payload_mass", "hung_cable"})
+        self.assertAlmostEqual(sum(x["probability"] for x in found["sets"]), 1, places=3)
+        self.assertIn([], [x["effects"] for x in found["sets"]])  # nothing at all is one
+        self.assertTrue({e for x in found["sets"] for e in x["effects"] if not e.startswith("unknown")} <= {"payload_mass", "hung_cable"})
+        self.assertIn(found["estimator"]["name"], ("direct", "instrumental"))
         self.assertRegex(text, r"why hung_cable:\n +evidence alone against nothing: [-+.e\d]+ against [-+.e\d]+ .*(kept|refused)")
         text = self.ask("--only", "payload_mass", "--why", "rotor_drag", expect=None)
         self.assertIn("not among the effects that the caller asks for", text)

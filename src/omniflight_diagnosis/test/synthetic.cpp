@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <random>
 
 #include "omniflight_core/random.hpp"
+#include "omniflight_diagnosis/filter.hpp"
 
 namespace omniflight::diagnosis::test {
 namespace {
@@ -195,6 +197,19 @@ void drive_by_duty(recording::Recording& r, const vehicle::Vehicle& v, double fu
     }
   r.signals.erase("rotor_speed");
   r.signals["pwm"] = duty;
+}
+
+Eigen::MatrixXd jittering_speeds(const vehicle::Vehicle& v, double rate_hz) {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd x(5000, v.rotor_count());
+  for (double& value : x.reshaped()) value = normal(random);
+  x = low_pass(x, rate_hz, 20);
+  for (Eigen::Index r = 0; r < x.cols(); ++r) {
+    const double hover = 0.6 * v.rotors[static_cast<std::size_t>(r)].max_speed();
+    x.col(r) = (hover + 0.3 * hover * x.col(r).array()).matrix();
+  }
+  return x;
 }
 
 }  // namespace omniflight::diagnosis::test

@@ -40,4 +40,7 @@ recording::Recording fly(const vehicle::Vehicle& vehicle, const std::vector<phys
 /// Duty cycles in place of the rotor speeds: `full` at the largest speed of the vehicle file.
 void drive_by_duty(recording::Recording& recording, const vehicle::Vehicle& vehicle, double full);
 
+/// Rotor speeds [rad/s, 5000 samples x rotors] that jitter about hover, by 30 % and below 20 Hz.
+Eigen::MatrixXd jittering_speeds(const vehicle::Vehicle& v, double rate_hz);
+
 }  // namespace omniflight::diagnosis::test

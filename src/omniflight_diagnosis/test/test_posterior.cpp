@@ -127,7 +127,7 @@ Posterior with_a_second(double first, double more) {
   return p;
 }
 
-// Of 500 nat, laws that are right within a tenth leave five to chance.
+// Of 500 nat, a law that is right within a tenth leaves five to chance, and two laws ten.
 TEST(Posterior, WhatALawHasWrongIsNoEvidenceOfAnother) {
   std::vector<Hypothesis> laws(2);
   for (Hypothesis& h : laws) h.log_odds = -4;
@@ -136,13 +136,13 @@ TEST(Posterior, WhatALawHasWrongIsNoEvidenceOfAnother) {
     share_probability(laws, law_error, p);
     EXPECT_NEAR(p.sets[0].probability + p.sets[1].probability + p.sets[2].probability, 1, 1e-12);
     EXPECT_LT(p.probability_of_nothing, 1e-3);
-    return p.sets[2].probability;
+    return p.sets[2].probability / (1 - p.probability_of_nothing);
   };
   EXPECT_NEAR(share_of_second(500, 10, 0), 1 / (1 + std::exp(4.0 - 10)), 1e-9);
-  EXPECT_NEAR(share_of_second(500, 10, 0.1), 1 / (1 + std::exp(4 - 10 / (1 + 5.1))), 1e-9);
+  EXPECT_NEAR(share_of_second(500, 10, 0.1), 1 / (1 + std::exp(4 - 10 / (1 + 10.2))), 1e-9);
   EXPECT_LT(share_of_second(500, 10, 0.1), 0.1);
-  EXPECT_GT(share_of_second(50, 20, 0.1), 0.99) << "of little a tenth is nothing";
-  EXPECT_GT(share_of_second(500, 100, 0.1), 0.99) << "what is no misfit";
+  EXPECT_GT(share_of_second(50, 30, 0.1), 0.99) << "of little a tenth is nothing";
+  EXPECT_GT(share_of_second(500, 200, 0.1), 0.99) << "what is no misfit";
 }
 
 // By 40 deg from the begin: the likelihood has an optimum near many lengths.

@@ -14,23 +14,10 @@ namespace {
 
 constexpr double kRate = 500;  // Hz
 
-/// Rotor speeds [rad/s] that jitter about hover, 10 s.
-Eigen::MatrixXd jitter(const vehicle::Vehicle& v) {
-  std::mt19937_64 random(7);
-  std::normal_distribution<double> normal;
-  Eigen::MatrixXd x(5000, v.rotor_count());
-  for (double& value : x.reshaped()) value = normal(random);
-  x = low_pass(x, kRate, 20);
-  for (Eigen::Index r = 0; r < x.cols(); ++r) {
-    const double hover = 0.6 * v.rotors[static_cast<std::size_t>(r)].max_speed();
-    x.col(r) = (hover + 0.3 * hover * x.col(r).array()).matrix();
-  }
-  return x;
-}
-
 std::optional<ThrustResponse> response_of(const Eigen::MatrixXd& real, double delay_s = 0) {
   const vehicle::Vehicle v = test::omnimorph();
-  const Eigen::MatrixXd speed = jitter(v), alpha = Eigen::MatrixXd::Constant(speed.rows(), 1, 0.5);
+  const Eigen::MatrixXd speed = test::jittering_speeds(v, kRate),
+                        alpha = Eigen::MatrixXd::Constant(speed.rows(), 1, 0.5);
   const std::vector<char> use(static_cast<std::size_t>(speed.rows()), 1);
   Eigen::MatrixXd dw = rotor_excitation(real, real, alpha, kRate, v).torque * v.inertia.inverse();
   if (delay_s != 0) dw = delayed(dw, delay_s, kRate);
@@ -42,7 +29,7 @@ std::optional<ThrustResponse> response_of(const Eigen::MatrixXd& real, double de
 }
 
 TEST(ThrustResponse, ThrustThatComesLateIsTold) {
-  const Eigen::MatrixXd speed = jitter(test::omnimorph());
+  const Eigen::MatrixXd speed = test::jittering_speeds(test::omnimorph(), kRate);
   const auto found = response_of(responding(speed, {.time = 0.02, .lead = -1}, kRate));
   ASSERT_TRUE(found);
   EXPECT_EQ(found->lead, -1);
@@ -51,15 +38,21 @@ TEST(ThrustResponse, ThrustThatComesLateIsTold) {
 }
 
 TEST(ThrustResponse, ThrustThatOvershootsIsTold) {
-  const Eigen::MatrixXd speed = jitter(test::omnimorph());
+  const Eigen::MatrixXd speed = test::jittering_speeds(test::omnimorph(), kRate);
   const auto found = response_of(responding(speed, {.time = 0.015, .lead = 0.4}, kRate));
   ASSERT_TRUE(found);
   EXPECT_EQ(found->lead, 0.4);
   EXPECT_NEAR(found->time, 0.015, 0.003);
 }
 
+TEST(ThrustResponse, RotorsThatAnswerToTheMotionTellNothing) {
+  const Eigen::MatrixXd speed = test::jittering_speeds(test::omnimorph(), kRate);
+  EXPECT_TRUE(response_of(responding(speed, {.time = 0.015, .lead = 0.4}, kRate)));
+  EXPECT_FALSE(response_of(responding(speed, {.time = 0.015, .lead = 0.4}, kRate), -0.012));
+}
+
 TEST(ThrustResponse, AClockThatIsOffAndThrustAtOnceAreNot) {
-  const Eigen::MatrixXd speed = jitter(test::omnimorph());
+  const Eigen::MatrixXd speed = test::jittering_speeds(test::omnimorph(), kRate);
   EXPECT_FALSE(response_of(speed));
   EXPECT_FALSE(response_of(speed, 0.009));
 }

@@ -41,7 +41,8 @@ struct Options {
 Status settle_salt(Options& o) {
   const fs::path file = fs::path(o.seal) / "draw.json";
   const json asked = {{"cases", o.draw.cases}, {"nulls", o.draw.nulls},       {"tuning", o.tuning},
-                      {"seed", o.seed},        {"vehicles", o.draw.vehicles}, {"effects", o.draw.effects}};
+                      {"seed", o.seed},        {"vehicles", o.draw.vehicles}, {"effects", o.draw.effects},
+                      {"longest", o.draw.longest}};
   if (fs::exists(file)) {
     auto text = files::read_file(file, files::kMegabyte);
     if (!text) return Failure(text.error());
@@ -200,6 +201,7 @@ int main(int argc, char** argv) {
   app.add_option("--seal", o.seal, "Folder that it must not see (mode 700)")->required();
   app.add_option("--cases", o.draw.cases, "Cases with hidden effects")->check(CLI::Range(0, 100000));
   app.add_option("--nulls", o.draw.nulls, "Cases without")->check(CLI::Range(0, 100000));
+  app.add_option("--longest", o.draw.longest, "Longest flight [s]")->check(CLI::Range(10.0, 240.0));
   app.add_flag("--tuning", o.tuning, "Draw from the tuning boxes, without what is marked unseen");
   app.add_option("--seed", o.seed, "Of a tuning run")->check(CLI::Range(0L, 1000000000L));
   app.add_option("--vehicles", o.draw.vehicles, "Only these kinds")

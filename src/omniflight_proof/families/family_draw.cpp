@@ -179,6 +179,7 @@ Coordinates draw_coordinates(BoxRandom& random, const FamilyDrawOptions& o) {
                                  : random.between_log(90, 240);
   if ((c.manoeuvre == "T1" || c.manoeuvre == "T2" || c.manoeuvre == "designed") && c.length < 35)
     c.length += 25;
+  c.length = std::min(c.length, o.longest);
   const bool quick = c.length < 60 && random.chance(0.2);
   c.imu_hz = quick ? 1000 : std::vector<double>{100, 250, 250, 500}[random.index(4)];
   c.pose_hz = std::vector<double>{50, 100, 125, 250}[random.index(4)];

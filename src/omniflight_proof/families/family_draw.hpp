@@ -10,6 +10,7 @@ struct FamilyDrawOptions {
   std::string salt;
   Box box = Box::tuning;
   int cases = 60, nulls = 20;
+  double longest = 240;                    ///< s, of a flight
   std::vector<std::string> vehicles = {};  ///< only these; empty: all of the box
   std::vector<std::string> effects = {};   ///< only these ids; empty: all
 };

@@ -205,6 +205,19 @@ struct Decision {
   double statistic = 0, threshold = 0;
   std::string source, outcome;
 };
+/// How regressors were kept apart from what feedback makes of disturbances.
+struct EstimatorChoice {
+  std::string name;  ///< "direct" or "instrumental"; empty: no wrench was inferred
+  std::string reason;
+};
+/// A set of effects that was asked, by the ids of its members ("unknown: VARIABLE" of physics outside the
+/// library).
+struct RankedSet {
+  std::vector<std::string> effects;
+  /// ln of its evidence over that of nothing at all, and of its prior odds against it [nat]; its share of the
+  /// posterior [1].
+  double log_evidence = 0, log_prior = 0, probability = 0;
+};
 /// What the best model leaves of a channel.
 struct Remaining {
   std::string channel, unit;
@@ -215,6 +228,8 @@ struct Remaining {
 
 struct Diagnosis {
   std::vector<Decision> decisions;
+  EstimatorChoice estimator;
+  std::vector<RankedSet> sets;       ///< the likeliest first
   std::vector<Remaining> remaining;  ///< every judged channel
   std::vector<Input> inputs;
   Verdict verdict = Verdict::nothing_missing;

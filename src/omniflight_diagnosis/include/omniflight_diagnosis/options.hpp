@@ -76,8 +76,28 @@ struct ToldController {
   Vec3 kR = Vec3::Zero(), kw = Vec3::Zero(), kI = Vec3::Zero();  ///< 1/s^2, 1/s, 1/s^3: attitude, body
 };
 
+/// What the method assumes or does and an ablation leaves out, to count what it is worth; what each of them
+/// is stands in docs/explanation/diagnosis_method.md.
+enum class Assumption {
+  law_error,            ///< laws are right within a relative error; without: exact
+  resolution,           ///< evidence resolves no better than laws do; without: every nat counts
+  initial_states,       ///< memories begin anywhere; without: at rest
+  load_starts,          ///< loads are fitted from some points of their grid; without: from the best
+  instruments,          ///< regressors are predicted; without: as measured
+  horizons,             ///< the prediction horizon is tested; without: the shortest
+  tolerance_factors,    ///< the flight tells how well its vehicle was measured; without: as assumed
+  told_totals,          ///< totals that are told bind their parts; without: they do not
+  told_noise,           ///< noise is about what is told; without: of any size
+  spectrum_correction,  ///< smooth corrections of noise spectra; without: none
+  occurrence,           ///< effects are rare in their own ways; without: equally likely
+  unknown_physics,      ///< smooth functions and pulsations beside the library; without: the library alone
+  velocity_observer,    ///< velocity of poses by an observer; without: differentiated
+  late_thrust,          ///< a response of thrust to speed is compensated; without: it is not
+  heavy_tails           ///< errors of drives have heavy tails; without: Gaussian
+};
+
 struct Options {
-  double law_error = 0.1;    ///< 1, RMS of the relative error of a law of the library
+  double law_error = 0.1;  ///< 1, RMS of the relative error of a law of the library
   /// Divides log-likelihoods, for what the model has wrong; the second where turbulence and the noise of the
   /// sensors are told.
   double temperature = 2.5, told_temperature = 1.5;
@@ -89,6 +109,7 @@ struct Options {
   double max_gap_s = 0.08;           ///< longer gaps in a needed signal are cut out
   double margin_s = 0.25;            ///< cut on both sides of every gap and of the ends
   int threads = 1;                   ///< the search runs on; the answer is the same
+  std::set<Assumption> without;      ///< left out, in an ablation
   std::vector<std::string> only;     ///< candidate ids; empty: the whole library
   std::vector<std::string> exclude;  ///< ids that are not offered
   /// Prior probabilities that effects are left out, by id, where more is known of this vehicle than how often
@@ -107,6 +128,9 @@ struct Options {
   /// Asked between steps of long work; true ends it and keeps what is known. May be empty.
   std::function<bool()> stop;
   bool stopped() const { return stop && stop(); }
+  bool assumes(Assumption a) const { return !without.contains(a); }
+  /// Of laws in evidences.
+  double error_of_laws() const { return assumes(Assumption::law_error) ? law_error : 0.0; }
 };
 
 }  // namespace omniflight::diagnosis

@@ -8,6 +8,7 @@
 #include "omniflight_diagnosis/filter.hpp"
 #include "omniflight_diagnosis/residual.hpp"
 #include "sensor_delays.hpp"
+#include "structural_resonance.hpp"
 #include "tilt_servo.hpp"
 #include "velocity_observer.hpp"
 
@@ -141,7 +142,7 @@ void Taking::force(FineMotion& m) const {
       turn_into_body(m.attitude, m.specific_force);
       f_.notes.push_back("'acc' follows the world's axes, not the body's: it was turned into the body.");
     }
-    if (in_.velocity || !in_.position) return;
+    if (in_.velocity || !in_.position || !o_.assumes(Assumption::velocity_observer)) return;
     Eigen::MatrixXd acceleration = m.specific_force;
     turn_into_world(m.attitude, acceleration);
     acceleration.col(2).array() -= gravity;
@@ -187,7 +188,13 @@ void Taking::rotors_on_the_clock_of_the_gyro(FineMotion& m) const {
                                      in_.acc ? m.specific_force : Eigen::MatrixXd(0, 3), rotors,
                                      grid_.rate_hz, used_.flags());
     delays.behind_rotors = lag_behind_rotors(regression);
-    delays.as_response = thrust_response(regression, o_.tolerance.rotor_clock);
+    if (o_.assumes(Assumption::late_thrust))
+      delays.as_response = thrust_response(regression, o_.tolerance.rotor_clock);
+    if (const auto mode = structural_resonance(regression, o_.tolerance.rotor_clock, o_.temperature);
+        mode && !(delays.as_response && delays.as_response->log_factor > o_.temperature * mode->log_factor)) {
+      delays.as_response.reset();
+      f_.faults.push_back(as_fault(*mode));
+    }
   }
   if (auto late = what_is_late(delays, vehicle_, o_)) f_.faults.push_back(std::move(*late));
   if (delays.as_response) m.rotor_speed = responding(m.rotor_speed, *delays.as_response, grid_.rate_hz);

@@ -101,7 +101,16 @@ RotorRegression::RotorRegression(const Eigen::MatrixXd& dw, const Eigen::MatrixX
   at_once_.resize(axes(), 2 * reach_ + 1);
   for (int c = 0; c < axes(); ++c)
     for (int shift = -reach_; shift <= reach_; ++shift)
-      at_once_(c, shift + reach_) = left(c, 0, shift, std::array{0.0}).front();
+      at_once_(c, shift + reach_) = left(c, wrench(c), shift, std::array{0.0}).front();
+  best_shift_ = -reach_;
+  for (int shift = -reach_; shift <= reach_; ++shift)
+    if (misfit(shift) < misfit(best_shift_)) best_shift_ = shift;
+}
+
+double RotorRegression::misfit(int shift) const {
+  double sum = 0;
+  for (int c = 0; c < 3; ++c) sum += 0.5 * std::log(left_at_once(c, shift));
+  return sum;
 }
 
 bool RotorRegression::enough() const { return static_cast<double>(rows_.size()) >= kLeastTime * rate_hz_; }
@@ -112,10 +121,9 @@ double RotorRegression::independent_samples() const {
 
 double RotorRegression::left_at_once(int axis, int shift) const { return at_once_(axis, shift + reach_); }
 
-std::vector<double> RotorRegression::left(int axis, double time_s, int shift,
+std::vector<double> RotorRegression::left(int axis, const Eigen::VectorXd& settled, int shift,
                                           std::span<const double> leads) const {
   const Axis& a = axes_[static_cast<std::size_t>(axis)];
-  const Eigen::VectorXd settled = time_s > 0 ? Eigen::VectorXd(lagged(a.wrench, time_s, rate_hz_)) : a.wrench;
   Products p;
   for (const int i : rows_)
     p.add({a.wrench[i - shift], settled[i - shift], a.spin_up[i - shift], 1}, a.motion[i]);

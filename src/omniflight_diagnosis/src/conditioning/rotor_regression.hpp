@@ -8,6 +8,11 @@
 
 namespace omniflight::diagnosis {
 
+/// Share of the variance of one axis at least that rotors must explain before anything is read out of how the
+/// motion follows them. Chosen: below, noise of the speeds or disturbances prevail, and whatever smooths or
+/// what feedback does fits better.
+inline constexpr double kLeastByRotors = 0.85;
+
 /// Nominal wrench of the rotors; samples x 3, body.
 struct RotorExcitation {
   Eigen::MatrixXd force, torque;  ///< N, Nm
@@ -42,15 +47,24 @@ class RotorRegression {
   /// Share of the variance of an axis that the rotor wrench leaves when it comes `shift` samples late; 1
   /// where its coefficient is not positive.
   double left_at_once(int axis, int shift) const;
-  /// The same for thrust T + lead (T - T_settled) of each lead, where T_settled follows T with this time [s].
-  std::vector<double> left(int axis, double time_s, int shift, std::span<const double> leads) const;
+  /// Negative log-likelihood of a sample of the turning with torques that act at once, `shift` samples late.
+  double misfit(int shift) const;
+  /// The shift [samples] at which torques that act at once explain most of the turning.
+  int best_shift() const { return best_shift_; }
+  /// Whether rotors come after the turning by more than their clock (one standard deviation `clock_s`) can be
+  /// off: they answer to disturbances, and how they follow the motion tells nothing of how it follows them.
+  bool is_feedback(double clock_s) const { return -best_shift_ > 3 * clock_s * rate_hz_; }
+  const Eigen::VectorXd& wrench(int axis) const { return axes_[static_cast<std::size_t>(axis)].wrench; }
+  /// The same for T + lead (T - settled) of each lead, with T = wrench(axis) and what it settles to.
+  std::vector<double> left(int axis, const Eigen::VectorXd& settled, int shift,
+                           std::span<const double> leads) const;
 
  private:
   struct Axis {
     Eigen::VectorXd motion, wrench, spin_up;
   };
   double rate_hz_;
-  int reach_;
+  int reach_, best_shift_ = 0;
   std::vector<int> rows_;
   std::vector<Axis> axes_;
   Eigen::MatrixXd at_once_;  ///< axes x shifts

@@ -9,7 +9,6 @@ namespace omniflight::diagnosis {
 namespace {
 
 // Chosen, not measured.
-constexpr double kLeastExplained = 0.85;                // see thrust_response()
 constexpr std::array kLeads{-1.0, 0.2, 0.4, 0.7, 1.0};  // 1
 constexpr int kTimes = 13;                              // time constants, evenly in their logarithm
 constexpr double kShortest = 0.004, kLongest = 0.1;     // s
@@ -23,12 +22,14 @@ double log_mean_exp(const std::vector<double>& x) {
   return most + std::log(sum / static_cast<double>(x.size()));
 }
 
-/// ln likelihood of each lead, summed over the axes; `explained` is the largest share of an axis so far.
-std::array<double, kLeads.size()> log_likelihood(const RotorRegression& regression, double time, int shift,
+/// ln likelihood of each lead, summed over the axes, with what the wrench of each settles to; `explained` is
+/// the largest share of an axis so far.
+std::array<double, kLeads.size()> log_likelihood(const RotorRegression& regression,
+                                                 const std::vector<Eigen::VectorXd>& settled, int shift,
                                                  double& explained) {
   std::array<double, kLeads.size()> out{};
   for (int c = 0; c < regression.axes(); ++c) {
-    const std::vector<double> left = regression.left(c, time, shift, kLeads);
+    const std::vector<double> left = regression.left(c, settled[static_cast<std::size_t>(c)], shift, kLeads);
     for (std::size_t k = 0; k < left.size(); ++k) {
       explained = std::max(explained, 1 - left[k]);
       out[k] -= 0.5 * std::log(left[k]) * regression.independent_samples();
@@ -52,7 +53,7 @@ std::vector<double> log_likelihood_of_clocks(const RotorRegression& regression) 
 }  // namespace
 
 std::optional<ThrustResponse> thrust_response(const RotorRegression& regression, double clock_s) {
-  if (!regression.enough()) return std::nullopt;
+  if (!regression.enough() || regression.is_feedback(clock_s)) return std::nullopt;
   const std::vector<double> clocks = log_likelihood_of_clocks(regression);
   const double at_once = clocks[static_cast<std::size_t>(regression.reach())];
   const int tolerated = static_cast<int>(std::lround(clock_s * regression.rate_hz()));
@@ -60,15 +61,18 @@ std::optional<ThrustResponse> thrust_response(const RotorRegression& regression,
   double explained = 0;
   std::array<std::array<double, kTimes>, kLeads.size()> best;
   for (auto& some : best) some.fill(-1e300);
-  for (int k = 0; k < kTimes; ++k)
+  for (int k = 0; k < kTimes; ++k) {
+    std::vector<Eigen::VectorXd> settled;
+    for (int c = 0; c < regression.axes(); ++c)
+      settled.emplace_back(lagged(regression.wrench(c), time_at(k), regression.rate_hz()));
     for (int shift = -tolerated; shift <= tolerated; ++shift) {
-      const auto here = log_likelihood(regression, time_at(k), shift, explained);
+      const auto here = log_likelihood(regression, settled, shift, explained);
       all.insert(all.end(), here.begin(), here.end());
       for (std::size_t l = 0; l < kLeads.size(); ++l)
         best[l][static_cast<std::size_t>(k)] = std::max(best[l][static_cast<std::size_t>(k)], here[l]);
     }
-  // where noise of the speeds or disturbances prevail, whatever smooths them fits better
-  if (explained < kLeastExplained) return std::nullopt;
+  }
+  if (explained < kLeastByRotors) return std::nullopt;
   ThrustResponse out;
   out.log_factor = log_mean_exp(all) - std::max(log_mean_exp(clocks), at_once);
   if (!(out.log_factor > 0)) return std::nullopt;

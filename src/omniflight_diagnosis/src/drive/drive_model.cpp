@@ -13,7 +13,9 @@ namespace omniflight::diagnosis {
 namespace {
 
 // Chosen, not measured.
-constexpr double kLagTold = 0.08;   ///< prior standard deviation of ln(lag / lag of the vehicle file)
+constexpr double kLagTold = 0.08;  ///< prior standard deviation of ln(lag / lag of the vehicle file)
+constexpr double kFreedom = 4;     ///< degrees of freedom of errors; chosen: kurtosis just infinite
+constexpr double kGaussian = 1e9;
 constexpr double kLawError = 0.3;   ///< factor on Options::law_error: first-order drives are a good law
 constexpr double kSettles = 0.5;    ///< s, left out at the start so that initial conditions decay
 constexpr double kResolved = 1e-3;  ///< relative speed error of timing and telemetry under any model
@@ -40,7 +42,9 @@ class QuickPart {
 /// maximisation over weights, coefficients and scale (Lange, Little and Taylor 1989).
 class Regression {
  public:
-  void begin(Eigen::Index most) {
+  /// `freedom`: degrees of freedom of the errors.
+  void begin(Eigen::Index most, double freedom) {
+    freedom_ = freedom;
     if (x_.rows() < most) {
       x_.resize(most, 3);
       weighted_.resize(most, 3);
@@ -66,7 +70,7 @@ class Regression {
       const Eigen::Vector3d best = H.ldlt().solve(weighted.transpose() * y_.head(n_).matrix());
       r_.head(n_) = y_.head(n_) - (x * best).array();
       scale2_ = std::max(1e-300, k == 0 ? middle_square() : (w_.head(n_) * residual().square()).mean());
-      w_.head(n_) = (kFreedom + 1) / (kFreedom + residual().square() / scale2_);
+      w_.head(n_) = (freedom_ + 1) / (freedom_ + residual().square() / scale2_);
     }
   }
   Eigen::Ref<const Eigen::ArrayXd> residual() const { return r_.head(n_); }
@@ -75,12 +79,11 @@ class Regression {
   /// Mean ln density of the residuals, up to a constant, where the squared scale is `scale2`.
   double mean_log_density(double scale2) const {
     return -0.5 * std::log(scale2) -
-           0.5 * (kFreedom + 1) * (residual().square() / (kFreedom * scale2)).log1p().mean();
+           0.5 * (freedom_ + 1) * (residual().square() / (freedom_ * scale2)).log1p().mean();
   }
 
  private:
-  static constexpr double kFreedom = 4;  ///< degrees of freedom; chosen: kurtosis just infinite
-  static constexpr int kTurns = 6;       ///< after least squares; chosen for run time
+  static constexpr int kTurns = 6;  ///< after least squares; chosen for run time
   /// A start that outliers do not move: squared median of the magnitudes.
   double middle_square() const {
     std::vector<double> sizes(r_.data(), r_.data() + n_);
@@ -90,7 +93,7 @@ class Regression {
   }
 
   Eigen::Index n_ = 0;
-  double scale2_ = 0;
+  double scale2_ = 0, freedom_ = 0;
   Eigen::Matrix<double, Eigen::Dynamic, 3> x_, weighted_;
   Eigen::ArrayXd y_, r_, w_;
 };
@@ -131,7 +134,8 @@ DriveModel::DriveModel(const vehicle::Vehicle& vehicle, std::vector<DriveRecord>
       records_(std::move(records)),
       between_(between),
       stamps_s_(stamps_s),
-      law_error_(kLawError * o.law_error),
+      law_error_(kLawError * o.error_of_laws()),
+      freedom_(o.assumes(Assumption::heavy_tails) ? kFreedom : kGaussian),
       temperature_(o.temperature) {
   for (const DriveRecord& r : records_)
     for (Eigen::Index k = 0; k < r.speed.cols(); ++k) independent_.push_back(static_cast<double>(r.t.size()));
@@ -168,7 +172,7 @@ DriveModel::Rest DriveModel::compare(const DriveRecord& r, Eigen::Index rotor, c
                                      bool left) const {
   Rest out;
   thread_local Regression fit;  // reused, as in simulate()
-  fit.begin(static_cast<Eigen::Index>(r.t.size()));
+  fit.begin(static_cast<Eigen::Index>(r.t.size()), freedom_);
   const double middle = 0.5 * r.duration_s();
   const double offset = r.speed(r.speed.rows() / 2, rotor);
   QuickPart quick_predicted, quick_measured;

@@ -59,7 +59,7 @@ class DriveModel {
   physics::VehicleSize size_;
   std::vector<DriveRecord> records_;
   Between between_;
-  double stamps_s_, law_error_, temperature_;
+  double stamps_s_, law_error_, freedom_, temperature_;
   std::vector<double> independent_;  ///< independent samples per record and rotor
 };
 

@@ -61,17 +61,18 @@ PowerBands bands_of(const RegressionProblem& problem, const Eigen::VectorXd& res
 }
 
 /// Spectra of the three channels of a force or torque; returns ln density of their prior. `told`: empty where
-/// nothing is told.
+/// nothing is told. `corrected`: by smooth functions of frequency.
 double fit_spectra(std::span<const std::shared_ptr<const ToldSpectrum>> told,
-                   std::span<const PowerBands, 3> bands, ToldShape shape, double temperature,
+                   std::span<const PowerBands, 3> bands, ToldShape shape, double temperature, bool corrected,
                    std::span<NoiseSpectrum, 3> out) {
   const bool noisy =
       std::all_of(bands.begin(), bands.end(), [](const PowerBands& b) { return b.power.sum() > 0; });
   if (noisy && !told.empty() && told.front()) {
-    const double log_prior = NoiseSpectrum::fit_told(told.first<3>(), bands, shape, temperature, out);
+    const double log_prior = NoiseSpectrum::fit_told(
+        told.first<3>(), bands, corrected ? shape : ToldShape::as_told, temperature, out);
     if (std::isfinite(log_prior)) return log_prior;  // else numbers that no flight has
   }
-  for (std::size_t k = 0; k < 3; ++k) (out[k] = NoiseSpectrum()).fit(bands[k]);
+  for (std::size_t k = 0; k < 3; ++k) (out[k] = NoiseSpectrum()).fit(bands[k], corrected);
   return 0;
 }
 
@@ -93,7 +94,8 @@ NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& 
       const auto group = std::span(spectra_[here]).subspan(at).first<3>();
       std::span<const std::shared_ptr<const ToldSpectrum>> own;
       if (!told.empty()) own = std::span(told[here]).subspan(at);
-      log_prior_ += fit_spectra(own, std::span(std::as_const(bands)), shape, temperature_, group);
+      log_prior_ += fit_spectra(own, std::span(std::as_const(bands)), shape, temperature_,
+                                problem.spectra_corrected(), group);
       for (NoiseSpectrum& s : group) s.scale(temperature_);
     }
   for (const Stretch& s : problem.stretches()) {

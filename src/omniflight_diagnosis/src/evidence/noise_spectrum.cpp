@@ -38,7 +38,7 @@ Eigen::MatrixXd NoiseSpectrum::parts(const Eigen::ArrayXd& f) {
   return out;
 }
 
-void NoiseSpectrum::fit(const PowerBands& bands) {
+void NoiseSpectrum::fit(const PowerBands& bands, bool corrected) {
   const auto& [f, power, freedom] = bands;
   const double mean = freedom.sum() > 0 ? power.sum() / freedom.sum() : 0.0;
   silent_ = !(mean > 0) || !std::isfinite(mean);
@@ -51,7 +51,7 @@ void NoiseSpectrum::fit(const PowerBands& bands) {
     const Eigen::VectorXd down = B.transpose() * (freedom.array() / S).matrix();
     weight_.array() *= (up.array() / down.array().max(1e-300)).sqrt();
   }
-  correct(bands);
+  if (corrected) correct(bands);
 }
 
 Eigen::MatrixXd NoiseSpectrum::terms(const Eigen::ArrayXd& f) const {

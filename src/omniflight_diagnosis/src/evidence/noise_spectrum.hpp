@@ -31,8 +31,8 @@ class NoiseSpectrum {
   static constexpr int kTerms = 5;
 
   /// Maximises Whittle's likelihood of the amplitudes (restricted, Patterson and Thompson 1971) by
-  /// multiplicative updates, which keep the parts non-negative.
-  void fit(const PowerBands& bands);
+  /// multiplicative updates, which keep the parts non-negative. `corrected`: and then of the smooth function.
+  void fit(const PowerBands& bands, bool corrected = true);
   /// Spectra of the three channels of a force or torque that are about as told, at the mode of their
   /// posterior with Whittle's likelihood to the power 1/temperature. Deviations of the told spectrum are
   /// normal in its logarithm: factors on turbulence and on the noise of the sensors and, where `shape` is

@@ -58,7 +58,10 @@ Vec6 at_rotor(const RotorSituation& r, const Vec3& axis_B) {
 class Columns {
  public:
   Columns(const RegressionProblem& problem, const vehicle::Vehicle& vehicle, const Options& options)
-      : problem_(problem), vehicle_(vehicle), tol_(tolerance_of(vehicle, options)) {}
+      : problem_(problem),
+        vehicle_(vehicle),
+        tol_(tolerance_of(vehicle, options)),
+        totals_bind_(options.assumes(Assumption::told_totals)) {}
 
   void of_constants();
   void of_body();
@@ -99,6 +102,7 @@ class Columns {
   const RegressionProblem& problem_;
   const vehicle::Vehicle& vehicle_;
   Tolerance tol_;
+  bool totals_bind_;
   Calibration out_;
   std::vector<Eigen::VectorXd> columns_, measured_;
   std::vector<double> settled_;
@@ -308,7 +312,7 @@ Eigen::MatrixXd Columns::totals() const {
   for (int i = 0; i < n; ++i)
     if (problem_.measured(i).R_WB(2, 2) > kLevel) level.push_back(i);
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(6, count);
-  if (static_cast<double>(level.size()) * problem_.period() < kLeastHover) return out;
+  if (static_cast<double>(level.size()) * problem_.period() < kLeastHover || !totals_bind_) return out;
   for (Eigen::Index k = 0; k < count; ++k) {
     const auto at = static_cast<std::size_t>(k);
     if (std::find(kOfParts.begin(), kOfParts.end(), out_.kinds[at]) == kOfParts.end()) continue;

@@ -35,7 +35,9 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
       period_(1.0 / options.grid_hz),
       size_(physics::size_of(vehicle, options.environment.gravity)),
       commanded_(vehicle),
-      told_noise_(options.noise) {
+      told_noise_(options.noise),
+      predicted_(options.assumes(Assumption::instruments)),
+      corrected_(options.assumes(Assumption::spectrum_correction)) {
   const Mat3 c = skew(vehicle.center_of_mass);
   inertia_ << vehicle.mass * Mat3::Identity(), -vehicle.mass * c, vehicle.mass * c,
       vehicle.inertia - vehicle.mass * c * c;
@@ -57,7 +59,7 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
         const physics::Situation& now = f.situation[static_cast<std::size_t>(i)];
         rest.push_back(wrench_residual(now, now.a_WB_B - now.g_B, vehicle.center_of_mass));
         if (f.sensor_noise.size() > 0) drawn.emplace_back(f.sensor_noise.row(i));
-        situation_.push_back(ahead[static_cast<std::size_t>(i - segment.begin)]);
+        situation_.push_back(predicted_ ? ahead[static_cast<std::size_t>(i - segment.begin)] : now);
         measured_.push_back(now);
         log_voltage.push_back(f.log_voltage.size() > 0 ? f.log_voltage[i] : 0.0);
         const Vec3& p = now.body.p_WB;
@@ -69,7 +71,8 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
   }
   if (n_ > 0) mean_ /= n_;
   const double window = std::max(kMemoryWindow, n_ * period_ / kMostWindows);  // s
-  for (const Stretch& s : stretches_) {
+  const bool anywhere = options.assumes(Assumption::initial_states);           // else memories begin at rest
+  for (const Stretch& s : anywhere ? stretches_ : std::vector<Stretch>()) {
     const int parts = std::max(1, static_cast<int>(std::lround(s.size() * period_ / window)));
     for (int k = 0; k < parts; ++k)
       windows_.push_back({s.begin + k * s.size() / parts, s.begin + (k + 1) * s.size() / parts, s.flight});
@@ -86,7 +89,8 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
     return out;
   };
   y_ = channel_major(rest);
-  if (drawn.size() == rest.size()) sensor_noise_ = channel_major(drawn);
+  if (drawn.size() == rest.size() && options.assumes(Assumption::told_noise))
+    sensor_noise_ = channel_major(drawn);
   temperature_ = noise_told() ? options.told_temperature : options.temperature;
   expected_.setZero(rows());
   calibration_ = calibrate(*this, flights, vehicle, options, log_voltage);
@@ -94,7 +98,7 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
 
 void RegressionProblem::expect(const Eigen::VectorXd& wrench) {
   const Eigen::PartialPivLU<Mat6> mass(inertia_);
-  for (int i = 0; i < n_; ++i) {
+  for (int i = 0; i < n_ && predicted_; ++i) {  // a measured acceleration has it
     Vec6 more;
     for (int c = 0; c < 6; ++c) more[c] = wrench[c * n_ + i] - expected_[c * n_ + i];
     situation_[static_cast<std::size_t>(i)].a_WB_B += mass.solve(more).head<3>();
@@ -137,7 +141,7 @@ physics::ParameterPrior RegressionProblem::prior(const physics::Effect& effect, 
 
 void RegressionProblem::between_command_and_speed(const EffectTerm& term, Eigen::VectorXd& value,
                                                   Eigen::MatrixXd* by_theta, States states) const {
-  const bool predicted = states == States::predicted;
+  const bool predicted = predicted_ && states == States::predicted;
   value = commanded_(*term.effect, term.theta, predicted, measured_);
   std::vector<double> theta = term.theta;
   for (std::size_t k = 0; by_theta && k < theta.size(); ++k) {
@@ -159,7 +163,7 @@ void RegressionProblem::replay(const EffectTerm& term, Eigen::VectorXd& value, E
   const auto count = static_cast<Eigen::Index>(windows_.size()) * states;
   if (by_start) by_start->setZero(rows(), count);
   std::vector<double> w, j, moved, offset(spread.size());
-  const std::vector<Stretch>& parts = spread.empty() ? stretches_ : windows_;
+  const std::vector<Stretch>& parts = count == 0 ? stretches_ : windows_;
   for (std::size_t part = 0; part < parts.size(); ++part) {
     const Stretch& s = parts[part];
     const auto length = static_cast<std::size_t>(s.size());
@@ -173,7 +177,8 @@ void RegressionProblem::replay(const EffectTerm& term, Eigen::VectorXd& value, E
     };
     const auto first = static_cast<Eigen::Index>(part) * states;
     for (Eigen::Index k = 0; k < states; ++k)
-      offset[static_cast<std::size_t>(k)] = term.start.size() == count ? term.start[first + k] : 0.0;
+      offset[static_cast<std::size_t>(k)] =
+          count > 0 && term.start.size() == count ? term.start[first + k] : 0.0;
     if (parameters > 0 && spread.empty()) {
       j.resize(6 * length * static_cast<std::size_t>(parameters));
       effect.replay(motion, period_, term.theta.data(), w.data(), j.data());
@@ -200,7 +205,7 @@ void RegressionProblem::replay(const EffectTerm& term, Eigen::VectorXd& value, E
         scatter(moved, 0, by_theta->col(k));
       }
     }
-    if (!by_start) continue;
+    if (!by_start || count == 0) continue;
     for (Eigen::Index k = 0; k < states; ++k) {
       const double deviation = spread[static_cast<std::size_t>(k)], step = kStartStep * deviation;
       if (deviation <= 0) continue;
@@ -252,7 +257,7 @@ void RegressionProblem::wrench_of(const EffectTerm& term, Eigen::VectorXd& value
 }
 
 Eigen::VectorXd RegressionProblem::of_command_delay(double late_s, States states) const {
-  Eigen::VectorXd out = commanded_.of_delay(late_s, states == States::predicted, measured_);
+  Eigen::VectorXd out = commanded_.of_delay(late_s, predicted_ && states == States::predicted, measured_);
   if (forces_only_) out.tail(3 * n_).setZero();
   return out;
 }

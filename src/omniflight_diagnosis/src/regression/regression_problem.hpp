@@ -77,6 +77,8 @@ class RegressionProblem {
   /// Whether turbulence and the noise of the sensors are told, for all flights.
   bool noise_told() const { return sensor_noise_.size() > 0; }
   const ToldNoise& told_noise() const { return told_noise_; }
+  /// Whether noise spectra have a smooth correction.
+  bool spectra_corrected() const { return corrected_; }
   /// Divides log-likelihoods of the residual.
   double temperature() const { return temperature_; }
   /// A draw of what the told noise of the sensors does to the residual; all rows.
@@ -138,6 +140,7 @@ class RegressionProblem {
   Eigen::VectorXd expected_;  ///< wrench besides that of the rotors, in predicted accelerations
   Eigen::VectorXd y_;
   ToldNoise told_noise_;
+  bool predicted_, corrected_;  ///< unless an ablation takes regressors as measured, spectra as fitted
   double temperature_ = 1;
   Eigen::VectorXd sensor_noise_;
   std::vector<double> kernel_s_;

@@ -21,6 +21,7 @@ constexpr double kCredible = 0.95;  ///< posterior mass of a credible set
 constexpr double kExplained = 0.8;
 /// Posterior over prior standard deviation from which on a flight does not inform a parameter.
 constexpr double kUninformed = 0.95;
+constexpr std::size_t kShownSets = 50;   ///< the likeliest
 const std::string kUnknown = "unknown";  ///< name of any pattern outside the library
 
 /// Ids of the effects; single-rotor hypotheses of one effect are one id.
@@ -174,6 +175,22 @@ void add_remaining(const Inference& in, const Eigen::VectorXd& rest, Diagnosis& 
   }
 }
 
+/// Direct where regressors of the shortest horizon agree with longer ones; longer ones are instruments.
+EstimatorChoice estimator_of(const HorizonChoice& horizon) {
+  const HorizonTest& chosen = horizon.tests.back();
+  const Horizon &first = horizon.tests.front().horizon, &last = chosen.horizon;
+  const bool direct = first.s == last.s && first.reference_alone == last.reference_alone;
+  std::string reason = format("regressors are predicted %.3g s ahead", last.s);
+  if (last.reference_alone) reason += " by the reference alone";
+  if (chosen.compared > 0)
+    reason += format("; their estimates agree with those of longer horizons (largest statistic %.3g of %.3g)",
+                     chosen.statistic, chosen.threshold());
+  else
+    reason += ", the longest horizon that was asked";
+  if (!direct) reason += "; shorter ones disagreed, so feedback biases them";
+  return {direct ? "direct" : "instrumental", reason};
+}
+
 void add_decisions(const Inference& in, const std::set<std::string>& named, Diagnosis& d) {
   std::map<std::string, double> gain, odds;
   for (const auto& [hypothesis, g] : in.posterior.alone) {
@@ -205,6 +222,26 @@ void add_decisions(const Inference& in, const std::set<std::string>& named, Diag
                            named.contains(name) ? format("kept, posterior inclusion %.3f", p)
                                                 : format("refused, posterior inclusion %.3f", p)});
     d.candidates.push_back({name, g, -odds[name]});
+  }
+}
+
+void add_sets(const Inference& in, Diagnosis& d) {
+  const std::vector<SetPosterior>& sets = in.posterior.sets;
+  double nothing = 0;
+  std::vector<const SetPosterior*> likeliest;
+  for (const SetPosterior& s : sets) {
+    likeliest.push_back(&s);
+    if (s.hypotheses.empty()) nothing = s.log_joint;
+  }
+  std::stable_sort(likeliest.begin(), likeliest.end(),
+                   [](const auto* a, const auto* b) { return a->probability > b->probability; });
+  for (const SetPosterior* s : likeliest) {
+    if (d.sets.size() == kShownSets) break;
+    d.sets.push_back({{}, s->log_joint - s->log_prior - nothing, s->log_prior, s->probability});
+    for (const int h : s->hypotheses) {
+      const Hypothesis& x = in.hypotheses[static_cast<std::size_t>(h)];
+      d.sets.back().effects.push_back(x.pattern ? kUnknown + ": " + x.pattern->variable : x.id);
+    }
   }
 }
 
@@ -301,6 +338,8 @@ void add_posterior(const Inference& in, const SetFit& fit, std::span<const Fligh
   if (something) add_mismatch(in, wrench, rest, d);
   add_remaining(in, rest, d);
   add_decisions(in, named, d);
+  add_sets(in, d);
+  d.estimator = estimator_of(in.horizon);
   add_series(in, flights, rest, d);
   for (int c = 0; c < 6; ++c)
     d.fit.in_sample.push_back({"", kChannels[static_cast<std::size_t>(c)], channel_unit(c),

@@ -197,6 +197,16 @@ Json remaining(const Diagnosis& d) {
   return out;
 }
 
+Json sets(const Diagnosis& d) {
+  Json out = Json::array();
+  for (const RankedSet& x : d.sets)
+    out.push_back({{"effects", x.effects},
+                   {"log_evidence_over_nothing", number(x.log_evidence)},
+                   {"log_prior", number(x.log_prior)},
+                   {"probability", number(x.probability)}});
+  return out;
+}
+
 /// The first recording's, and those of the others in a list of their own.
 Json intakes(const Diagnosis& d) {
   Json out = intake(d.intake), further = Json::array();
@@ -250,6 +260,10 @@ std::string to_json(const Diagnosis& d) {
          d.next_flight.mission.empty() ? Json(nullptr) : number(d.next_flight.predicted_separation_sigma)}}},
       {"intake", intakes(d)},
       {"decisions", decisions(d)},
+      {"estimator", d.estimator.name.empty()
+                        ? Json(nullptr)
+                        : Json{{"name", d.estimator.name}, {"reason", d.estimator.reason}}},
+      {"sets", sets(d)},
       {"remaining", remaining(d)},
       {"left_out", d.left_out},
       {"runtime_s", number(d.runtime_s)}};

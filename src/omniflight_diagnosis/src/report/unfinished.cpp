@@ -20,6 +20,7 @@ bool identifiable(const std::string& effect, const ParameterValue& parameter) {
 void mark_unfinished(Diagnosis& d) {
   d.verdict = Verdict::unfinished;
   for (Finding& f : d.findings) f.probability = std::nan("");
+  d.sets.clear();
   d.probability_of_nothing = std::nan("");
   if (d.left_out.empty()) d.left_out.emplace_back("the search for left-out physics");
 }

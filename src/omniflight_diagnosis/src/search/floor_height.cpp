@@ -35,7 +35,7 @@ double log_factor(const RegressionProblem& problem, const NoiseModel& noise, con
   law.id = effect.info().id;
   law.effect = &effect;
   const std::vector<Hypothesis> one{without_grid(law, problem, noise)};
-  const Evidence evidence(problem, noise, one, o.law_error,
+  const Evidence evidence(problem, noise, one, o.error_of_laws(),
                           Eigen::VectorXd::Ones(problem.calibration().settled.size()));
   SetMember member;
   for (const physics::Parameter& p : effect.info().parameters) member.theta.push_back(p.typical);

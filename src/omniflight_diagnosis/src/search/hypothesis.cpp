@@ -211,21 +211,28 @@ std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const 
   // an effect of each rotor by itself shares the rate of the whole
   std::map<std::string, double> share;
   for (const Effect* e : effects) share[e->info().id] += 1;
+  const auto occurrence = [&](const Effect& e) {
+    return o.assumes(Assumption::occurrence) ? physics::occurrence(e.info()) : 1.0;
+  };
   double total = 0;
-  for (const Effect* e : effects) total += physics::occurrence(e->info()) / share[e->info().id];
+  for (const Effect* e : effects) total += occurrence(*e) / share[e->info().id];
   for (const Effect* e : effects) {
     Hypothesis h;
     h.id = e->info().id;
     h.effect = e;
     const auto told = o.inclusion.find(h.id);
-    const double odds = told == o.inclusion.end() ? kExpectedEffects * physics::occurrence(e->info()) / total
+    const double odds = told == o.inclusion.end() ? kExpectedEffects * occurrence(*e) / total
                                                   : told->second / (1 - told->second);
     h.log_odds = std::log(odds / share[h.id]);
     h.points = shape_points(problem, *e);
     out.push_back(std::move(h));
   }
-  std::vector<Pattern> patterns = make_patterns(problem);
-  std::vector<Pulsation> pulsations = make_pulsations(problem, noise);
+  std::vector<Pattern> patterns;
+  std::vector<Pulsation> pulsations;
+  if (o.assumes(Assumption::unknown_physics)) {
+    patterns = make_patterns(problem);
+    pulsations = make_pulsations(problem, noise);
+  }
   const double each = kExpectedUnknown / static_cast<double>(patterns.size() + pulsations.size());
   const auto add_unknown = [&](Pattern&& p, double odds) {
     Hypothesis h;

@@ -84,9 +84,11 @@ class Profiler {
     if (p.fit.calibration.size() > 0) known += problem_.calibration().columns * p.fit.calibration;
     p.noise = estimate_noise(problem_, slow_, known, problem_.temperature());
     whiten(*p.noise, 1, few);
-    const Evidence evidence(problem_, fitted_, *p.noise, few, o_.law_error, p.tolerances);
+    const Evidence evidence(problem_, fitted_, *p.noise, few, o_.error_of_laws(), p.tolerances);
     p.fit = evidence.fit(std::move(p.fit.members));
-    Eigen::VectorXd likeliest = likeliest_tolerances(problem_.calibration(), p.fit, p.tolerances);
+    Eigen::VectorXd likeliest = p.tolerances;
+    if (o_.assumes(Assumption::tolerance_factors))
+      likeliest = likeliest_tolerances(problem_.calibration(), p.fit, p.tolerances);
     if (likeliest != p.tolerances) {
       p.tolerances = std::move(likeliest);
       p.fit = evidence.with(p.tolerances).fit(std::move(p.fit.members));
@@ -134,7 +136,7 @@ void in_own_noise(const Profiler& profiler, double nothing, const Evidence& evid
         s.log_joint = std::max(s.log_joint, profiler.of(s.members, evidence.tolerances()).joint + log_scale);
       },
       o.stop);
-  share_probability(evidence.hypotheses(), o.law_error, p);
+  share_probability(evidence.hypotheses(), o.assumes(Assumption::resolution) ? o.law_error : 0.0, p);
 }
 
 /// Gains of hypotheses that were never fitted alone.
@@ -191,6 +193,7 @@ class Inferrer {
     limits_.threads = o.threads;
     limits_.stop = o.stop;
     limits_.most_members = 8;
+    limits_.load_starts = o.assumes(Assumption::load_starts);
     auto first = estimate_noise(*out_.problem, slow_, Eigen::VectorXd::Zero(out_.problem->rows()),
                                 out_.problem->temperature(), ToldShape::as_told);
     out_.problem->scale_calibration(first_stages(first->apply(out_.problem->calibration().columns),
@@ -253,7 +256,7 @@ class Inferrer {
       out_.hypotheses = make_hypotheses(*out_.problem, *noise, effects_, o_);
     else
       whiten(*noise, o_.threads, out_.hypotheses);
-    found_ = std::make_unique<Evidence>(*out_.problem, *fitted_, *noise, out_.hypotheses, o_.law_error,
+    found_ = std::make_unique<Evidence>(*out_.problem, *fitted_, *noise, out_.hypotheses, o_.error_of_laws(),
                                         tolerances);
     out_.noise = std::move(noise);
     out_.tolerances = tolerances;
@@ -268,8 +271,10 @@ class Inferrer {
     for (const SetPosterior& rival : out_.posterior.sets)
       if (rival.log_joint > out_.posterior.joint_of_best - kRival && tried.size() < kTried)
         tried.push_back(rival.members);
-    const Evidence tight(*out_.problem, *fitted_, *out_.noise, out_.hypotheses, o_.law_error,
-                         tightest_tolerances(out_.problem->calibration()));
+    const Evidence tight(*out_.problem, *fitted_, *out_.noise, out_.hypotheses, o_.error_of_laws(),
+                         o_.assumes(Assumption::tolerance_factors)
+                             ? tightest_tolerances(out_.problem->calibration())
+                             : current_.tolerances);
     std::set<int> asked;
     for (const Evidence* evidence : {static_cast<const Evidence*>(found_.get()), &tight}) {
       const SetFit here = evidence->fit(current_.fit.members);
@@ -308,7 +313,7 @@ Inference infer(std::span<const Flight* const> flights, const vehicle::Vehicle& 
   HorizonChoice choice;
   const auto refused = [&](HorizonTest test) {
     choice.tests.push_back(std::move(test));
-    return !choice.tests.back().agrees() && !o.stopped();
+    return o.assumes(Assumption::horizons) && !choice.tests.back().agrees() && !o.stopped();
   };
   std::vector<SetMember> seed;
   for (std::size_t k = 0;; ++k) {

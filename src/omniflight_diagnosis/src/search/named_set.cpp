@@ -47,7 +47,7 @@ SetFit likeliest_of_something(const Inference& in, const Evidence& evidence) {
 SetFit named_set(const Inference& in, const Options& o) {
   const Posterior& p = in.posterior;
   if (!p.alarm()) return p.nothing;
-  const Evidence evidence(*in.problem, *in.noise, in.hypotheses, o.law_error, in.tolerances);
+  const Evidence evidence(*in.problem, *in.noise, in.hypotheses, o.error_of_laws(), in.tolerances);
   const SetFit best = likeliest_of_something(in, evidence);
   std::vector<std::pair<double, std::size_t>> members;
   for (std::size_t k = 0; k < best.members.size(); ++k) {

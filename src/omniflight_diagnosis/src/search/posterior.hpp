@@ -14,6 +14,7 @@ struct SetPosterior {
   std::vector<SetMember> members;
   std::vector<double> theta_deviation;  ///< of the parameters of its laws, one member after the other
   double log_joint = 0;                 ///< ln evidence plus ln prior
+  double log_prior = 0;
   double probability = 0;
 };
 
@@ -41,13 +42,15 @@ class GridSearch;
 
 struct SearchLimits {
   int most_members = 5;
+  bool load_starts = true;  ///< laws with initial states are fitted alone at some points of their grid
   int threads = 1;
   std::function<bool()> stop;
 };
 
 /// Shares one among the sets. A law that is right within law_error [1] leaves the square of it of what it
-/// explains, and another law may take that by chance: a difference of ln evidence counts divided by one plus
-/// that part of the largest gain over nothing.
+/// explains, and another law may take that by chance: a difference of ln evidence to nothing counts divided
+/// by one plus that part of the largest gain over nothing, and one between sets of laws, of which both are
+/// wrong, by one plus twice that part.
 void share_probability(const std::vector<Hypothesis>& hypotheses, double law_error, Posterior& posterior);
 
 /// Sets that promise on the grid of shapes (promising_sets), and `seed`, fitted; then the best set without

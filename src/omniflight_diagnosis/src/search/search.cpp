@@ -31,7 +31,7 @@ class Search {
     fits_[{}] = std::make_unique<SetFit>(evidence_.fit({}));  // also when there is no time for any other
     out.nothing = *fits_.at({});
     if (!seed.empty()) visit({seed});
-    visit_swinging();
+    if (limits_.load_starts) visit_swinging();
     visit(grid_.promising_sets());
     for (int round = 0; round < kNeighbourRounds && !stopped(); ++round) {
       const double before = best_joint();
@@ -142,7 +142,7 @@ class Search {
   void finish(Posterior& out) {
     const double best = best_joint();
     for (const auto& [key, fit] : fits_)
-      out.sets.push_back({key, fit->members, fit->theta_deviation, joint(key), 0});
+      out.sets.push_back({key, fit->members, fit->theta_deviation, joint(key), 0, 0});
     for (const auto& [key, fit] : fits_)
       if (key.size() == 1) out.alone.emplace_back(key[0], fit->log_evidence - fits_.at({})->log_evidence);
     std::sort(out.sets.begin(), out.sets.end(),
@@ -170,22 +170,29 @@ double Posterior::inclusion(const std::string& id, const std::vector<Hypothesis>
 }
 
 void share_probability(const std::vector<Hypothesis>& hypotheses, double law_error, Posterior& p) {
-  std::vector<double> prior;
-  double most = -1e300, nothing = -1e300, sum = 0;  // ln evidence, and the sum of shares
-  for (const SetPosterior& s : p.sets) {
-    prior.push_back(log_prior(s.hypotheses, hypotheses));
-    most = std::max(most, s.log_joint - prior.back());
+  double most = -1e300, nothing = -1e300;  // ln evidence
+  for (SetPosterior& s : p.sets) {
+    s.log_prior = log_prior(s.hypotheses, hypotheses);
+    most = std::max(most, s.log_joint - s.log_prior);
     if (s.hypotheses.empty()) nothing = s.log_joint;
   }
-  const double chance = 1 + law_error * law_error * (most - nothing);
-  for (std::size_t k = 0; k < p.sets.size(); ++k) {
-    SetPosterior& s = p.sets[k];
-    s.probability = std::exp(prior[k] + (s.log_joint - prior[k] - most) / chance);
-    sum += s.probability;
+  // `wrong`: laws in the comparison, whose errors are independent
+  const auto share = [&](const SetPosterior& s, int wrong) {
+    const double chance = 1 + wrong * law_error * law_error * (most - nothing);
+    return std::exp(s.log_prior + (s.log_joint - s.log_prior - most) / chance);
+  };
+  double something = 0, all = 0, among = 0;
+  for (const SetPosterior& s : p.sets) {
+    all += share(s, 1);
+    if (s.hypotheses.empty()) continue;
+    something += share(s, 1);
+    among += share(s, 2);
   }
   for (SetPosterior& s : p.sets) {
-    s.probability /= sum;
-    if (s.hypotheses.empty()) p.probability_of_nothing = s.probability;
+    if (s.hypotheses.empty())
+      p.probability_of_nothing = s.probability = share(s, 1) / all;
+    else
+      s.probability = something / all * share(s, 2) / among;
   }
 }
 

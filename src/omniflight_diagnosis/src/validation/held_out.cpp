@@ -93,7 +93,7 @@ std::vector<EffectTerm> refitted(const Inference& in, std::vector<SetMember> mem
     m.hypothesis = static_cast<int>(few.size()) - 1;
     m.start.resize(0);
   }
-  const Evidence evidence(problem, *noise, few, o.law_error,
+  const Evidence evidence(problem, *noise, few, o.error_of_laws(),
                           Eigen::VectorXd::Ones(problem.calibration().settled.size()));
   return laws_of(few, evidence.fit(std::move(members)).members);
 }

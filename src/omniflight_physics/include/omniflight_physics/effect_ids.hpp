@@ -50,6 +50,7 @@ inline constexpr const char* clock_offset = "clock_offset";
 inline constexpr const char* sensor_filter = "sensor_filter";
 inline constexpr const char* stale_samples = "stale_samples";
 inline constexpr const char* vibration = "vibration";
+inline constexpr const char* structural_mode = "structural_mode";
 inline constexpr const char* rotor_speed_sensor_fault = "rotor_speed_sensor_fault";
 inline constexpr const char* battery_sensor_fault = "battery_sensor_fault";
 
