@@ -345,14 +345,19 @@ Result<Plan> plan_mission(const Mission& mission, const PlanOptions& options) {
   const auto vehicle =
       vehicle::load_vehicle(options.vehicle.empty() ? mission.vehicle : options.vehicle, options.set);
   if (!vehicle) return Failure(vehicle.error());
-  const auto map = DistanceMap::load(mission.test_bed, {.deadline = deadline, .cache = field_cache_folder()});
+  auto map = DistanceMap::load(
+      mission.test_bed,
+      {.unknown = mission.zones.unknown, .deadline = deadline, .cache = field_cache_folder()});
   if (!map) return Failure(map.error());
+  if (auto ok = map->close(mission.zones, deadline); !ok) return Failure(ok.error());
   PlanOptions with_names = options;
   with_names.map_file = mission.test_bed.string();
   Result<TestBed> bed = TestBed{};
   if (!mission.description.empty() && !options.names) {
     bed = load_test_bed(mission.description);
     if (!bed) return Failure(bed.error());
+    bed->primitives.insert(bed->primitives.end(), mission.zones.keep_out.begin(),
+                           mission.zones.keep_out.end());
     with_names.names = &*bed;
   }
   auto made = plan_until(deadline, mission, *vehicle, *map, with_names);

@@ -11,6 +11,7 @@
 #include "omniflight_planning/tether.hpp"
 #include "omniflight_planning/timing.hpp"
 #include "omniflight_planning/tube.hpp"
+#include "omniflight_planning/zones.hpp"
 
 namespace omniflight::planning {
 
@@ -32,7 +33,8 @@ struct Mission {
   std::string vehicle;                ///< name or path, as load_vehicle takes it
   std::filesystem::path test_bed;     ///< the .bt, .ot or mesh file, resolved
   std::filesystem::path description;  ///< the test bed's YAML beside it, empty when there is none
-  std::optional<double> alpha;        ///< rad, at the start; nothing = search
+  Zones zones = {};
+  std::optional<double> alpha;  ///< rad, at the start; nothing = search
   std::optional<Tether> tether;
   std::optional<Payload> payload;
   std::vector<Waypoint> waypoints;  ///< the first one is the start

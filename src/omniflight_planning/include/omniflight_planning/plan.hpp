@@ -85,7 +85,8 @@ struct PlanOptions {
 
 /// Plans every leg, rounds it, times it and checks the curve itself. All of that ends within the budget and
 /// 100 ms, with a plan or with why there is none. Deterministic for a seed as long as the budget suffices.
-/// Errors begin with the kind of failure (PathFailure or alpha_out_of_range, curve_blocked,
+/// The map has the zones of the mission closed. Errors begin with the kind of failure (PathFailure or
+/// alpha_out_of_range, curve_blocked,
 /// ...), name the waypoint, and carry code bad_input, incomplete (no path in time) or impossible (proven).
 Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const DistanceMap& map,
                   const PlanOptions& options = {});
