@@ -216,6 +216,10 @@ Result<Mission> load_mission(const std::string& spec) {
   m.timing =
       root->choice<Timing>("timing", {{"minimum_jerk", Timing::minimum_jerk}, {"shortest", Timing::shortest}},
                            Timing::minimum_jerk);
+  m.objective = root->choice<Objective>(
+      "objective",
+      {{"time", Objective::time}, {"energy", Objective::energy}, {"clearance", Objective::clearance}},
+      Objective::time);
   read_tracking(*root, m);
   read_zones(*root, m.zones);
   m.tether = read_tether(*root);

@@ -28,6 +28,13 @@ struct Waypoint {
   std::string where;                 ///< file:line
 };
 
+/// What a plan prefers among the motions that keep every limit.
+enum class Objective {
+  time,       ///< the quickest ride of a short way
+  energy,     ///< the ride that takes least from the rotors, of both timings at several speeds
+  clearance,  ///< a way with as much room beyond the clearance as there is
+};
+
 struct Mission {
   std::string name;
   std::string vehicle;                ///< name or path, as load_vehicle takes it
@@ -39,6 +46,7 @@ struct Mission {
   std::optional<Payload> payload;
   std::vector<Waypoint> waypoints;  ///< the first one is the start
   MotionLimits limits;
+  Objective objective = Objective::time;
   Timing timing = Timing::minimum_jerk;  ///< of vehicles that do not lean into their motion
   std::optional<double>
       tracking_position;  ///< m, position error that the flight may reach; nothing: see tube_of
