@@ -134,12 +134,12 @@ class Judge {
     const auto first = std::find_if(before.begin(), before.end(), [&](auto& f) { return f.t >= begin; });
     const std::vector<planning::FlownPose> path(first, before.end());
     before.erase(first, before.end());
-    if (const auto way = planning::flown_clearance(before, e_.vehicle, e_.mission.test_bed);
+    if (const auto way = planning::flown_clearance(before, e_.vehicle, e_.mission.test_bed, e_.mission.zones);
         way && way->least < 0)
       v_.remarks.push_back(fmt::format(
           "before the plan began, at {:.1f} s, the vehicle came {:.3f} m into the obstacles of the map",
           way->at, -way->least));
-    const auto found = planning::flown_clearance(path, e_.vehicle, e_.mission.test_bed);
+    const auto found = planning::flown_clearance(path, e_.vehicle, e_.mission.test_bed, e_.mission.zones);
     if (!found || path.empty()) {
       v_.figures["min_clearance_m"] = nullptr;
       find(kFlownBadly,

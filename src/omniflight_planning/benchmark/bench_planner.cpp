@@ -44,7 +44,17 @@ void line(const std::string& what, double ours, const std::string& peer, double 
   std::fflush(stdout);
 }
 
+/// The part of the shipped test bed about its frame, in voxels of this edge [m].
+std::shared_ptr<const octomap::OcTree> frame_of(double resolution) {
+  TestBed bed = load_test_bed("configs/test_beds/pyramid.yaml").value();
+  bed.resolution = resolution;
+  bed.lower = Vec3(-2.2, -2.2, -0.1), bed.upper = Vec3(2.2, 2.2, 3.3);
+  return make_octree(bed).value();
+}
+
 struct Bed {
+  Bed() = default;
+  explicit Bed(double resolution) : tree(frame_of(resolution)) {}
   std::shared_ptr<const octomap::OcTree> tree = read_octree("configs/test_beds/pyramid.bt").value().tree;
   DistanceMap map = DistanceMap::create(*tree, "").value();
   StateCheck check = make_check(map, 45, 1e-3);
@@ -83,31 +93,39 @@ std::pair<double, double> by_turns(const std::function<void()>& ours, const std:
   return {1e9 * median(a) / static_cast<double>(n), 1e9 * median(b) / static_cast<double>(n)};
 }
 
-void state_checks() {
-  const Bed bed;
+void state_checks(const Bed& bed) {
+  // what StateCheck::valid() asks, without the rotors, of which the peer knows nothing
+  const auto is_free = [&](const Pose& pose) {
+    return bed.check.room(pose, 2.0 * StateCheck::kLeastRoom) > StateCheck::kLeastRoom;
+  };
   const FclVehicle fcl(bed.check.spheres(), bed.tree);
   for (const bool near : {true, false}) {
     const auto set = poses(bed, near, 4000);
     std::size_t missed = 0, free_here = 0, free_there = 0;
     for (const Pose& pose : set) {
-      const bool here = bed.check.room(pose) > 0.0, there = !fcl.hits(pose);
+      const bool here = is_free(pose), there = !fcl.hits(pose);
       free_here += here;
       free_there += there;
       missed += here && !there;
     }
     const auto [ours, theirs] = by_turns(
         [&] {
-          for (const Pose& p : set) free_here += bed.check.room(p) > 0.0;
+          for (const Pose& p : set) free_here += is_free(p);
         },
         [&] {
           for (const Pose& p : set) free_there += !fcl.hits(p);
         },
         set.size());
     char what[120];
-    std::snprintf(what, sizeof what, "pose free, %s (%zu hit for FCL and free here)",
-                  near ? "near" : "uniform", missed);
+    std::snprintf(what, sizeof what, "pose free, %s, voxels of %.0f mm (%zu hit for FCL and free here)",
+                  near ? "near" : "uniform", 1e3 * bed.map.resolution(), missed);
     line(what, ours, "FCL mesh", theirs, "ns", near ? 80 : 100, near ? 100 : 140);
   }
+}
+
+void state_checks() {
+  state_checks(Bed());
+  state_checks(Bed(0.02));
 }
 
 void edge_checks() {
@@ -132,6 +150,68 @@ void edge_checks() {
       },
       edges.size());
   line("motion of 0.4 m, certified", ours, "FCL mesh, every 1 %", theirs, "ns", 15, 40);
+}
+
+/// Both sides look for a first path, seed by seed in turn; runs are cut off at `seconds` of processor time.
+void first_path(const std::string& name, const StateCheck& check, const FclVehicle& fcl, const Pose& start,
+                const Pose& goal, int seeds, double seconds, double must, double stretch) {
+  std::vector<double> ours, theirs;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    PathOptions options;
+    options.seed = static_cast<std::uint64_t>(seed);
+    options.budget_s = rigid_body::kWallLimit;
+    options.deadline = Deadline(rigid_body::kWallLimit, rigid_body::processor_time_over);
+    options.shortcuts = 0;  // the other side does not shorten either
+    double begin = cpu_seconds();
+    rigid_body::processor_limit() = begin + seconds;
+    const bool found = find_path(check, start, goal, options).has_value();
+    if (found) ours.push_back(1e3 * (cpu_seconds() - begin));
+    std::uint64_t looks = 0;
+    begin = cpu_seconds();
+    rigid_body::processor_limit() = begin + seconds;
+    const auto other = stock::solve(
+        check.map().lower(), check.map().upper(), start, goal, [&](const Pose& p) { return fcl.hits(p); },
+        rigid_body::processor_time_over, looks);
+    if (!other.empty()) theirs.push_back(1e3 * (cpu_seconds() - begin));
+  }
+  char what[160];
+  std::snprintf(what, sizeof what, "first path, %s: %zu of %d solved (peer %zu), median of solved",
+                name.c_str(), ours.size(), seeds, theirs.size());
+  line(what, median(ours), "stock OMPL RRTConnect + FCL", median(theirs), "ms", must, stretch);
+}
+
+/// Three open queries about the frame.
+void first_paths() {
+  const Bed bed;
+  const FclVehicle fcl(bed.check.spheres(), bed.tree);
+  const auto rolled = [](double degrees) { return from_roll_pitch_yaw(Vec3(to_radians(degrees), 0, 0)); };
+  const Quat level = Quat::Identity();
+  const struct {
+    const char* name;
+    Pose start, goal;
+  } queries[] = {
+      {"aside and rolled by 90 degrees in the frame",
+       {Vec3(-0.3, 0, 1.3), level},
+       {Vec3(0.3, 0, 1.3), rolled(90)}},
+      {"out of the frame through a side", {Vec3(0, 0, 1.3), level}, {Vec3(2.2, 0, 1.0), level}},
+      {"round the frame", {Vec3(1.9, 1.9, 1.0), rolled(60)}, {Vec3(-1.9, -1.9, 1.0), rolled(60)}},
+  };
+  for (const auto& q : queries) first_path(q.name, bed.check, fcl, q.start, q.goal, 30, 6.0, 10, 30);
+}
+
+/// The slots and windows of windows() beside stock OMPL and FCL, with as little margin as these have.
+void slots() {
+  for (const bool slot : {true, false})
+    for (const double width : {0.60, 0.50}) {
+      const auto tree = make_octree(window_bed(width, slot ? 2.4 : width, 0.02)).value();
+      const auto map = DistanceMap::create(*tree, "").value();
+      const auto check = make_check(map, 30, 1e-3);
+      const FclVehicle fcl(check.spheres(), tree);
+      char name[40];
+      std::snprintf(name, sizeof name, "%s of %.2f m", slot ? "slot" : "window", width);
+      first_path(name, check, fcl, {Vec3(-1.2, 0.5, 1.4), from_roll_pitch_yaw(Vec3(0, 0.1, 0.7))},
+                 {Vec3(1.2, -0.6, 1.0), from_roll_pitch_yaw(Vec3(0.1, 0, -0.5))}, 10, 6.0, 0, 0);
+    }
 }
 #endif
 
@@ -375,6 +455,8 @@ int main(int argc, char** argv) {
 #ifdef OMNIFLIGHT_HAVE_FCL
   run("state", state_checks);
   run("edge", edge_checks);
+  run("first", first_paths);
+  run("slots", slots);
 #endif
   run("windows", windows);
   run("threads", threads);

@@ -236,6 +236,9 @@ int run(int argc, char** argv, const Line& line, const Median& median, const Clo
       {"L through a slot of 0.2 m", l_through_window(0.2, 1.0)},
       {"rod of 1.6 m in a bent corridor", rod_in_bent_corridor(1.6)},
       {"rod of 2.2 m in a bent corridor", rod_in_bent_corridor(2.2)},
+      {"rough L through a window of 0.8 m", rough_l_through_window(0.8, 0.8)},
+      {"rough L through a window of 0.5 m", rough_l_through_window(0.5, 0.5)},
+      {"ring of 0.7 m through a window of 0.3 m", ring_through_window(0.3, 0.9)},
   };
   for (const auto& [name, problem] : made)
     if (const int code = judged(compare(name, problem, request, line, median, cpu_seconds)); code != 0)

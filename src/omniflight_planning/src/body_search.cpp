@@ -20,7 +20,7 @@ void BodySearch::Tree::add(const Pose& pose, std::size_t parent) {
 }
 
 BodySearch::BodySearch(const BodySpace& space, const Pose& start, const Pose& goal, std::uint64_t seed)
-    : space_(space), random_(seed, "rrt") {
+    : space_(space), random_(seed, "rrt"), memory_(space.parts->memory()) {
   trees_[0].add(start, 0);
   trees_[1].add(goal, 0);
 }

@@ -1,10 +1,10 @@
 // A rigid body of convex parts among convex obstacles: whether a pose is free, and whether a whole motion is.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
+#include "box_tree.hpp"
 #include "convex_parts.hpp"
 #include "omniflight_planning/state_check.hpp"
 #include "separation.hpp"
@@ -19,7 +19,7 @@ struct SeparationMemory {
     Vec3 axis = Vec3::UnitX();
   };
   static constexpr std::uint32_t kNone = static_cast<std::uint32_t>(-1);
-  std::array<Entry, 128> entries = {};
+  std::vector<Entry> entries = std::vector<Entry>(128);  ///< a power of two
   std::uint32_t hit_part = kNone, hit_obstacle = kNone;  ///< of the last pose that was not free
   std::uint64_t looks = 0;                               ///< places at which a part was measured
 };
@@ -30,7 +30,13 @@ class ConvexScene {
   /// A triangle that belongs to no solid is a part of its own. There must be some of both.
   ConvexScene(const MeshParts& body, const MeshParts& obstacles);
 
+  /// Bodies of more parts have many pairs near each pose.
+  static constexpr std::size_t kFewParts = 8;
+
   std::size_t parts() const { return body_.first.size() - 1; }
+
+  /// As large as pays for a search among so many parts.
+  SeparationMemory memory() const;
 
   /// Whether every part of the body is farther than `least` [m] from every obstacle.
   bool free(const Pose& pose, double least, SeparationMemory& memory) const;
@@ -41,13 +47,12 @@ class ConvexScene {
   bool motion_free(const Pose& a, const Pose& b, double least, SeparationMemory& memory) const;
 
  private:
-  struct Box {
-    Eigen::Array3d low, high;  // m
-  };
-  struct Node {
-    Box box;
-    std::uint32_t first = 0, count = 0;  // of obstacles; count 0: the children are the next node and `second`
-    std::uint32_t second = 0;
+  /// A node of a tree by the middle of its box.
+  struct Cell {
+    Vec3 middle, half;    // m
+    double radius = 0.0;  // m
+    std::uint32_t first = 0, count = 0, second = 0;
+    explicit Cell(const BoxTree::Node& node);
   };
   /// Points of parts or obstacles one after the other; those of number i from first[i] to first[i + 1].
   struct Hulls {
@@ -61,21 +66,24 @@ class ConvexScene {
     }
   };
   struct Sweep;
+  struct Placement;
 
-  void split(std::vector<std::uint32_t>& order, std::uint32_t first, std::uint32_t count);
-  /// Calls visit(obstacle) for those whose boxes touch this one, until it returns false.
+  static AlignedBox box_of(const PointsView& points);
+  /// Calls visit(part, obstacle) for the pairs that the boxes of the trees do not tell apart, until it
+  /// returns false.
   template <class Visit>
-  bool for_near(const Box& box, const Visit& visit) const;
-  static Box box_of(const PointsView& points);
-  bool apart(std::uint32_t number, const PointsView& part, const Box& box, std::uint32_t obstacle,
-             double least, SeparationMemory& memory) const;
-  bool stays_apart(const Sweep& sweep, std::uint32_t obstacle, double least, SeparationMemory& memory) const;
-  SeparationMemory::Entry& recall(std::uint32_t part, std::uint32_t obstacle, const Box& box,
+  bool for_near_pairs(const Placement& at, const Visit& visit) const;
+  bool apart(std::uint32_t number, const PointsView& part, std::uint32_t obstacle, double least,
+             SeparationMemory& memory) const;
+  bool stays_apart(const Sweep& sweep, std::uint32_t obstacle, double from, double to, double least,
+                   SeparationMemory& memory) const;
+  SeparationMemory::Entry& recall(std::uint32_t number, const PointsView& part, std::uint32_t obstacle,
                                   SeparationMemory& memory) const;
 
-  Hulls body_, obstacles_;
-  std::vector<Box> boxes_;  // of the obstacles
-  std::vector<Node> nodes_;
+  Hulls body_, obstacles_;       // as the leaves of their trees have them
+  std::vector<Cell> body_tree_;  // in the frame of the body
+  std::vector<Cell> world_tree_;
+  std::vector<AlignedBox> boxes_;  // of the obstacles
 };
 
 }  // namespace omniflight::planning

@@ -23,10 +23,10 @@ FlownCheck::FlownCheck(FlownCheck&&) noexcept = default;
 FlownCheck& FlownCheck::operator=(FlownCheck&&) noexcept = default;
 FlownCheck::~FlownCheck() = default;
 
-Result<FlownCheck> FlownCheck::load(const std::filesystem::path& map) {
+Result<FlownCheck> FlownCheck::load(const std::filesystem::path& map, const Zones& zones) {
   const auto tree = read_octree(map);
   if (!tree) return Failure(tree.error());
-  return FlownCheck(std::make_unique<Impl>(Impl{OctreeBoxes(*tree->tree)}));
+  return FlownCheck(std::make_unique<Impl>(Impl{OctreeBoxes(*tree->tree, zones)}));
 }
 
 FlownClearance FlownCheck::clearance(const std::vector<FlownPose>& path, const vehicle::Vehicle& vehicle) {
@@ -82,8 +82,8 @@ std::optional<std::string> FlownTether::violation(const Tether& tether) const {
 }
 
 Result<FlownClearance> flown_clearance(const std::vector<FlownPose>& path, const vehicle::Vehicle& vehicle,
-                                       const std::filesystem::path& map) {
-  auto check = FlownCheck::load(map);
+                                       const std::filesystem::path& map, const Zones& zones) {
+  auto check = FlownCheck::load(map, zones);
   if (!check) return Failure(check.error());
   return check->clearance(path, vehicle);
 }

@@ -11,4 +11,9 @@ namespace omniflight::planning {
 Result<std::vector<KnotFigures>> figures_of(const std::vector<TrajectoryKnot>& knots, Tilts& tilts,
                                             const Deadline& deadline);
 
+/// Energy [J] that the rotors' drag takes on the way, by every few knots: speed times reaction torque. Of a
+/// motion that is cut short by the deadline, nothing.
+Result<std::optional<double>> energy_of(const std::vector<TrajectoryKnot>& knots, Tilts& tilts,
+                                        const vehicle::Vehicle& vehicle, const Deadline& deadline);
+
 }  // namespace omniflight::planning

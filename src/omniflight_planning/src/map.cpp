@@ -17,6 +17,10 @@ constexpr double kTimeToWrite = 0.1;  // s, for a field of 10 million voxels
 
 }  // namespace
 
+float rounded_down(float squared, double resolution) {
+  return std::sqrt(squared) * static_cast<float>(0.5 * resolution) * (1.0f - 4e-7f);
+}
+
 Result<DistanceMap> DistanceMap::create(const octomap::OcTree& tree, std::string sha256,
                                         const MapOptions& options) {
   if (!(options.max_distance > 0.0 && options.max_distance <= 100.0))
@@ -31,8 +35,7 @@ Result<DistanceMap> DistanceMap::create(const octomap::OcTree& tree, std::string
       squared_distances_to_boxes(grid->occupied, grid->size, static_cast<float>(half_voxels * half_voxels),
                                  options.deadline)};
   if (stored.field.empty()) return late();
-  // Rounded down by a few float steps, so that it stays a lower bound.
-  for (float& value : stored.field) value = std::sqrt(value) * static_cast<float>(0.5 * res) * (1.0f - 4e-7f);
+  for (float& value : stored.field) value = rounded_down(value, res);
   DistanceMap map;
   map.set_field(std::move(stored), std::move(sha256), options);
   return map;

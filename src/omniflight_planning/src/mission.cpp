@@ -133,6 +133,28 @@ std::optional<Payload> read_payload(files::YamlReader& root) {
                  .p_B = group->vec3("position", files::between(-10, 10, "m"), Vec3::Zero())};
 }
 
+void read_zones(files::YamlReader& root, Zones& zones) {
+  constexpr std::size_t kMostZones = 100;
+  zones.unknown = root.choice<UnknownSpace>(
+      "unknown", {{"occupied", UnknownSpace::occupied}, {"free", UnknownSpace::free}}, zones.unknown);
+  for (auto& item : root.children("keep_out", 0, kMostZones)) zones.keep_out.push_back(read_primitive(item));
+  auto box = root.optional_child("keep_in");
+  if (!box) return;
+  const auto place = files::between(-kFarthest, kFarthest, "m");
+  zones.keep_in = {box->vec3("min", place), box->vec3("max", place)};
+  if (root.ok() && ((*zones.keep_in)[1] - (*zones.keep_in)[0]).minCoeff() <= 0.0)
+    box->error("the box from min to max has no inside", "Give lower corner and upper corner [m]");
+}
+
+/// That the box to be kept in holds every waypoint.
+void check_keep_in(files::YamlReader& root, const Mission& m) {
+  if (!m.zones.keep_in) return;
+  const auto& [low, high] = *m.zones.keep_in;
+  for (const Waypoint& w : m.waypoints)
+    if ((w.pose.p_WB - low).minCoeff() < 0.0 || (high - w.pose.p_WB).minCoeff() < 0.0)
+      root.error_at("keep_in", "the box does not hold '" + w.name + "'", "Move it, or widen the box");
+}
+
 /// A path beside the mission, an absolute one, or a name under configs/test_beds.
 Result<fs::path> find_test_bed(const std::string& value, const fs::path& mission, const std::string& where) {
   std::vector<fs::path> folders{mission.parent_path() / "../test_beds"};
@@ -194,7 +216,12 @@ Result<Mission> load_mission(const std::string& spec) {
   m.timing =
       root->choice<Timing>("timing", {{"minimum_jerk", Timing::minimum_jerk}, {"shortest", Timing::shortest}},
                            Timing::minimum_jerk);
+  m.objective = root->choice<Objective>(
+      "objective",
+      {{"time", Objective::time}, {"energy", Objective::energy}, {"clearance", Objective::clearance}},
+      Objective::time);
   read_tracking(*root, m);
+  read_zones(*root, m.zones);
   m.tether = read_tether(*root);
   m.payload = read_payload(*root);
   m.waypoints.push_back(read_waypoint(root->child("start"), nullptr, 0));
@@ -204,6 +231,7 @@ Result<Mission> load_mission(const std::string& spec) {
   }
   if (root->ok() && !m.waypoints.back().stop)
     root->error("the last waypoint is a via point", "End with mode: must_stop");
+  if (root->ok()) check_keep_in(*root, m);
   if (auto ok = root->finish(); !ok) return Failure(ok.error());
   const auto map = find_test_bed(test_bed, fs::absolute(*path), m.file + ": test_bed");
   if (!map) return Failure(map.error());

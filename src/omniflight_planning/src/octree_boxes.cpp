@@ -3,6 +3,7 @@
 #include <octomap/OcTree.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace omniflight::planning {
 namespace {
@@ -11,14 +12,14 @@ constexpr double kGatherStep = 0.2;  // m, motion after which the boxes nearby a
 
 }  // namespace
 
-OctreeBoxes::OctreeBoxes(const octomap::OcTree& tree, UnknownSpace unknown) {
+OctreeBoxes::OctreeBoxes(const octomap::OcTree& tree, const Zones& zones) {
   tree.getMetricMin(lower_.x(), lower_.y(), lower_.z());
   tree.getMetricMax(upper_.x(), upper_.y(), upper_.z());
   const auto visit = [&](const auto& self, const octomap::OcTreeNode* node, const Vec3& center,
                          double half) -> void {
     if (((center - upper_).array() >= half).any() || ((lower_ - center).array() >= half).any()) return;
     if (node == nullptr) {
-      if (unknown == UnknownSpace::occupied) all_.push_back({center, half});
+      if (zones.unknown == UnknownSpace::occupied) all_.push_back({center, half});
       return;
     }
     if (!tree.nodeHasChildren(node)) {
@@ -34,6 +35,19 @@ OctreeBoxes::OctreeBoxes(const octomap::OcTree& tree, UnknownSpace unknown) {
   };
   const double half = tree.getResolution() * static_cast<double>(1u << (tree.getTreeDepth() - 1));
   visit(visit, tree.getRoot(), Vec3::Zero(), half);
+  const double res = tree.getResolution();
+  const Vec3 cells = (upper_ - lower_) / res;
+  const std::array<int, 3> size{static_cast<int>(std::lround(cells.x())),
+                                static_cast<int>(std::lround(cells.y())),
+                                static_cast<int>(std::lround(cells.z()))};
+  for (const Primitive& p : zones.keep_out)
+    for_touched(p, lower_, size, res, [&](int x, int y, int z) {
+      all_.push_back({lower_ + res * (Vec3(x, y, z) + Vec3::Constant(0.5)), 0.5 * res});
+    });
+  if (zones.keep_in) {
+    lower_ = lower_.cwiseMax((*zones.keep_in)[0]);
+    upper_ = upper_.cwiseMin((*zones.keep_in)[1]);
+  }
 }
 
 double OctreeBoxes::clearance(const Pose& pose, const VehicleSpheres& vehicle) {

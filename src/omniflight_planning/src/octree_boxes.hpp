@@ -5,6 +5,7 @@
 
 #include "omniflight_planning/map.hpp"
 #include "omniflight_planning/state_check.hpp"
+#include "omniflight_planning/zones.hpp"
 #include "solid.hpp"
 
 namespace omniflight::planning {
@@ -12,11 +13,12 @@ namespace omniflight::planning {
 /// Beyond this distance from the vehicle's bounding sphere no box is looked at: clearances are cut off here.
 inline constexpr double kBoxHorizon = 0.5;  // m
 
-/// The occupied leaves of an octree, and by the same policy as DistanceMap the space inside the box of known
-/// voxels that the map says nothing about; everything outside that box counts as an obstacle.
+/// The occupied leaves of an octree, the voxels that zones close, and by the same policy as DistanceMap the
+/// space inside the box of known voxels that the map says nothing about; everything outside that box counts
+/// as an obstacle.
 class OctreeBoxes {
  public:
-  explicit OctreeBoxes(const octomap::OcTree& tree, UnknownSpace unknown = UnknownSpace::occupied);
+  explicit OctreeBoxes(const octomap::OcTree& tree, const Zones& zones = {});
 
   /// Distance [m] of the vehicle's parts to the nearest box or to the edge of the map, exact to 0.1 mm and
   /// never too large, at most kBoxHorizon; negative in contact (depth of the spheres). Neighbouring poses in

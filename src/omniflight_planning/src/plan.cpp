@@ -89,7 +89,7 @@ std::size_t expected_knots(const std::vector<Waypoint>& waypoints) {
 /// corners, and a vehicle that is blown aside likes it, too. Once there is one, shorter ones with the same
 /// room are looked for in `shorter_s` [s].
 PathResult<Path> find_roomy_path(const StateCheck& check, const Pose& start, const Pose& goal,
-                                 const PathOptions& options, double shorter_s) {
+                                 const PathOptions& options, double shorter_s, Objective objective) {
   const auto search = [&](const StateCheck& roomy, const PathOptions& part) -> PathResult<Path> {
     auto path = find_path(roomy, start, goal, part);
     if (!path || shorter_s <= 0.0) return path;
@@ -97,17 +97,45 @@ PathResult<Path> find_roomy_path(const StateCheck& check, const Pose& start, con
     more.budget_s = shorter_s;
     return find_shorter_path(roomy, std::move(*path), more);
   };
-  for (const double extra : {0.10, 0.04}) {
+  std::vector<double> extras{0.10, 0.04};  // m
+  if (objective == Objective::clearance) extras.insert(extras.begin(), {0.5, 0.35, 0.25, 0.16});
+  for (const double extra : extras) {
+    if (check.margin() + extra >= check.map().max_distance()) continue;  // farther than the field can tell
     const StateCheck roomy = check.with_margin(check.margin() + extra);
     if (!roomy.valid(start) || !roomy.valid(goal)) continue;
     PathOptions part = options;
-    part.budget_s = 0.2 * options.budget_s;
+    part.budget_s = 0.4 / static_cast<double>(extras.size()) * options.budget_s;
     part.brief = true;
     if (auto path = search(roomy, part)) return path;
   }
   PathOptions part = options;
   part.budget_s = 0.6 * options.budget_s;
   return search(check, part);
+}
+
+/// Of the rides by both timings, as fast as the limits allow and more slowly, the one that takes least
+/// energy.
+template <class Ride>
+Result<Ridden> least_energy(const Ride& ride, const Mission& mission, Tilts& tilts,
+                            const vehicle::Vehicle& vehicle, const Deadline& deadline) {
+  auto best = ride(mission.limits, mission.timing);
+  if (!best) return best;
+  const auto first = energy_of(best->knots, tilts, vehicle, deadline);
+  if (!first) return Failure(first.error());
+  double least = first->value_or(0.0);
+  for (const Timing timing : {Timing::shortest, Timing::minimum_jerk})
+    for (const double pace : {1.0, 0.8, 0.6, 0.45, 0.3}) {
+      if (deadline.passed() || !*first) return best;
+      MotionLimits limits = mission.limits;
+      limits.speed *= pace, limits.rate *= pace;
+      limits.acceleration *= pace * pace, limits.angular_acceleration *= pace * pace;
+      auto other = ride(limits, timing);
+      if (!other) continue;
+      const auto energy = energy_of(other->knots, tilts, vehicle, deadline);
+      if (!energy) return Failure(energy.error());
+      if (*energy && **energy < least) least = **energy, best = std::move(other);
+    }
+  return best;
 }
 
 /// Says of a search without a path whether the vehicle alone would have one.
@@ -243,8 +271,8 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
     const double shorter_s = mission.anytime ? kShareOfRestarts * deadline.left() /
                                                    static_cast<double>(mission.waypoints.size() - i)
                                              : 0.0;
-    const auto part =
-        find_roomy_path((*here)->check, mission.waypoints[i - 1].pose, goal.pose, path_options, shorter_s);
+    const auto part = find_roomy_path((*here)->check, mission.waypoints[i - 1].pose, goal.pose, path_options,
+                                      shorter_s, mission.objective);
     if (!part) {
       PathProblem why = part.error();
       if (mission.tether)
@@ -255,9 +283,14 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
     if (!goal.stop) continue;
     if (!leg.empty()) {
       const bool tilts_on_the_way = goal.tilt_in_flight && *goal.alpha != alpha;
-      auto ridden = tilts_on_the_way ? ride_tilting(leg, alpha, *goal.alpha, vehicle, tilts, mission.limits,
-                                                    mission.timing, deadline)
-                                     : ride_leg(leg, **here, mission.limits, mission.timing, deadline);
+      const auto ride = [&](const MotionLimits& limits, Timing timing) {
+        return tilts_on_the_way
+                   ? ride_tilting(leg, alpha, *goal.alpha, vehicle, tilts, limits, timing, deadline)
+                   : ride_leg(leg, **here, limits, timing, deadline);
+      };
+      auto ridden = mission.objective == Objective::energy
+                        ? least_energy(ride, mission, tilts, vehicle, deadline)
+                        : ride(mission.limits, mission.timing);
       if (!ridden) {
         Error error = ridden.error();
         error.message = goal.name + ": " + error.message;
@@ -324,6 +357,9 @@ Result<Plan> plan_until(const Deadline& deadline, const Mission& asked, const ve
     auto figures = figures_of(trajectory->knots(), tilts, deadline);
     if (!figures) return Failure(figures.error());
     out.figures = std::move(*figures);
+    const auto energy = energy_of(trajectory->knots(), tilts, vehicle, deadline);
+    if (!energy) return Failure(energy.error());
+    c.energy = *energy;
   }
   out.trajectory = std::move(*trajectory);
   return out;
@@ -345,14 +381,19 @@ Result<Plan> plan_mission(const Mission& mission, const PlanOptions& options) {
   const auto vehicle =
       vehicle::load_vehicle(options.vehicle.empty() ? mission.vehicle : options.vehicle, options.set);
   if (!vehicle) return Failure(vehicle.error());
-  const auto map = DistanceMap::load(mission.test_bed, {.deadline = deadline, .cache = field_cache_folder()});
+  auto map = DistanceMap::load(
+      mission.test_bed,
+      {.unknown = mission.zones.unknown, .deadline = deadline, .cache = field_cache_folder()});
   if (!map) return Failure(map.error());
+  if (auto ok = map->close(mission.zones, deadline); !ok) return Failure(ok.error());
   PlanOptions with_names = options;
   with_names.map_file = mission.test_bed.string();
   Result<TestBed> bed = TestBed{};
   if (!mission.description.empty() && !options.names) {
     bed = load_test_bed(mission.description);
     if (!bed) return Failure(bed.error());
+    bed->primitives.insert(bed->primitives.end(), mission.zones.keep_out.begin(),
+                           mission.zones.keep_out.end());
     with_names.names = &*bed;
   }
   auto made = plan_until(deadline, mission, *vehicle, *map, with_names);

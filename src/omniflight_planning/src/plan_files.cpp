@@ -106,6 +106,7 @@ Json to_json(const Certificate& c, const std::string& trajectory_sha256) {
              {"lean_deg", to_degrees(c.peak.lean)},
              {"tilt_rate_dps", to_degrees(c.peak_tilt_rate)}}},
            {"tilts_in_flight", c.tilts_in_flight}};
+  if (c.energy) out["energy_J"] = *c.energy;
   if (c.from) out["from"] = to_json(*c.from);
   if (c.tether) out["tether"] = to_json(*c.tether);
   if (c.payload) out["payload"] = {{"mass_kg", c.payload->mass}, {"position_m", array(c.payload->p_B)}};
@@ -237,6 +238,7 @@ Result<Plan> read_plan(const std::filesystem::path& dir) {
     o.peak_tilt_rate = to_radians(c.number(max, "tilt_rate_dps", 0.0, 1e5));
   }
   o.duration = c.number(*certificate, "duration_s", 0.0, 1e5);
+  if (certificate->contains("energy_J")) o.energy = c.number(*certificate, "energy_J", 0.0, 1e12);
   o.clearance_asked = c.number(clearance, "asked_m", 0.0, 100.0);
   o.min_clearance = c.number(clearance, "min_m", 0.0, 100.0);
   o.min_clearance_at = c.number(clearance, "min_at_s", 0.0, 1e5);

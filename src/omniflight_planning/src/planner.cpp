@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "convex_scene.hpp"
 #include "gap_path.hpp"
 #include "ompl_search.hpp"
 #include "portfolio.hpp"
@@ -15,10 +16,10 @@ namespace {
 constexpr std::size_t kCellsBetweenLooks = 4096;  // about 0.2 ms of flood fill
 
 constexpr std::size_t kFirstSamples = 300;            // before the gaps are looked at
-constexpr std::size_t kFirstSamplesOfBodies = 1500;   // their poses cost less, their gaps are longer
-constexpr std::size_t kFirstSamplesOfParts = 30'000;  // still less: as long as it takes to read the map
-constexpr std::size_t kMoreSamples = 2000;            // before a gap counts as too narrow
-constexpr double kTooNarrow = 0.02;                   // m
+constexpr std::size_t kFirstSamplesOfParts = 30'000;  // their poses cost less, and their gaps are longer
+constexpr std::size_t kFirstSamplesOfMany = 4'000;  // of bodies of many parts: the gaps cost relatively less
+constexpr std::size_t kMoreSamples = 2000;          // before a gap counts as too narrow
+constexpr double kTooNarrow = 0.02;                 // m
 
 std::string place(const Vec3& p) { return text("(%.2f, %.2f, %.2f) m", p.x(), p.y(), p.z()); }
 
@@ -201,9 +202,10 @@ PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& sta
   PathOptions part = options;
   part.deadline = options.deadline.within(options.budget_s);
   Portfolio rrt(check, start, goal, options);
-  const std::size_t first_samples = !check.space()         ? kFirstSamples
-                                    : check.space()->parts ? kFirstSamplesOfParts
-                                                           : kFirstSamplesOfBodies;
+  const auto parts = check.space() ? check.space()->parts : nullptr;
+  const std::size_t first_samples = !parts                                    ? kFirstSamples
+                                    : parts->parts() > ConvexScene::kFewParts ? kFirstSamplesOfMany
+                                                                              : kFirstSamplesOfParts;
   auto path = rrt.solve(part.deadline, first_samples);
   GapPath gaps;
   if (!path) {

@@ -22,7 +22,6 @@ constexpr double kVoxelsBesideParts = 0.1;
 /// looked up in the field and asked for among the triangles: at 0.2 a rod of 12 triangles became 220 pieces,
 /// and a pose took three times as long.
 constexpr double kSphereShare = 1.0;
-constexpr std::size_t kMostParts = 64;                            // of a body; each one is asked for alone
 constexpr double kLeastResolution = 0.01, kMostResolution = 1.0;  // m
 
 Failure bad_problem(const std::string& why, const std::string& field) {
@@ -89,11 +88,9 @@ void open_solids(MeshParts& body, MeshParts& world, const std::vector<Pose>& pos
   });
 }
 
-/// Nothing where the body has too many parts.
 std::shared_ptr<const ConvexScene> convex_scene(const TriangleMesh& body, const TriangleMesh& world,
                                                 const std::vector<Pose>& poses) {
   MeshParts of_body = parts_of(body);
-  if (of_body.solids.size() + of_body.triangles.size() > kMostParts) return nullptr;
   MeshParts of_world = parts_of(world);
   open_solids(of_body, of_world, poses);
   return std::make_shared<const ConvexScene>(of_body, of_world);
@@ -118,7 +115,7 @@ Result<RigidBodyScene> RigidBodyScene::create(const RigidBodyProblem& problem,
   const Vec3 half = 0.5 * out.scale_ * (problem.upper - problem.lower);
   const Vec3 reach = half + Vec3::Constant(kBodyRadius + kBeyond);
   const auto parts = convex_scene(body, world, {out.inside(out.start_), out.inside(out.goal_)});
-  const double voxels = std::min(options.voxels, 1e7) * (parts ? kVoxelsBesideParts : 1.0);
+  const double voxels = std::min(options.voxels, 1e7) * kVoxelsBesideParts;
   const double resolution = resolution_of(2.0 * reach, voxels);
   // what lies outside of the body's reach is left out, with a voxel to spare
   const Vec3 kept = reach + Vec3::Constant(2.0 * resolution);

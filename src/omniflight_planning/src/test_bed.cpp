@@ -56,7 +56,9 @@ void add_pyramid(files::YamlReader frame, std::vector<Primitive>& out) {
   }
 }
 
-Primitive read_primitive(files::YamlReader item) {
+}  // namespace
+
+Primitive read_primitive(files::YamlReader& item) {
   using Kind = Primitive::Kind;
   const auto place = files::between(-kFarthestInBed, kFarthestInBed, "m");
   const auto length = files::between(1e-3, kFarthestInBed, "m");
@@ -83,7 +85,19 @@ Primitive read_primitive(files::YamlReader item) {
   return p;
 }
 
-}  // namespace
+std::array<Vec3, 2> Primitive::box() const {
+  switch (kind) {
+    case Kind::box:
+      return {a - 0.5 * b, a + 0.5 * b};
+    case Kind::capsule:
+      return {a.cwiseMin(b) - Vec3::Constant(radius), a.cwiseMax(b) + Vec3::Constant(radius)};
+    case Kind::cylinder: {
+      const Vec3 across(radius, radius, 0.0);
+      return {a - across, b + across};
+    }
+  }
+  return {a, b};
+}
 
 double Primitive::distance(const Vec3& p) const {
   switch (kind) {

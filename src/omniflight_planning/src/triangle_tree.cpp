@@ -1,24 +1,28 @@
 #include "triangle_tree.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 namespace omniflight::planning {
 namespace {
 
 constexpr std::uint32_t kLeaf = 4;  // triangles at most
-constexpr std::size_t kStack =
-    128;  // boxes that wait: the tree is balanced, 20 levels for a million triangles
+
+AlignedBox box_around(const Triangle& t) {
+  return {t[0].cwiseMin(t[1]).cwiseMin(t[2]).array(), t[0].cwiseMax(t[1]).cwiseMax(t[2]).array()};
+}
 
 }  // namespace
 
-TriangleTree::TriangleTree(std::vector<Triangle> triangles) : triangles_(std::move(triangles)) {
-  for (const Triangle& t : triangles_)
-    boxes_.push_back(
-        {t[0].cwiseMin(t[1]).cwiseMin(t[2]).array(), t[0].cwiseMax(t[1]).cwiseMax(t[2]).array()});
-  nodes_.reserve(2 * triangles_.size());
-  if (!triangles_.empty()) split(0, static_cast<std::uint32_t>(triangles_.size()));
-  for (const Triangle& t : triangles_) planes_.emplace_back(t);
+TriangleTree::TriangleTree(std::vector<Triangle> triangles) {
+  std::vector<AlignedBox> boxes;
+  for (const Triangle& t : triangles) boxes.push_back(box_around(t));
+  BoxTree tree(boxes, kLeaf);
+  nodes_ = std::move(tree.nodes);
+  for (const std::uint32_t i : tree.order) {
+    triangles_.push_back(triangles[i]);
+    boxes_.push_back(boxes[i]);
+    planes_.emplace_back(triangles[i]);
+  }
 }
 
 TriangleTree::Plane::Plane(const Triangle& t) {
@@ -33,48 +37,17 @@ double TriangleTree::Plane::gap(const Triangle& t) const {
   return std::max(std::min({a, b, c}), -std::max({a, b, c}));
 }
 
-void TriangleTree::split(std::uint32_t first, std::uint32_t count) {
-  const std::size_t here = nodes_.size();
-  Node node{boxes_[first], first, count, 0};
-  Eigen::Array3d low = boxes_[first].low + boxes_[first].high, high = low;  // twice the middles
-  for (std::uint32_t i = first; i < first + count; ++i) {
-    const Box& box = boxes_[i];
-    node.box = {node.box.low.min(box.low), node.box.high.max(box.high)};
-    low = low.min(box.low + box.high), high = high.max(box.low + box.high);
-  }
-  nodes_.push_back(node);
-  if (count <= kLeaf) return;
-  int axis = 0;
-  (high - low).maxCoeff(&axis);
-  std::vector<std::uint32_t> order(count);
-  std::iota(order.begin(), order.end(), first);
-  const std::uint32_t half = count / 2;  // halves: the depth is the logarithm, whatever the triangles are
-  std::nth_element(order.begin(), order.begin() + half, order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return boxes_[a].low[axis] + boxes_[a].high[axis] < boxes_[b].low[axis] + boxes_[b].high[axis];
-  });
-  std::vector<Triangle> moved(count);
-  std::vector<Box> moved_boxes(count);
-  for (std::uint32_t i = 0; i < count; ++i)
-    moved[i] = triangles_[order[i]], moved_boxes[i] = boxes_[order[i]];
-  std::copy(moved.begin(), moved.end(), triangles_.begin() + first);
-  std::copy(moved_boxes.begin(), moved_boxes.end(), boxes_.begin() + first);
-  nodes_[here].count = 0;
-  split(first, half);
-  nodes_[here].second = static_cast<std::uint32_t>(nodes_.size());
-  split(first + half, count - half);
-}
-
 double TriangleTree::distance(const Triangle& t, double low, double enough) const {
   if (nodes_.empty()) return enough;
-  const Box mine{t[0].cwiseMin(t[1]).cwiseMin(t[2]).array(), t[0].cwiseMax(t[1]).cwiseMax(t[2]).array()};
-  const auto square = [&mine](const Box& box) {
+  const AlignedBox mine = box_around(t);
+  const auto square = [&mine](const AlignedBox& box) {
     return (box.low - mine.high).max(mine.low - box.high).max(0.0).square().sum();
   };
   struct Waiting {
     std::uint32_t node;
     double square;  // m^2, from its box
   };
-  Waiting stack[kStack];
+  Waiting stack[BoxTree::kMostWaiting];
   std::size_t waiting = 0;
   double best = enough;
   const Plane plane(t);
@@ -82,7 +55,7 @@ double TriangleTree::distance(const Triangle& t, double low, double enough) cons
   while (waiting > 0) {
     const Waiting now = stack[--waiting];
     if (best <= 0.0 || now.square >= best * best) continue;
-    const Node& node = nodes_[now.node];
+    const BoxTree::Node& node = nodes_[now.node];
     if (node.count == 0) {
       Waiting near{now.node + 1, square(nodes_[now.node + 1].box)};
       Waiting far{node.second, square(nodes_[node.second].box)};

@@ -1,9 +1,9 @@
 // How near a triangle comes to many others: a tree of boxes.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
+#include "box_tree.hpp"
 #include "triangle.hpp"
 
 namespace omniflight::planning {
@@ -18,17 +18,6 @@ class TriangleTree {
   double distance(const Triangle& t, double low, double enough) const;
 
  private:
-  struct Box {
-    Eigen::Array3d low, high;  // m
-  };
-  struct Node {
-    Box box;
-    std::uint32_t first = 0,
-                  count = 0;  // of triangles_; count 0: the children are the next node and `second`
-    std::uint32_t second = 0;
-  };
-  void split(std::uint32_t first, std::uint32_t count);
-
   /// Unit normal and offset [m] of a triangle's plane; no normal where it has no area.
   struct Plane {
     Vec3 normal = Vec3::Zero();
@@ -39,10 +28,10 @@ class TriangleTree {
     double gap(const Triangle& t) const;
   };
 
-  std::vector<Triangle> triangles_;
-  std::vector<Plane> planes_;  // of the triangles
-  std::vector<Box> boxes_;     // of the triangles
-  std::vector<Node> nodes_;
+  std::vector<Triangle> triangles_;  // as the leaves have them
+  std::vector<Plane> planes_;        // of the triangles
+  std::vector<AlignedBox> boxes_;    // of the triangles
+  std::vector<BoxTree::Node> nodes_;
 };
 
 }  // namespace omniflight::planning

@@ -246,7 +246,7 @@ Result<VerifyReport> verify(const std::filesystem::path& dir) {
         rate.rotor, rate.share, 1.0 - limits.rotor_headroom, out.peak.thrust_rate_at, p.x(), p.y(), p.z()));
   }
 
-  OctreeBoxes boxes(*map->tree);
+  OctreeBoxes boxes(*map->tree, mission->zones);
   out.min_clearance = kBoxHorizon;
   const auto look = [&](double t, const VehicleSpheres& spheres, double least) -> Result<double> {
     const Reference r = plan->trajectory.sample(t);

@@ -1,7 +1,11 @@
 // Rigid bodies among meshes, made for tests and benchmarks.
 #pragma once
 
+#include <map>
+#include <numbers>
+
 #include "meshes.hpp"
+#include "omniflight_core/random.hpp"
 #include "omniflight_planning/rigid_body.hpp"
 
 namespace omniflight::planning {
@@ -47,6 +51,74 @@ inline RigidBodyProblem rod_in_bent_corridor(double length) {
           {Vec3(5.9 - 0.5 * length, 3.5, 0.5), Quat::Identity()},
           Vec3(0, 0, 0),
           Vec3(6, 4, 1)};
+}
+
+/// The same surface in triangles without an edge longer than `edge` [m], whose corners are moved by up to
+/// `height` [m] each way: closed where it was, and convex nowhere.
+inline TriangleMesh roughened(const TriangleMesh& mesh, double edge, double height) {
+  TriangleMesh out;
+  out.vertices = mesh.vertices;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+  auto waiting = mesh.triangles;
+  while (!waiting.empty()) {
+    const auto t = waiting.back();
+    waiting.pop_back();
+    const auto length = [&](std::size_t k) {
+      return (out.vertices[t[k]] - out.vertices[t[(k + 1) % 3]]).norm();
+    };
+    std::size_t k = 0;
+    for (std::size_t i = 1; i < 3; ++i)
+      if (length(i) > length(k)) k = i;
+    if (length(k) <= edge) {
+      out.triangles.push_back(t);
+      continue;
+    }
+    const auto a = t[k], b = t[(k + 1) % 3], c = t[(k + 2) % 3];
+    const auto [at, is_new] =
+        middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(out.vertices.size()));
+    if (is_new) out.vertices.push_back(0.5 * (out.vertices[a] + out.vertices[b]));
+    waiting.push_back({a, at->second, c});
+    waiting.push_back({at->second, b, c});
+  }
+  Random random(8);
+  for (Vec3& p : out.vertices)
+    for (int i = 0; i < 3; ++i) p[i] += random.uniform(-height, height);
+  out.move(Vec3::Zero());  // measures its box
+  return out;
+}
+
+/// A ring in the plane of x and y: so many corners round it and round its tube.
+inline TriangleMesh ring(double radius, double tube, std::uint32_t around = 40, std::uint32_t across = 16) {
+  TriangleMesh mesh;
+  for (std::uint32_t i = 0; i < around; ++i)
+    for (std::uint32_t k = 0; k < across; ++k) {
+      const double u = 2 * std::numbers::pi * i / around, v = 2 * std::numbers::pi * k / across;
+      const double r = radius + tube * std::cos(v);
+      mesh.vertices.emplace_back(r * std::cos(u), r * std::sin(u), tube * std::sin(v));
+      const auto at = [&](std::uint32_t di, std::uint32_t dk) {
+        return (i + di) % around * across + (k + dk) % across;
+      };
+      mesh.triangles.push_back({at(0, 0), at(1, 0), at(1, 1)});
+      mesh.triangles.push_back({at(0, 0), at(1, 1), at(0, 1)});
+    }
+  mesh.move(Vec3::Zero());
+  return mesh;
+}
+
+/// The L and the room of l_through_window() in thousands of small triangles, none of them part of a convex
+/// solid.
+inline RigidBodyProblem rough_l_through_window(double width, double height) {
+  RigidBodyProblem out = l_through_window(width, height);
+  out.body = roughened(out.body, 0.06, 0.002);
+  out.environment = roughened(out.environment, 0.35, 0.005);
+  return out;
+}
+
+/// A ring of 0.7 m and a tube of 0.1 m through a window of this width and height.
+inline RigidBodyProblem ring_through_window(double width, double height) {
+  RigidBodyProblem out = rough_l_through_window(width, height);
+  out.body = ring(0.3, 0.05);
+  return out;
 }
 
 }  // namespace omniflight::planning

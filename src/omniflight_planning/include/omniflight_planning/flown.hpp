@@ -8,6 +8,7 @@
 
 #include "omniflight_planning/state_check.hpp"
 #include "omniflight_planning/tether.hpp"
+#include "omniflight_planning/zones.hpp"
 
 namespace omniflight::planning {
 
@@ -35,11 +36,11 @@ struct FlownTether {
   std::optional<std::string> violation(const Tether& tether) const;
 };
 
-/// Judges flown paths by exact distances to a map's boxes; unknown space and everything outside the map count
-/// as obstacles, as in planning. Rotor discs count as without thickness.
+/// Judges flown paths by exact distances to a map's boxes; zones, unknown space unless they free it, and
+/// everything outside the map count as obstacles, as in planning. Rotor discs count as without thickness.
 class FlownCheck {
  public:
-  static Result<FlownCheck> load(const std::filesystem::path& map);
+  static Result<FlownCheck> load(const std::filesystem::path& map, const Zones& zones = {});
   FlownCheck(FlownCheck&&) noexcept;
   FlownCheck& operator=(FlownCheck&&) noexcept;
   ~FlownCheck();
@@ -56,6 +57,6 @@ class FlownCheck {
 
 /// FlownCheck::clearance of one path.
 Result<FlownClearance> flown_clearance(const std::vector<FlownPose>& path, const vehicle::Vehicle& vehicle,
-                                       const std::filesystem::path& map);
+                                       const std::filesystem::path& map, const Zones& zones = {});
 
 }  // namespace omniflight::planning

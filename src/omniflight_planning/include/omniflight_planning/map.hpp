@@ -19,6 +19,7 @@ class OcTree;
 namespace omniflight::planning {
 
 struct StoredField;
+struct Zones;
 
 /// What a voxel counts as that the map says nothing about.
 enum class UnknownSpace { occupied, free };
@@ -34,7 +35,7 @@ struct MapOptions {
 /// $XDG_CACHE_HOME/omniflight or ~/.cache/omniflight; empty where the environment names neither.
 std::filesystem::path field_cache_folder();
 
-/// Immutable after construction and safe from several threads. World frame, metres. Everything outside the
+/// Safe from several threads while nobody closes zones. World frame, metres. Everything outside the
 /// box of known voxels counts as an obstacle.
 class DistanceMap {
  public:
@@ -44,6 +45,10 @@ class DistanceMap {
   /// holds it under the file's hash. A field there that is damaged is computed and written again, and
   /// cache_remark() says so.
   static Result<DistanceMap> load(const std::filesystem::path& path, const MapOptions& options = {});
+
+  /// Occupies what the zones close, in place: distances change as far as max_distance() from them. The policy
+  /// for unknown space is that of MapOptions. After an error the map is not to be used.
+  Status close(const Zones& zones, const Deadline& deadline = {});
 
   /// Lower bound [m] of the distance from p to the nearest occupied voxel (its box, not its centre) and to
   /// the edge of the map, at most max_distance(); 0 in an occupied voxel, outside or when p is not finite.
@@ -113,6 +118,9 @@ class DistanceMap {
   UnknownSpace unknown_ = UnknownSpace::occupied;
   std::string sha256_, cache_remark_;
 };
+
+/// Of such a squared distance the distance [m], by a few float steps less: a lower bound.
+float rounded_down(float squared, double resolution);
 
 /// Exact squared distances, in (half voxel)^2, from voxel centres to the boxes of the occupied voxels of a
 /// grid (x fastest); `limit` or more is written as `limit`. Empty once the deadline has passed. Separable

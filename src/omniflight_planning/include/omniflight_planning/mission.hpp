@@ -11,6 +11,7 @@
 #include "omniflight_planning/tether.hpp"
 #include "omniflight_planning/timing.hpp"
 #include "omniflight_planning/tube.hpp"
+#include "omniflight_planning/zones.hpp"
 
 namespace omniflight::planning {
 
@@ -27,16 +28,25 @@ struct Waypoint {
   std::string where;                 ///< file:line
 };
 
+/// What a plan prefers among the motions that keep every limit.
+enum class Objective {
+  time,       ///< the quickest ride of a short way
+  energy,     ///< the ride that takes least from the rotors, of both timings at several speeds
+  clearance,  ///< a way with as much room beyond the clearance as there is
+};
+
 struct Mission {
   std::string name;
   std::string vehicle;                ///< name or path, as load_vehicle takes it
   std::filesystem::path test_bed;     ///< the .bt, .ot or mesh file, resolved
   std::filesystem::path description;  ///< the test bed's YAML beside it, empty when there is none
-  std::optional<double> alpha;        ///< rad, at the start; nothing = search
+  Zones zones = {};
+  std::optional<double> alpha;  ///< rad, at the start; nothing = search
   std::optional<Tether> tether;
   std::optional<Payload> payload;
   std::vector<Waypoint> waypoints;  ///< the first one is the start
   MotionLimits limits;
+  Objective objective = Objective::time;
   Timing timing = Timing::minimum_jerk;  ///< of vehicles that do not lean into their motion
   std::optional<double>
       tracking_position;  ///< m, position error that the flight may reach; nothing: see tube_of

@@ -37,13 +37,15 @@ struct Certificate {
   bool leans = false;                 ///< the attitude follows from the acceleration (flatness.hpp)
   Vec3 thrust_axis_B = Vec3::Zero();  ///< unit, where it leans
   double duration = 0.0;              ///< s
-  Tube tube;                          ///< that the flight must keep within
-  double tube_margin = 0.0;           ///< m, kept beyond clearance_asked
-  double clearance_asked = 0.0;       ///< m; no point of the curve is nearer to an occupied voxel
-  double min_clearance = 0.0;         ///< m, least on the knots (lower bound; cut off at clearance_horizon)
-  double min_clearance_at = 0.0;      ///< s
-  double clearance_horizon = 0.0;     ///< m
-  std::size_t witnesses = 0;          ///< poses looked at along the curve
+  /// J that the drag of the rotors takes, holds included; where figures were asked for, and there was time.
+  std::optional<double> energy = {};
+  Tube tube;                       ///< that the flight must keep within
+  double tube_margin = 0.0;        ///< m, kept beyond clearance_asked
+  double clearance_asked = 0.0;    ///< m; no point of the curve is nearer to an occupied voxel
+  double min_clearance = 0.0;      ///< m, least on the knots (lower bound; cut off at clearance_horizon)
+  double min_clearance_at = 0.0;   ///< s
+  double clearance_horizon = 0.0;  ///< m
+  std::size_t witnesses = 0;       ///< poses looked at along the curve
   std::optional<TetherUse> tether;
   std::optional<Payload> payload;  ///< that the rotors carry beside the vehicle
   MotionLimits limits;
@@ -85,7 +87,8 @@ struct PlanOptions {
 
 /// Plans every leg, rounds it, times it and checks the curve itself. All of that ends within the budget and
 /// 100 ms, with a plan or with why there is none. Deterministic for a seed as long as the budget suffices.
-/// Errors begin with the kind of failure (PathFailure or alpha_out_of_range, curve_blocked,
+/// The map has the zones of the mission closed. Errors begin with the kind of failure (PathFailure or
+/// alpha_out_of_range, curve_blocked,
 /// ...), name the waypoint, and carry code bad_input, incomplete (no path in time) or impossible (proven).
 Result<Plan> plan(const Mission& mission, const vehicle::Vehicle& vehicle, const DistanceMap& map,
                   const PlanOptions& options = {});

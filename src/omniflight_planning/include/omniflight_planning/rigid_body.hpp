@@ -26,14 +26,13 @@ struct RigidBodyOptions {
 /// m, for which the planner's lengths were chosen. A pose is free when no triangle of the body is nearer than
 /// 0.4 thousandths of that radius to one of the environment. Surfaces count: a body whose start or goal is
 /// inside of a closed surface as a whole is free there, and cannot leave. The inside of a closed convex
-/// surface that holds neither of them is not free, unless the body has more than 64 parts (ADR 24).
+/// surface that holds neither of them is not free (ADR 24).
 class RigidBodyScene {
  public:
   /// Refuses numbers that are not finite, boxes without inside, and a start or goal outside of the box.
   static Result<RigidBodyScene> create(const RigidBodyProblem& problem, const RigidBodyOptions& options = {});
 
-  /// By separating axes of convex parts; of bodies with too many, by spheres in the distance field and the
-  /// distances of triangles. Certified: whatever is called free is.
+  /// By separating axes of convex parts. Certified: whatever is called free is.
   bool valid(const Pose& pose) const { return check().valid(inside(pose)); }
   /// The whole motion of interpolate(a, b, .), not samples of it.
   bool motion_valid(const Pose& a, const Pose& b) const { return check().motion_valid(inside(a), inside(b)); }

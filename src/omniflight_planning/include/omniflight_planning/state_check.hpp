@@ -33,7 +33,7 @@ class TriangleTree;
 /// What a rigid body moves among: triangles, which the voxels of the map hold, and where its origin may be.
 struct BodySpace {
   std::shared_ptr<const TriangleTree> obstacles;
-  /// Body and obstacles as convex parts, which then tell what is valid; absent where they would be too many.
+  /// Body and obstacles as convex parts, which tell what is valid.
   std::shared_ptr<const ConvexScene> parts = {};
   Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();         ///< m, of the origin of the body's frame
   std::shared_ptr<std::atomic<std::uint64_t>> looks = {};  ///< counts the poses looked at; may be absent

@@ -1,6 +1,7 @@
 // A test bed described by a few primitives, and the octree that is made from it.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -11,6 +12,9 @@
 
 namespace octomap {
 class OcTree;
+}
+namespace omniflight::files {
+class YamlReader;
 }
 
 namespace omniflight::planning {
@@ -25,6 +29,7 @@ struct Primitive {
   double radius = 0.0;  ///< m; capsule and cylinder
 
   double distance(const Vec3& p) const;  ///< m, from a point; 0 inside
+  std::array<Vec3, 2> box() const;       ///< m, the corners of the axis-aligned box that holds it
   /// Whether the solid meets the axis-aligned cube with this centre and half edge [m]. Never misses a
   /// contact; beyond one it errs by at most 1e-6 m.
   bool touches_cube(const Vec3& center, double half) const;
@@ -41,6 +46,9 @@ struct TestBed {
   /// The primitive nearest to p; there is always one.
   const Primitive& nearest(const Vec3& p) const;
 };
+
+/// One item of `primitives` in a test bed, or of `keep_out` in a mission.
+Primitive read_primitive(files::YamlReader& item);
 
 /// Reads schema omniflight.test_bed/1 (README.md lists its keys). Errors name file, line and field.
 Result<TestBed> load_test_bed(const std::filesystem::path& path);
