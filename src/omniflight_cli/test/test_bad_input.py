@@ -55,6 +55,36 @@ class Missions(Refused):
         self.refused(("fly", "trajectory_9"), BAD_INPUT, "trajectory_9")
 
 
+class Plans(Refused):
+    def on_map(self, content):
+        """A mission on a map beside it, with this content."""
+        (self.dir / "own.bt").write_bytes(content)
+        return self.mission("test_bed: pyramid", "test_bed: own.bt")
+
+    def test_maps(self):
+        pyramid = (system.CONFIGS / "test_beds/pyramid.bt").read_bytes()
+        self.run_command("plan", self.on_map(pyramid), "--out", "planned", "--quiet")
+        self.refused(("plan", self.on_map(pyramid[:len(pyramid) // 2])), BAD_INPUT, "own.bt")
+        self.refused(("plan", self.on_map(b"")), BAD_INPUT, "own.bt")
+        (self.dir / "own.bt").unlink()
+        self.refused(("plan", self.dir / "bad.yaml"), BAD_INPUT, "test_bed", "own.bt", "Give a .bt or .ot file")
+
+    def test_a_tether_that_is_too_short(self):
+        bad = self.mission("seed: 1", "seed: 1\ntether: {anchor: [0, 0, 0.6], length_m: 0.5}")
+        self.refused(("plan", bad), BAD_INPUT, "start", "tether_too_short", "0.5", "Give a longer tether")
+
+    def test_no_time(self):
+        self.refused(("plan", self.short_mission("bad.yaml"), "--budget-ms", 0), NO_RESULT, "out_of_time", "budget")
+        self.refused(("plan", self.short_mission("bad.yaml"), "--budget-ms", -1), BAD_INPUT, "--budget-ms")
+
+    def test_a_goal_that_is_walled_in(self):
+        walls = ", ".join(f"{{name: wall {k}, kind: box, center: [{x}, {y}, 1.5], size: [{a}, {b}, 3.5]}}"
+                          for k, (x, y, a, b) in enumerate(((0, -1.6, 2.4, 0.1), (0, -3.4, 2.4, 0.1), (-1.2, -2.5, 0.1, 2), (1.2, -2.5, 0.1, 2))))
+        bad = self.short_mission("bad.yaml", changes={"by: [0.1, 0, 0.1]": "position: [0, -2.5, 1.3]",
+                                                      "seed: 1": f"seed: 1\nkeep_in: {{min: [-3.6, -3.6, -0.1], max: [3.6, 3.6, 3]}}\nkeep_out: [{walls}]"})
+        self.refused(("plan", bad), 3, "proven_impossible", "waypoint 1", "open the test bed")
+
+
 class Vehicles(Refused):
     def test_without_inertia(self):
         text = (system.CONFIGS / "vehicles/crazyflie_brushless/crazyflie_brushless.yaml").read_text()
