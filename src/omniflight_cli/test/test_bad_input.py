@@ -74,7 +74,7 @@ class Plans(Refused):
         self.refused(("plan", bad), BAD_INPUT, "start", "tether_too_short", "0.5", "Give a longer tether")
 
     def test_no_time(self):
-        self.refused(("plan", self.short_mission("bad.yaml"), "--budget-ms", 0), NO_RESULT, "out_of_time", "budget")
+        self.refused(("plan", self.short_mission("bad.yaml"), "--budget-ms", 0), BAD_INPUT, "--budget-ms", "must be more than 0")
         self.refused(("plan", self.short_mission("bad.yaml"), "--budget-ms", -1), BAD_INPUT, "--budget-ms")
 
     def test_a_goal_that_is_walled_in(self):
@@ -82,7 +82,7 @@ class Plans(Refused):
                           for k, (x, y, a, b) in enumerate(((0, -1.6, 2.4, 0.1), (0, -3.4, 2.4, 0.1), (-1.2, -2.5, 0.1, 2), (1.2, -2.5, 0.1, 2))))
         bad = self.short_mission("bad.yaml", changes={"by: [0.1, 0, 0.1]": "position: [0, -2.5, 1.3]",
                                                       "seed: 1": f"seed: 1\nkeep_in: {{min: [-3.6, -3.6, -0.1], max: [3.6, 3.6, 3]}}\nkeep_out: [{walls}]"})
-        self.refused(("plan", bad), 3, "proven_impossible", "waypoint 1", "open the test bed")
+        self.refused(("plan", bad), 3, "proven_impossible", "waypoints[0]", "open the test bed")
 
 
 class Vehicles(Refused):
