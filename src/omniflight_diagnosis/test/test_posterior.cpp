@@ -120,20 +120,20 @@ TEST(Posterior, EveryThreadFindsTheSame) {
   EXPECT_EQ(answers[0], answers[1]);  // to the bit
 }
 
-/// ln joint densities of nothing, of one law, and of that law beside another, which explains this much more.
+/// ln joint densities of nothing, of one law, and of that law beside another, which explains this much more;
+/// prior odds of -4 a law.
 Posterior with_a_second(double first, double more) {
   Posterior p;
-  p.sets = {{{}, {}, {}, 0, 0}, {{0}, {}, {}, first - 4, 0}, {{0, 1}, {}, {}, first + more - 8, 0}};
+  p.sets = {
+      {{}, {}, {}, 0, 0, 0}, {{0}, {}, {}, first - 4, -4, 0}, {{0, 1}, {}, {}, first + more - 8, -8, 0}};
   return p;
 }
 
 // Of 500 nat, a law that is right within a tenth leaves five to chance, and two laws ten.
 TEST(Posterior, WhatALawHasWrongIsNoEvidenceOfAnother) {
-  std::vector<Hypothesis> laws(2);
-  for (Hypothesis& h : laws) h.log_odds = -4;
-  const auto share_of_second = [&](double first, double more, double law_error) {
+  const auto share_of_second = [](double first, double more, double law_error) {
     Posterior p = with_a_second(first, more);
-    share_probability(laws, law_error, p);
+    share_probability(law_error, p);
     EXPECT_NEAR(p.sets[0].probability + p.sets[1].probability + p.sets[2].probability, 1, 1e-12);
     EXPECT_LT(p.probability_of_nothing, 1e-3);
     return p.sets[2].probability / (1 - p.probability_of_nothing);

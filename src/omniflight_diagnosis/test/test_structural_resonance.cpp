@@ -6,8 +6,6 @@
 #include <cmath>
 #include <random>
 
-#include "../src/conditioning/thrust_response.hpp"
-#include "omniflight_diagnosis/filter.hpp"
 #include "synthetic.hpp"
 
 namespace omniflight::diagnosis {

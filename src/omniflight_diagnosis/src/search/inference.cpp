@@ -136,7 +136,7 @@ void in_own_noise(const Profiler& profiler, double nothing, const Evidence& evid
         s.log_joint = std::max(s.log_joint, profiler.of(s.members, evidence.tolerances()).joint + log_scale);
       },
       o.stop);
-  share_probability(evidence.hypotheses(), o.assumes(Assumption::resolution) ? o.law_error : 0.0, p);
+  share_probability(o.assumes(Assumption::resolution) ? o.law_error : 0.0, p);
 }
 
 /// Gains of hypotheses that were never fitted alone.

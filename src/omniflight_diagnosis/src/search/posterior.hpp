@@ -51,7 +51,7 @@ struct SearchLimits {
 /// explains, and another law may take that by chance: a difference of ln evidence to nothing counts divided
 /// by one plus that part of the largest gain over nothing, and one between sets of laws, of which both are
 /// wrong, by one plus twice that part.
-void share_probability(const std::vector<Hypothesis>& hypotheses, double law_error, Posterior& posterior);
+void share_probability(double law_error, Posterior& posterior);
 
 /// Sets that promise on the grid of shapes (promising_sets), and `seed`, fitted; then the best set without
 /// each of its members. Every set that is visited is kept, without a probability yet: share_probability().

@@ -15,12 +15,6 @@ constexpr std::size_t kMostAdditions = 4;  ///< fitted a round
 constexpr std::size_t kMostExchanges = 4;  ///< fitted a member and round
 constexpr std::size_t kMostSwings = 6;     ///< points of a grid at which a law with initial states is fitted
 
-double log_prior(const std::vector<int>& set, const std::vector<Hypothesis>& hypotheses) {
-  double sum = 0;
-  for (const int h : set) sum += hypotheses[static_cast<std::size_t>(h)].log_odds;
-  return sum;
-}
-
 class Search {
  public:
   Search(const Evidence& evidence, GridSearch& grid, const SearchLimits& limits)
@@ -54,9 +48,12 @@ class Search {
     return key;
   }
 
-  double joint(const Key& key) const {
-    return fits_.at(key)->log_evidence + log_prior(key, evidence_.hypotheses());
+  double log_prior(const Key& key) const {
+    double sum = 0;
+    for (const int h : key) sum += evidence_.hypotheses()[static_cast<std::size_t>(h)].log_odds;
+    return sum;
   }
+  double joint(const Key& key) const { return fits_.at(key)->log_evidence + log_prior(key); }
   double best_joint() const {
     double best = -1e300;
     for (const auto& [key, fit] : fits_) best = std::max(best, joint(key));
@@ -142,7 +139,7 @@ class Search {
   void finish(Posterior& out) {
     const double best = best_joint();
     for (const auto& [key, fit] : fits_)
-      out.sets.push_back({key, fit->members, fit->theta_deviation, joint(key), 0, 0});
+      out.sets.push_back({key, fit->members, fit->theta_deviation, joint(key), log_prior(key), 0});
     for (const auto& [key, fit] : fits_)
       if (key.size() == 1) out.alone.emplace_back(key[0], fit->log_evidence - fits_.at({})->log_evidence);
     std::sort(out.sets.begin(), out.sets.end(),
@@ -169,10 +166,9 @@ double Posterior::inclusion(const std::string& id, const std::vector<Hypothesis>
   return sum;
 }
 
-void share_probability(const std::vector<Hypothesis>& hypotheses, double law_error, Posterior& p) {
+void share_probability(double law_error, Posterior& p) {
   double most = -1e300, nothing = -1e300;  // ln evidence
-  for (SetPosterior& s : p.sets) {
-    s.log_prior = log_prior(s.hypotheses, hypotheses);
+  for (const SetPosterior& s : p.sets) {
     most = std::max(most, s.log_joint - s.log_prior);
     if (s.hypotheses.empty()) nothing = s.log_joint;
   }
