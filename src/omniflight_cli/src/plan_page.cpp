@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "omniflight_planning/map_solids.hpp"
 #include "omniflight_report/page.hpp"
 
 namespace omniflight::cli {
@@ -41,6 +42,47 @@ void add_path(report::Page& page, const Plan& plan) {
     path.value.push_back(clearance(plan, k));
   }
   if (path.x.size() > 1) page.path_plot(std::move(path));
+}
+
+std::array<double, 3> point(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
+
+report::SpaceSolid solid_of(const Primitive& p, bool is_zone) {
+  return {.name = p.name,
+          .is_rod = p.kind != Primitive::Kind::box,
+          .a = point(p.a),
+          .b = point(p.b),
+          .radius = p.radius,
+          .is_zone = is_zone};
+}
+
+/// The way among what the map holds, the rotors at places along it, and the tether there.
+Status add_space(report::Page& page, const Plan& plan, const Mission& mission,
+                 const vehicle::Vehicle& vehicle) {
+  constexpr std::size_t kMostPoints = 1000, kMostPlaces = 24;
+  const auto drawn = map_solids(mission);
+  if (!drawn) return Failure(drawn.error());
+  report::Space space{.title = "The way among the obstacles, coloured by the distance to them",
+                      .value_label = "clearance [m]"};
+  for (std::size_t i = 0; i < drawn->solids.size(); ++i)
+    space.solids.push_back(solid_of(drawn->solids[i], i + drawn->zones >= drawn->solids.size()));
+  const auto& knots = plan.trajectory.knots();
+  const auto every = [&](std::size_t most) { return (knots.size() + most - 1) / most; };
+  for (std::size_t k = 0; k < knots.size(); k += every(kMostPoints)) {
+    space.path.push_back(point(knots[k].reference.p_WB));
+    space.value.push_back(clearance(plan, k));
+  }
+  for (std::size_t k = 0; k < knots.size(); k += every(kMostPlaces)) {
+    const Reference& r = knots[k].reference;
+    for (std::size_t i = 0; i < vehicle.rotors.size(); ++i)
+      space.discs.push_back({.center = point(r.p_WB + r.q_WB * vehicle.rotors[i].p_BR),
+                             .axis = point(r.q_WB * vehicle.rotor_axis(static_cast<int>(i), r.alpha)),
+                             .radius = vehicle.rotors[i].radius});
+    if (mission.tether)
+      space.lines.push_back(
+          {point(mission.tether->anchor_W), point(mission.tether->attachment_W(r.p_WB, r.q_WB))});
+  }
+  if (space.path.size() > 1) page.space(space);
+  return {};
 }
 
 void add_curves(report::Page& page, const Plan& plan) {
@@ -96,7 +138,8 @@ report::Table limits(const Certificate& c) {
 
 }  // namespace
 
-Status write_plan_page(const Plan& plan, const std::filesystem::path& path) {
+Status write_plan_page(const Plan& plan, const Mission& mission, const vehicle::Vehicle& vehicle,
+                       const std::filesystem::path& path) {
   const Certificate& c = plan.certificate;
   report::Page page("Plan of " + c.mission,
                     fmt::format("{}, {:.3f} kg, seed {}", c.vehicle, c.vehicle_mass, c.seed));
@@ -116,6 +159,7 @@ Status write_plan_page(const Plan& plan, const std::filesystem::path& path) {
                    : fmt::format("{:.0f}", to_degrees(c.alpha)),
                "deg"}});
   page.section("The way");
+  if (auto ok = add_space(page, plan, mission, vehicle); !ok) return ok;
   add_path(page, plan);
   page.section("How near the limits").table(limits(c));
   add_curves(page, plan);

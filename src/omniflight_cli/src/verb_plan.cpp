@@ -110,6 +110,8 @@ Action add_plan(CLI::App& verb, Common& common) {
       if (!state) return Failure(state.error());
       options.from = *state;
     }
+    if (o->budget_ms && !(*o->budget_ms >= 0.0 && *o->budget_ms <= 600e3))
+      return bad_input("is no time between 0 and 600,000 ms", "--budget-ms", "Give milliseconds");
     if (o->budget_ms) options.budget_s = 1e-3 * *o->budget_ms;
     auto plan = planning::plan_mission(*mission, options);
     if (explain) {
@@ -123,7 +125,10 @@ Action add_plan(CLI::App& verb, Common& common) {
     const auto lock = FolderLock::take(out);
     if (!lock) return Failure(lock.error());
     if (auto ok = planning::write_plan(*plan, out); !ok) return Failure(ok.error());
-    if (auto ok = write_plan_page(*plan, out + "/report.html"); !ok) return Failure(ok.error());
+    const auto vehicle = vehicle::load_vehicle(o->vehicle.empty() ? mission->vehicle : o->vehicle, o->set);
+    if (!vehicle) return Failure(vehicle.error());
+    if (auto ok = write_plan_page(*plan, *mission, *vehicle, out + "/report.html"); !ok)
+      return Failure(ok.error());
     say(common, planning::explain(plan));
     say(common, "plan: " + out);
     print_json(common, {{"verdict", plan->certificate.verdict},

@@ -58,6 +58,22 @@ class ReportsInBrowser(system.SystemTest):
         browser.wait_for(f"{table}.classList.contains('blocks')", 20)
         self.assertEqual(browser.wider_than_the_screen(), [], "as many columns as do not fit are blocks")
 
+    def test_a_plan_is_shown_in_space(self):
+        self.run_command("plan", self.short_mission(), "--out", "plan", "--quiet")
+        browser = Browser(self)
+        self.readable(browser, "plan/report.html")
+        space = "document.querySelector('figure.space')"
+        browser.value(f"{space}.scrollIntoView()")
+        browser.wait_for(f"{space}.dataset.drawn !== undefined", 20)
+        data = f"JSON.parse({space}.querySelector('script').textContent)"
+        self.assertGreater(browser.value(f"{data}.solids.length"), 5, "the map")
+        self.assertEqual(browser.value(f"{data}.discs.length % 8"), 0, "eight rotors a place")
+        painted = "[...c.getContext('2d').getImageData(0, 0, c.width, c.height).data].some(x => x > 0)"
+        self.assertTrue(browser.value(f"(c => {painted})({space}.querySelector('canvas'))"))
+        turned = browser.value(f"{space}.dataset.drawn")
+        browser.value(f"{space}.querySelector('canvas').dispatchEvent(new KeyboardEvent('keydown', {{key: 'ArrowLeft'}}))")
+        self.assertNotEqual(browser.value(f"{space}.dataset.drawn"), turned)
+
     def test_a_diagnosis_begins_with_its_evidence(self):
         self.fly("trajectory_2", "--in-process", "--sensors", "laboratory", "--seed", "2", "--effects", "tether", out="flight")
         self.run_command("diagnose", "flight/flight.mcap", "--vehicle", "omnimorph", "--only", "payload_mass", "hung_cable", "wind",

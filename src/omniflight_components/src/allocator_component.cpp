@@ -6,6 +6,7 @@
 #include "factories.hpp"
 #include "failsafe_message.hpp"
 #include "foreign_publisher.hpp"
+#include "joint_publisher.hpp"
 #include "lost_rotors_message.hpp"
 #include "omniflight_allocation/allocator.hpp"
 #include "omniflight_bus/parameters.hpp"
@@ -53,6 +54,8 @@ class AllocatorComponent final : public bus::Component {
     bus::resize(state_message_->thrust, rotors);
     if (losses_)
       if (auto ok = watch_rotors(); !ok) return ok;
+    if (read->joints_hz > 0.0)
+      if (auto ok = show_joints(vehicle, read->joints_hz); !ok) return ok;
     // Last: from here on threads of the bus answer, with everything above.
     auto demand = bus::Subscription<ControllerState>::create(
         participant(), topics::controller, bus::Qos::bulk(64).from_one_publisher(),
@@ -84,7 +87,17 @@ class AllocatorComponent final : public bus::Component {
     return {};
   }
 
+  Status show_joints(const vehicle::Vehicle& vehicle, double rate_hz) {
+    auto states = advertise<msgs::sensor_msgs::JointState>(topics::joints, bus::Qos::bulk(100));
+    if (!states) return Failure(states.error());
+    auto description = advertise<msgs::std_msgs::String>(topics::robot_description, bus::Qos::latched_last());
+    if (!description) return Failure(description.error());
+    joints_.emplace(vehicle, rate_hz);
+    return joints_->attach(std::move(*states), std::move(*description));
+  }
+
   Status on_cleanup() override {
+    joints_.reset();
     telemetry_.reset();
     ladder_.reset();
     demand_.reset();
@@ -132,6 +145,8 @@ class AllocatorComponent final : public bus::Component {
     const double alpha[1] = {result->alpha};
     bus::assign(c.position, alpha);
     send();
+    if (joints_)
+      if (auto ok = joints_->publish(c.header.stamp, bus::view(c.velocity), result->alpha); !ok) finish(ok);
   }
 
   /// Which rotors are left out from this period on.
@@ -152,6 +167,7 @@ class AllocatorComponent final : public bus::Component {
   std::optional<allocation::Allocator> allocator_;
   std::optional<allocation::TiltSchedule> schedule_;
   std::optional<RotorLosses> losses_;
+  std::optional<JointPublisher> joints_;
   bool follow_plan_ = true;
   bus::Message<AllocatorState> state_message_;
   bus::Message<Actuators> command_message_;

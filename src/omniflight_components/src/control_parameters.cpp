@@ -74,6 +74,7 @@ Result<AllocatorParameters> read_allocator_parameters(bus::Parameters& p) {
   config.keep_min_thrust = p.flag("keep_min_thrust", false);
   const std::string schedule = p.text("tilt_schedule", "");
   out.drop_lost = p.flag("drop_lost_rotors", true);
+  out.joints_hz = p.number("joints_hz", 50.0, 0, 1000);
   auto& dynamic = config.dynamic_weights;  // eq. 5.3, on top of case_b under the name `dynamic`
   dynamic.enabled = p.flag("dynamic_weights", weights == "dynamic");
   dynamic.threshold = p.number("dynamic_threshold_m", dynamic.threshold, 1e-6, 10);

@@ -16,7 +16,9 @@ std::map<std::string, bus::Rights> make_rights() {
   std::map<std::string, bus::Rights> out{
       {"recorder", {{t::recorder}, everything}},
       {"planner", {{t::trajectory, t::replanning}, {t::controller, t::mission}}},
-      {"allocator", {{t::allocator, t::command, t::lost_rotors}, {t::controller, t::rotors, t::failsafe}}},
+      {"allocator",
+       {{t::allocator, t::command, t::lost_rotors, t::joints, t::robot_description},
+        {t::controller, t::rotors, t::failsafe}}},
       {"controller",
        {{t::controller, t::failsafe, t::transforms},
         {t::trajectory, t::imu, t::mocap, t::wish, t::battery, t::allocator, t::lost_rotors, t::tick}}},

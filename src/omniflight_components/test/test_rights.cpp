@@ -31,6 +31,8 @@ TEST(Rights, OneKindOfAuthorATopic) {
   EXPECT_EQ(who_says(topics::gate), (Roles{"gateway", "container"}));
   EXPECT_EQ(who_says(topics::failsafe), (Roles{"controller", "container"}));
   EXPECT_EQ(who_says(topics::transforms), (Roles{"controller", "container"}));
+  EXPECT_EQ(who_says(topics::joints), (Roles{"allocator", "container"}));
+  EXPECT_EQ(who_says(topics::robot_description), (Roles{"allocator", "container"}));
   EXPECT_EQ(who_says(topics::tick), (Roles{"gateway", "simulator", "mujoco_plant", "container"}));
   EXPECT_EQ(who_says(topics::mocap), (Roles{"emulator", "natnet", "simulator", "mujoco_plant", "container"}));
 }

@@ -1,4 +1,5 @@
-// /tf of a flight: the controller's estimate in the frames of REP 105, at the rate that is asked for.
+// /tf of a flight: the controller's estimate in the frames of REP 105, at the rate that is asked for; and the
+// joints of rotors and tilts.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -11,19 +12,30 @@
 #include "omniflight_bus/subscription.hpp"
 #include "omniflight_components/components.hpp"
 #include "omniflight_components/topics.hpp"
+#include "omniflight_vehicle/robot_description.hpp"
 
 namespace {
 
 using namespace omniflight;
+using msgs::actuator_msgs::Actuators;
 using msgs::omniflight_msgs::ControllerState;
 using msgs::omniflight_msgs::TruthState;
+using msgs::sensor_msgs::JointState;
 using msgs::tf2_msgs::TFMessage;
 
 using Pose = std::array<double, 7>;  ///< position [m], quaternion w x y z
 struct Heard {
   std::map<std::int64_t, Pose> transforms, estimates, truths;  ///< by stamp [ns]
-  std::string parent, child;
+  std::string parent, child, description;
+  std::vector<std::string> joints;
+  std::map<std::int64_t, std::vector<double>> speeds, commands, tilts;  ///< by stamp [ns]; of all joints
 };
+
+template <class Sequence>
+std::vector<double> numbers(const Sequence& sequence) {
+  const auto all = bus::view(sequence);
+  return {all.begin(), all.end()};
+}
 
 Pose pose_of(const double (&p)[3], const double (&q)[4]) {
   return {p[0], p[1], p[2], q[0], q[1], q[2], q[3]};
@@ -60,9 +72,30 @@ class Listener final : public bus::Component {
       ok = hear<TruthState>(truths_, components::topics::truth, [this](const auto& m) {
         heard_.truths[bus::nanoseconds(m.header.stamp)] = pose_of(m.position, m.attitude);
       });
+    if (ok)
+      ok = hear<JointState>(joints_, components::topics::joints, [this](const auto& m) {
+        const auto ns = bus::nanoseconds(m.header.stamp);
+        heard_.speeds[ns] = numbers(m.velocity), heard_.tilts[ns] = numbers(m.position);
+        heard_.joints.clear();
+        for (const char* name : bus::view(m.name)) heard_.joints.emplace_back(bus::text(name));
+      });
+    if (ok)
+      ok = hear<Actuators>(commands_, components::topics::command, [this](const auto& m) {
+        heard_.commands[bus::nanoseconds(m.header.stamp)] = numbers(m.velocity);
+      });
+    if (ok) {
+      auto made = bus::Subscription<msgs::std_msgs::String>::create(
+          participant(), components::topics::robot_description, bus::Qos::latched_last(),
+          [this](const auto& m, std::int64_t) { heard_.description = bus::text(m.data); });
+      if (!made) return Failure(made.error());
+      description_.emplace(std::move(*made));
+    }
     return ok;
   }
   Status on_cleanup() override {
+    joints_.reset();
+    commands_.reset();
+    description_.reset();
     transforms_.reset();
     estimates_.reset();
     truths_.reset();
@@ -72,6 +105,9 @@ class Listener final : public bus::Component {
   std::optional<bus::Subscription<TFMessage>> transforms_;
   std::optional<bus::Subscription<ControllerState>> estimates_;
   std::optional<bus::Subscription<TruthState>> truths_;
+  std::optional<bus::Subscription<JointState>> joints_;
+  std::optional<bus::Subscription<Actuators>> commands_;
+  std::optional<bus::Subscription<msgs::std_msgs::String>> description_;
 };
 
 class Transforms : public ::testing::Test {
@@ -88,8 +124,8 @@ class Transforms : public ::testing::Test {
     parts.push_back(std::make_unique<Listener>(heard));
     for (const char* name : {"planner", "allocator", "controller", "simulator"})
       parts.push_back(components::make_component(name));
-    const auto options = components::test::lockstep_flight((*claim_)->domain(), kDuration,
-                                                           {"controller:transform_hz:=" + rate});
+    const auto options = components::test::lockstep_flight(
+        (*claim_)->domain(), kDuration, {"controller:transform_hz:=" + rate, "allocator:joints_hz:=" + rate});
     EXPECT_EQ(bus::run_components(std::move(parts), options), 0);
     return heard;
   }
@@ -116,8 +152,30 @@ TEST_F(Transforms, AreTheEstimatedPoseFiftyTimesASecond) {
     EXPECT_NEAR(heard.transforms.at(before)[k], truth->second[k], 0.02) << "the estimate is of this flight";
 }
 
+TEST_F(Transforms, JointsAreThoseOfTheDescriptionAsCommanded) {
+  const Heard heard = fly("50");
+  const auto vehicle = vehicle::load_vehicle("omnimorph").value();
+  EXPECT_EQ(heard.description, vehicle::robot_description(vehicle));
+  EXPECT_EQ(heard.joints, vehicle::joint_names(vehicle));
+  EXPECT_NEAR(static_cast<double>(heard.speeds.size()), 50 * kDuration, 5);
+  double turned = 0.0;
+  for (const auto& [ns, speeds] : heard.speeds) {
+    const auto command = heard.commands.find(ns);
+    ASSERT_NE(command, heard.commands.end());
+    ASSERT_EQ(speeds.size(), 16u);
+    for (std::size_t k = 0; k < 8; ++k) EXPECT_EQ(speeds[k], command->second[k]);
+    const auto& angles = heard.tilts.at(ns);
+    for (std::size_t k = 9; k < 16; ++k) EXPECT_EQ(angles[k], angles[8]);  // one servo
+    turned = std::max(turned, std::abs(angles[0]));
+    EXPECT_LE(std::abs(angles[0]), kPi);
+  }
+  EXPECT_GT(turned, 1.0);
+}
+
 TEST_F(Transforms, AreNotPublishedAtRateZero) {
   const Heard heard = fly("0");
+  EXPECT_TRUE(heard.speeds.empty());
+  EXPECT_TRUE(heard.description.empty());
   EXPECT_TRUE(heard.transforms.empty());
   EXPECT_GT(heard.estimates.size(), 1000u);
 }

@@ -1,13 +1,7 @@
 // A flight path from above and from the side, coloured by a scalar; equal scales, drag to move, zoom around the pointer.
 'use strict';
 (() => {
-  const {near, onSize, colour, format, make} = Report;
-  const stops = ['440154', '46327e', '365c8d', '277f8e', '1fa187', '4ac16d', 'a0da39', 'fde725'].map(
-      hex => [0, 2, 4].map(i => parseInt(hex.slice(i, i + 2), 16)));
-  const ramp = share => {
-    const at = Math.min(Math.max(share, 0), 1) * (stops.length - 1), i = Math.min(Math.floor(at), stops.length - 2), f = at - i;
-    return `rgb(${stops[i].map((c, k) => Math.round(c + f * (stops[i + 1][k] - c))).join()})`;
-  };
+  const {near, onSize, colour, format, make, ramp} = Report;
   const finite = values => values.filter(v => v !== null);
   const extent = (...lists) => {
     let low = Infinity, high = -Infinity;

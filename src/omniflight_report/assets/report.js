@@ -124,5 +124,13 @@ const Report = (() => {
     parent.appendChild(element);
     return element;
   };
-  return {near, onSize, colour, format, make};
+  // The colours of the bar beside a path, share 0 to 1.
+  const stops = ['440154', '46327e', '365c8d', '277f8e', '1fa187', '4ac16d', 'a0da39', 'fde725'].map(
+      hex => [0, 2, 4].map(i => parseInt(hex.slice(i, i + 2), 16)));
+  const ramp = share => {
+    const at = Math.min(Math.max(share, 0), 1) * (stops.length - 1), i = Math.min(Math.floor(at), stops.length - 2), f = at - i;
+    return `rgb(${stops[i].map((c, k) => Math.round(c + f * (stops[i + 1][k] - c))).join()})`;
+  };
+
+  return {near, onSize, colour, format, make, ramp};
 })();

@@ -130,6 +130,12 @@ Page& Page::surfaces(const Surfaces& surfaces) {
   return *this;
 }
 
+Page& Page::space(const Space& space) {
+  has_surfaces_ = true;
+  add(render(space).map_error([&](Error e) { return e.where = "space '" + space.title + "'", e; }));
+  return *this;
+}
+
 Page& Page::filter(const std::string& label) {
   if (depth_ > 0 || has_filter_) {
     refuse(depth_ > 0 ? "a filter cannot be inside details" : "a page has one filter",

@@ -23,6 +23,7 @@ Result<std::string> render(const Bars& bars);
 Result<std::string> render(const Matrix& matrix);
 Result<std::string> render(const Outlines& outlines);
 Result<std::string> render(const Surfaces& surfaces);
+Result<std::string> render(const Space& space);
 
 /// Checks the lengths, sorts by x, drops samples without x.
 Status prepare(TimePlot& plot);

@@ -163,6 +163,24 @@ TEST(Page, OutlinesAreDrawnInOneScale) {
   }
 }
 
+TEST(Page, SpacesHoldPathSolidsAndWhatMovesAndRefuseWhatIsNotFinite) {
+  Space space{.title = "the way", .value_label = "clearance [m]"};
+  space.path = {{0, 0, 1}, {1, 0, 1}};
+  space.value = {0.2, std::nan("")};
+  space.solids = {{.name = "beam", .is_rod = true, .a = {0, 0, 0}, .b = {0, 0, 2}, .radius = 0.03}};
+  space.discs = {{.center = {0, 0, 1}, .axis = {0, 0, 1}, .radius = 0.1}};
+  space.lines = {{{{0, 0, 0}, {0, 0, 1}}}};
+  Page page("a", "b");
+  const auto html = page.space(space).html();
+  ASSERT_TRUE(html) << html.error().text();
+  for (const char* word : {"figure class=\"space\"", "clearance [m]", "\"rod\":true", "\"value\":[0.2,null]"})
+    EXPECT_NE(html->find(word), std::string::npos) << word;
+  space.solids[0].a[1] = INFINITY;
+  const auto refused = Page("a", "b").space(space).html();
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().text().find("not finite"), std::string::npos) << refused.error().text();
+}
+
 TEST(Page, SurfacesBringTheirScriptAndTheirCorners) {
   const Surface corner{
       "corner", {{0, 0, 0}, {3, 0, 0}, {0, 4, 0}, {0, 0, 5}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};

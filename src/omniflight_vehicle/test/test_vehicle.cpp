@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <urdf_parser/urdf_parser.h>
+
 #include <cstdlib>
 #include <fstream>
 
 #include "../src/urdf.hpp"
+#include "omniflight_vehicle/robot_description.hpp"
 #include "omniflight_vehicle/vehicle.hpp"
 
 namespace omniflight::vehicle {
@@ -13,6 +16,42 @@ class Vehicles : public ::testing::Test {
  protected:
   void SetUp() override { setenv("OMNIFLIGHT_CONFIGS", OMNIFLIGHT_SOURCE_ROOT "/configs", 1); }
 };
+
+TEST_F(Vehicles, TheirDescriptionIsReadBackWithItsBodyAndItsJoints) {
+  for (const std::string& name : vehicle_names()) {
+    const auto v = load_vehicle(name);
+    ASSERT_TRUE(v) << v.error().text();
+    const std::string text = robot_description(*v);
+    const auto body = read_urdf(text, name);
+    ASSERT_TRUE(body) << body.error().text();
+    EXPECT_NEAR(body->mass, v->mass, 1e-8 * v->mass);
+    EXPECT_LT((body->inertia - v->inertia).norm(), 1e-7 * v->inertia.norm());
+    EXPECT_LT((body->center_of_mass - v->center_of_mass).norm(), 1e-8);
+    ASSERT_EQ(body->collision.size(), v->collision.size());
+    for (std::size_t i = 0; i < v->collision.size(); ++i) {
+      EXPECT_LT((body->collision[i].p_BS - v->collision[i].p_BS).norm(), 1e-7);
+      EXPECT_LT(body->collision[i].q_BS.angularDistance(v->collision[i].q_BS), 1e-6);
+    }
+    const auto model = urdf::parseURDF(text);
+    ASSERT_TRUE(model);
+    const auto joints = joint_names(*v);
+    EXPECT_EQ(model->joints_.size(), joints.size());
+    for (const std::string& joint : joints) ASSERT_TRUE(model->getJoint(joint)) << joint;
+    for (std::size_t i = 0; i < v->rotors.size(); ++i) {
+      const Rotor& rotor = v->rotors[i];
+      const std::string number = std::to_string(i + 1);
+      const auto turns = model->getJoint("rotor_" + number);
+      EXPECT_LT((Vec3(turns->axis.x, turns->axis.y, turns->axis.z) - rotor.axis_B).norm(), 1e-7);
+      const auto first = rotor.tilts ? model->getJoint("tilt_" + number) : turns;
+      const auto& place = first->parent_to_joint_origin_transform.position;
+      EXPECT_LT((Vec3(place.x, place.y, place.z) - rotor.p_BR).norm(), 1e-7);
+      EXPECT_EQ(first->parent_link_name, "base_link");
+      if (!rotor.tilts) continue;
+      EXPECT_LT((Vec3(first->axis.x, first->axis.y, first->axis.z) - rotor.tilt_axis_B).norm(), 1e-7);
+      EXPECT_NEAR(first->limits->upper, v->tilt.max, 1e-7);
+    }
+  }
+}
 
 TEST_F(Vehicles, OmniMorphIsTheThesisGeometry) {
   const auto v = load_vehicle("omnimorph");

@@ -23,6 +23,7 @@ struct LawParameters {
 
 /// The allocator.
 struct AllocatorParameters {
+  double joints_hz = 50.0;  ///< messages of the joints in a second of flight time; 0: none
   vehicle::Vehicle vehicle;
   allocation::AllocatorConfig config;
   std::optional<allocation::TiltSchedule>

@@ -31,7 +31,9 @@ inline constexpr const char* mission = "/omniflight/mission";
 /// diagnostic_msgs/DiagnosticArray of the planner, latched: what became of missions that came in flight
 inline constexpr const char* replanning = "/omniflight/replanning";
 
-inline constexpr const char* transforms = "/tf";  ///< tf2_msgs/TFMessage, map to base_link
+inline constexpr const char* transforms = "/tf";        ///< tf2_msgs/TFMessage, map to base_link
+inline constexpr const char* joints = "/joint_states";  ///< sensor_msgs/JointState, as commanded
+inline constexpr const char* robot_description = "/robot_description";  ///< std_msgs/String, latched: URDF
 inline constexpr const char* diagnostics =
     "/diagnostics";                                       ///< diagnostic_msgs/DiagnosticArray, as ROS has it
 inline constexpr const char* state = "/component_state";  ///< omniflight_msgs/ComponentState, latched

@@ -149,4 +149,30 @@ struct Surfaces {
   std::string sphere_label = {};
 };
 
+/// A box or a rod in space [m].
+struct SpaceSolid {
+  std::string name = {};
+  bool is_rod = false;
+  std::array<double, 3> a = {}, b = {};  ///< box: middle and full edges; rod: its ends
+  double radius = 0.0;                   ///< of a rod
+  bool is_zone = false;                  ///< nothing that can be touched: drawn in another colour
+};
+
+struct SpaceDisc {
+  std::array<double, 3> center = {}, axis = {};  ///< m; unit
+  double radius = 0.0;                           ///< m
+};
+
+/// A path among solids in space, coloured by a scalar, with what moves along it at some places; turned by
+/// dragging.
+struct Space {
+  std::string title = {};
+  std::string value_label = {};                  ///< with unit: "clearance [m]"
+  std::vector<std::array<double, 3>> path = {};  ///< m, world frame, z up
+  std::vector<double> value = {};                ///< the scalar, as long as the path
+  std::vector<SpaceSolid> solids = {};
+  std::vector<SpaceDisc> discs = {};                             ///< of rotors
+  std::vector<std::array<std::array<double, 3>, 2>> lines = {};  ///< of a tether
+};
+
 }  // namespace omniflight::report

@@ -33,6 +33,7 @@ class Page {
   /// Drawn with three.js, which makes the page larger by 0.9 MB; what cannot be drawn in space is told in
   /// words.
   Page& surfaces(const Surfaces& surfaces);
+  Page& space(const Space& space);
   /// LaTeX source as KaTeX reads it, shown as MathML; what cannot be read is shown as it is written.
   Page& equation(const std::string& latex);
   /// Zoomable plot. At most 3000 samples a series are kept, extremes and gaps among them; the page says so.
