@@ -15,18 +15,23 @@ LAW_ERROR = 0.1
 UNKNOWN_ODDS = -8.5  # ln prior odds of one pattern outside the library, about
 
 
-def shares(sets, nothing_factor, rivals_factor, equal):
-    """Probability of each set; factors on the squared law error."""
+def shares(sets, nothing, rivals, equal=0):
+    """Probability of each set, and that of none. `nothing`: factor on the squared law error where a set is compared with nothing;
+    `rivals`: factors where it is compared with others, equally likely; `equal`: ln prior odds of every effect, if not zero."""
     likely = lambda e, odds, chance: math.exp(min(700, odds + e / chance))
     evidence = [s["log_evidence_over_nothing"] for s in sets]
     odds = [s["log_prior"] if not equal else sum(UNKNOWN_ODDS if n.startswith("unknown") else equal for n in s["effects"]) for s in sets]
     most = max(0.0, max(evidence))
-    by = {k: [likely(e - most, o, 1 + factor * LAW_ERROR ** 2 * most) for e, o in zip(evidence, odds)]
-          for k, factor in (("nothing", nothing_factor), ("rivals", rivals_factor))}
     empty = [not s["effects"] for s in sets]
-    nothing = sum(x for x, e in zip(by["nothing"], empty) if e) / sum(by["nothing"])
-    among = sum(x for x, e in zip(by["rivals"], empty) if not e)
-    return [nothing if e else (1 - nothing) * x / among for x, e in zip(by["rivals"], empty)], nothing
+    by = lambda factor: [likely(e - most, o, 1 + factor * LAW_ERROR ** 2 * most) for e, o in zip(evidence, odds)]
+    against = by(nothing)
+    none = sum(x for x, e in zip(against, empty) if e) / sum(against)
+    out = [none if e else 0 for e in empty]
+    for factor in rivals:
+        among = [0 if e else x for x, e in zip(by(factor), empty)]
+        for k, x in enumerate(among):
+            out[k] += (1 - none) * x / max(1e-300, sum(among)) / len(rivals)
+    return out, none
 
 
 def named(sets, p, nothing):
@@ -38,7 +43,8 @@ def named(sets, p, nothing):
     out = []
     if nothing >= ALARM:
         return out, inclusion
-    best = max((x, k) for k, x in enumerate(p) if sets[k]["effects"])[1]
+    likelier = lambda s: s["log_evidence_over_nothing"] + s["log_prior"] > 0  # than nothing
+    best = max((likelier(sets[k]), x, k) for k, x in enumerate(p) if sets[k]["effects"])[2]
     for name in sorted(set(sets[best]["effects"]), key=lambda n: -inclusion[n]):
         if sum(x for s, x in zip(sets, p) if len(s["effects"]) > len(out)) <= 1 - ALARM:
             break
@@ -46,10 +52,18 @@ def named(sets, p, nothing):
     return out, inclusion
 
 
+def expected_error(statements):
+    """Expected calibration error over ten bins."""
+    bins = {}
+    for x, right in statements:
+        bins.setdefault(min(9, int(10 * x)), []).append((x, right))
+    return sum(abs(sum(x for x, _ in b) - sum(r for _, r in b)) for b in bins.values()) / max(1, len(statements))
+
+
 def row(flights, title, **how):
     alarms = [0, 0]
     first, whole, beside, sure = [0, 0], [0, 0], [0, 0], [0, 0]
-    false, log_score, statements = 0, 0.0, 0
+    statements = []
     for sets, truth in flights:
         p, nothing = shares(sets, **how)
         names, inclusion = named(sets, p, nothing)
@@ -70,13 +84,14 @@ def row(flights, title, **how):
             if name.startswith("unknown"):
                 continue
             right, x = name in real or name in present, inclusion[name]
-            false += not right
-            statements += 1
-            log_score -= math.log(min(1, max(0.01, x if right else 1 - x)))
+            statements.append((x, right))
             if x > 0.95:
                 sure = [sure[0] + right, sure[1] + 1]
     rate = lambda r: f"{r[0]}/{r[1]}"
-    print("| " + " | ".join([title, rate(alarms), rate(first), rate(whole), rate(beside), f"{false} of {statements}", rate(sure), f"{log_score / max(1, statements):.2f}"]) + " |")
+    false = sum(not right for _, right in statements)
+    log_score = -sum(math.log(min(1, max(0.01, x if right else 1 - x))) for x, right in statements)
+    print("| " + " | ".join([title, rate(alarms), rate(first), rate(whole), rate(beside), f"{false} of {len(statements)}", rate(sure),
+                             f"{expected_error(statements):.2f}", f"{log_score / max(1, len(statements)):.2f}"]) + " |")
 
 
 def main():
@@ -96,14 +111,16 @@ def main():
                 flights.append((d["sets"], truth))
     equal = math.log(math.log(2) / max(known))
     print(f"{len(flights)} answers")
-    print("| | nominal alarms | named first, of 1 sigma or more | whole truth, nothing else | named beside others | false names | above 0.95 come true | log score of a name [nat] |")
-    print("|---|---|---|---|---|---|---|---|")
-    row(flights, "every nat counts", nothing_factor=0, rivals_factor=0, equal=0)
-    row(flights, "one law is wrong", nothing_factor=1, rivals_factor=1, equal=0)
-    row(flights, "rivals are both wrong", nothing_factor=1, rivals_factor=2, equal=0)
-    row(flights, "the same, all effects equally likely", nothing_factor=1, rivals_factor=2, equal=equal)
-    for factor in (4, 9, 16):
-        row(flights, f"rivals {factor} times", nothing_factor=1, rivals_factor=factor, equal=0)
+    print("| | nominal alarms | named first, of 1 sigma or more | whole truth, nothing else | named beside others | false names | above 0.95 come true | ECE | log score of a name [nat] |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    row(flights, "every nat counts", nothing=0, rivals=[0])
+    row(flights, "one law is wrong", nothing=1, rivals=[1])
+    row(flights, "rivals are both wrong", nothing=1, rivals=[2])
+    row(flights, "rivals are both wrong, by 1, 2 or 4 times as much", nothing=1, rivals=[2, 8, 32])
+    row(flights, "the same, all effects equally likely", nothing=1, rivals=[2, 8, 32], equal=equal)
+    row(flights, "1, 2 or 4 times as much against nothing, too", nothing=16, rivals=[2, 8, 32])
+    for factors in ([8], [32], [2, 8], [2, 32], [0.5, 2, 8, 32]):
+        row(flights, "rivals, variances of " + " or ".join(f"{x:g}" for x in factors) + " errors squared", nothing=1, rivals=factors)
 
 
 if __name__ == "__main__":

@@ -129,7 +129,7 @@ Posterior with_a_second(double first, double more) {
   return p;
 }
 
-// Of 500 nat, a law that is right within a tenth leaves five to chance, and two laws ten.
+// Of 500 nat, laws that are right within one, two or four tenths leave 10, 40 or 160 to chance.
 TEST(Posterior, WhatALawHasWrongIsNoEvidenceOfAnother) {
   const auto share_of_second = [](double first, double more, double law_error) {
     Posterior p = with_a_second(first, more);
@@ -139,10 +139,21 @@ TEST(Posterior, WhatALawHasWrongIsNoEvidenceOfAnother) {
     return p.sets[2].probability / (1 - p.probability_of_nothing);
   };
   EXPECT_NEAR(share_of_second(500, 10, 0), 1 / (1 + std::exp(4.0 - 10)), 1e-9);
-  EXPECT_NEAR(share_of_second(500, 10, 0.1), 1 / (1 + std::exp(4 - 10 / (1 + 10.2))), 1e-9);
+  double mean = 0;
+  for (const double variance : {0.02, 0.08, 0.32})
+    mean += 1 / (1 + std::exp(4 - 10 / (1 + variance * 510))) / 3;
+  EXPECT_NEAR(share_of_second(500, 10, 0.1), mean, 1e-9);
   EXPECT_LT(share_of_second(500, 10, 0.1), 0.1);
-  EXPECT_GT(share_of_second(50, 30, 0.1), 0.99) << "of little a tenth is nothing";
-  EXPECT_GT(share_of_second(500, 200, 0.1), 0.99) << "what is no misfit";
+  EXPECT_GT(share_of_second(50, 40, 0.1), 0.5) << "of little a tenth is nothing";
+  EXPECT_GT(share_of_second(500, 400, 0.1), 0.5) << "what is no misfit";
+}
+
+// Where every law is far less likely than nothing, shares are numbers nevertheless.
+TEST(Posterior, SharesAreFiniteWhereNothingIsFarLikelier) {
+  Posterior p = with_a_second(-2000, -2000);
+  share_probability(0.1, p);
+  EXPECT_NEAR(p.probability_of_nothing, 1, 1e-12);
+  for (const SetPosterior& s : p.sets) EXPECT_TRUE(std::isfinite(s.probability));
 }
 
 // By 40 deg from the begin: the likelihood has an optimum near many lengths.

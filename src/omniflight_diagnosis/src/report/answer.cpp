@@ -34,10 +34,12 @@ std::set<std::string> names_of(const Inference& in, const std::vector<int>& hypo
   return out;
 }
 
-/// Posterior probability of each set of ids.
+/// Posterior probability of each set of ids, of the empty one and the candidates.
 std::map<std::set<std::string>, double> by_names(const Inference& in) {
   std::map<std::set<std::string>, double> out;
-  for (const SetPosterior& s : in.posterior.sets) out[names_of(in, s.hypotheses)] += s.probability;
+  for (const SetPosterior& s : in.posterior.sets)
+    if (s.hypotheses.empty() || in.posterior.is_candidate(s))
+      out[names_of(in, s.hypotheses)] += s.probability;
   return out;
 }
 
@@ -280,15 +282,17 @@ void add_series(const Inference& in, std::span<const Flight* const> flights, con
 /// Whether sets with all of `named` hold kExplained, and no further effect of the library has more than 1 -
 /// kExplained. Patterns outside the library do not count here.
 bool is_decided(const std::map<std::set<std::string>, double>& sets, const std::set<std::string>& named) {
-  double hold = 0;
+  double hold = 0, total = 0;
   std::map<std::string, double> further;
   for (const auto& [names, probability] : sets) {
+    total += probability;
     if (std::includes(names.begin(), names.end(), named.begin(), named.end())) hold += probability;
     for (const std::string& name : names)
       if (!named.contains(name) && name != kUnknown) further[name] += probability;
   }
-  return hold >= kExplained && std::all_of(further.begin(), further.end(),
-                                           [](const auto& x) { return x.second <= 1 - kExplained; });
+  return hold >= kExplained * total && std::all_of(further.begin(), further.end(), [&](const auto& x) {
+           return x.second <= (1 - kExplained) * total;
+         });
 }
 
 }  // namespace
@@ -299,7 +303,7 @@ void add_posterior(const Inference& in, const SetFit& fit, std::span<const Fligh
   const int n = problem.samples();
   const Eigen::VectorXd wrench = wrench_of_set(problem, in.hypotheses, fit, States::measured);
   const Eigen::VectorXd rest = problem.residual() - wrench - problem.calibration().measured * fit.calibration;
-  const auto sets = by_names(in);
+  const auto candidates = by_names(in);
   std::vector<int> members;
   for (const SetMember& m : fit.members) members.push_back(m.hypothesis);
   const std::set<std::string> named = names_of(in, members);
@@ -312,7 +316,7 @@ void add_posterior(const Inference& in, const SetFit& fit, std::span<const Fligh
         if (term.model) d.model.push_back(physics::as_effect(*term.model));
       continue;
     }
-    Finding f = finding_of(in, member, sets, named);
+    Finding f = finding_of(in, member, candidates, named);
     Eigen::VectorXd value;
     problem.wrench_of({h.effect, member.theta, member.start}, value, nullptr, nullptr, States::measured);
     for (int c = 0; c < 6; ++c)
@@ -349,7 +353,7 @@ void add_posterior(const Inference& in, const SetFit& fit, std::span<const Fligh
   else if (!d.unexplained.empty())
     d.verdict = Verdict::unexplained;
   else
-    d.verdict = is_decided(sets, named) ? Verdict::explained : Verdict::ambiguous;
+    d.verdict = is_decided(candidates, named) ? Verdict::explained : Verdict::ambiguous;
 }
 
 }  // namespace omniflight::diagnosis

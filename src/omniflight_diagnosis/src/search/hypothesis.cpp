@@ -234,16 +234,17 @@ std::vector<Hypothesis> make_hypotheses(const RegressionProblem& problem, const 
     pulsations = make_pulsations(problem, noise);
   }
   const double each = kExpectedUnknown / static_cast<double>(patterns.size() + pulsations.size());
-  const auto add_unknown = [&](Pattern&& p, double odds) {
+  const auto add_unknown = [&](Pattern&& p, double choices) {
     Hypothesis h;
     h.id = "unknown";
     h.pattern = std::make_shared<const Pattern>(std::move(p));
-    h.log_odds = std::log(odds);
+    h.log_choices = std::log(choices);
+    h.log_odds = std::log(each) - h.log_choices;
     out.push_back(std::move(h));
   };
-  for (Pattern& p : patterns) add_unknown(std::move(p), each);
+  for (Pattern& p : patterns) add_unknown(std::move(p), 1);
   // all frequencies are equally likely, and only the strongest is asked
-  for (Pulsation& p : pulsations) add_unknown(std::move(p.pattern), each / p.distinct);
+  for (Pulsation& p : pulsations) add_unknown(std::move(p.pattern), p.distinct);
   parallel_for(out.size(), o.threads, [&](std::size_t k) { prepare(problem, noise, out[k]); });
   whiten(noise, o.threads, out);
   return out;

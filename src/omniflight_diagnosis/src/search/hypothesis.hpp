@@ -37,7 +37,9 @@ struct Hypothesis {
   std::string id;  ///< effect id, or "unknown"
   const physics::Effect* effect = nullptr;
   std::shared_ptr<const Pattern> pattern;
-  double log_odds = 0;                ///< prior, of being there
+  double log_odds = 0;  ///< prior, of being there as it is here
+  /// ln of the number of frequencies of which it is the best: in log_odds, and a part of the evidence
+  double log_choices = 0;
   std::vector<ShapePoint> points;     ///< of an effect
   Eigen::MatrixXd linear;             ///< whitened, for a unit of each parameter; of constant columns only
   Eigen::VectorXd first_stage;        ///< of these columns

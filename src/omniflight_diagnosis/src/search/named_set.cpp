@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "../numerics/statistics.hpp"
 
@@ -27,15 +28,16 @@ bool does_something(const Inference& in, const SetMember& member) {
   return false;
 }
 
-/// The likeliest set that is not empty: fitted in the noise of the best set, which may be another one or none
-/// at all, since rivals count in their own noise.
+/// The likeliest candidate, or set that is not empty where none is: fitted in the noise of the best set,
+/// which may be another one or none at all, since rivals count in their own noise.
 SetFit likeliest_of_something(const Inference& in, const Evidence& evidence) {
   const Posterior& p = in.posterior;
+  const auto rank = [&](const SetPosterior& s) {
+    return std::tuple(!s.hypotheses.empty(), p.is_candidate(s), s.probability);
+  };
   const auto likeliest =
-      std::max_element(p.sets.begin(), p.sets.end(), [](const SetPosterior& a, const SetPosterior& b) {
-        return std::pair(!a.hypotheses.empty(), a.probability) <
-               std::pair(!b.hypotheses.empty(), b.probability);
-      });
+      std::max_element(p.sets.begin(), p.sets.end(),
+                       [&](const SetPosterior& a, const SetPosterior& b) { return rank(a) < rank(b); });
   std::vector<int> best;
   for (const SetMember& m : p.best.members) best.push_back(m.hypothesis);
   std::sort(best.begin(), best.end());

@@ -14,7 +14,7 @@ struct SetPosterior {
   std::vector<SetMember> members;
   std::vector<double> theta_deviation;  ///< of the parameters of its laws, one member after the other
   double log_joint = 0;                 ///< ln evidence plus ln prior
-  double log_prior = 0;
+  double log_prior = 0;  ///< without the choice among frequencies, which is part of the evidence
   double probability = 0;
 };
 
@@ -26,13 +26,17 @@ inline constexpr double kAlarm = 0.25;
 struct Posterior {
   std::vector<SetPosterior> sets;  ///< the likeliest first
   SetFit nothing, best;
-  double joint_of_best = 0;  ///< ln evidence plus ln prior, normalised by the noise it was found in
+  double joint_of_best = 0;     ///< ln evidence plus ln prior, normalised by the noise it was found in
+  double joint_of_nothing = 0;  ///< the same of the empty set, in its own noise
   double probability_of_nothing = 0;
   /// Hypothesis, and gain of its set of one against nothing [nat]; where that was not fitted, at the best
   /// point of its grid.
   std::vector<std::pair<int, double>> alone;
   bool finished = true;  ///< false: stopped before the search had ended
 
+  /// Whether a set is a candidate for what is there: one that nothing at all is likelier than is none. Its
+  /// probability is that of something that no set has right.
+  bool is_candidate(const SetPosterior& s) const { return s.log_joint > joint_of_nothing; }
   bool alarm() const { return !sets.empty() && probability_of_nothing < kAlarm; }
   /// Probability that an effect with this id is there.
   double inclusion(const std::string& id, const std::vector<Hypothesis>& hypotheses) const;
@@ -49,8 +53,8 @@ struct SearchLimits {
 
 /// Shares one among the sets. A law that is right within law_error [1] leaves the square of it of what it
 /// explains, and another law may take that by chance: a difference of ln evidence to nothing counts divided
-/// by one plus that part of the largest gain over nothing, and one between sets of laws, of which both are
-/// wrong, by one plus twice that part.
+/// by one plus that part of the largest gain over nothing. Between sets of laws both are wrong, by law_error
+/// or two or four times it, which is equally likely: the mean over these.
 void share_probability(double law_error, Posterior& posterior);
 
 /// Sets that promise on the grid of shapes (promising_sets), and `seed`, fitted; then the best set without

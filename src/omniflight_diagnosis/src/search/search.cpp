@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "../numerics/parallel.hpp"
@@ -8,6 +9,8 @@
 namespace omniflight::diagnosis {
 namespace {
 
+/// RMS errors of laws over law_error, equally likely, where one set of laws is compared with another.
+constexpr std::array<double, 3> kRivalErrors{1, 2, 4};
 constexpr int kNeighbourRounds = 4;  ///< of neighbours of the best set
 constexpr double kNearSet = 5;       ///< nat: what is this far behind has less than a hundredth of the mass
 constexpr double kGridShare = 0.3;   ///< of a gain, at the best point of a grid at least
@@ -138,8 +141,11 @@ class Search {
 
   void finish(Posterior& out) {
     const double best = best_joint();
-    for (const auto& [key, fit] : fits_)
-      out.sets.push_back({key, fit->members, fit->theta_deviation, joint(key), log_prior(key), 0});
+    for (const auto& [key, fit] : fits_) {
+      double choices = 0;
+      for (const int h : key) choices += evidence_.hypotheses()[static_cast<std::size_t>(h)].log_choices;
+      out.sets.push_back({key, fit->members, fit->theta_deviation, joint(key), log_prior(key) + choices, 0});
+    }
     for (const auto& [key, fit] : fits_)
       if (key.size() == 1) out.alone.emplace_back(key[0], fit->log_evidence - fits_.at({})->log_evidence);
     std::sort(out.sets.begin(), out.sets.end(),
@@ -167,28 +173,32 @@ double Posterior::inclusion(const std::string& id, const std::vector<Hypothesis>
 }
 
 void share_probability(double law_error, Posterior& p) {
-  double most = -1e300, nothing = -1e300;  // ln evidence
+  double nothing = -1e300, something = -1e300;  // ln evidence of the empty set, the largest of the others
   for (const SetPosterior& s : p.sets) {
-    most = std::max(most, s.log_joint - s.log_prior);
-    if (s.hypotheses.empty()) nothing = s.log_joint;
+    double& best = s.hypotheses.empty() ? nothing : something;
+    best = std::max(best, s.log_joint - s.log_prior);
   }
-  // `wrong`: laws in the comparison, whose errors are independent
-  const auto share = [&](const SetPosterior& s, int wrong) {
-    const double chance = 1 + wrong * law_error * law_error * (most - nothing);
-    return std::exp(s.log_prior + (s.log_joint - s.log_prior - most) / chance);
+  p.joint_of_nothing = nothing;
+  const double most = std::max(nothing, something);
+  const auto share = [&](const SetPosterior& s, double variance, double best) {
+    const double chance = 1 + variance * (most - nothing);
+    return std::exp(s.log_prior + (s.log_joint - s.log_prior - best) / chance);
   };
-  double something = 0, all = 0, among = 0;
-  for (const SetPosterior& s : p.sets) {
-    all += share(s, 1);
-    if (s.hypotheses.empty()) continue;
-    something += share(s, 1);
-    among += share(s, 2);
-  }
-  for (SetPosterior& s : p.sets) {
+  double all = 0;
+  for (const SetPosterior& s : p.sets) all += share(s, law_error * law_error, most);
+  for (SetPosterior& s : p.sets) s.probability = 0;
+  for (SetPosterior& s : p.sets)
     if (s.hypotheses.empty())
-      p.probability_of_nothing = s.probability = share(s, 1) / all;
-    else
-      s.probability = something / all * share(s, 2) / among;
+      p.probability_of_nothing = s.probability = share(s, law_error * law_error, most) / all;
+  for (const double factor : kRivalErrors) {
+    const double variance = 2 * std::pow(factor * law_error, 2);  // both are wrong, independently
+    double among = 0;
+    for (const SetPosterior& s : p.sets)
+      if (!s.hypotheses.empty()) among += share(s, variance, something);
+    for (SetPosterior& s : p.sets)
+      if (!s.hypotheses.empty())
+        s.probability +=
+            (1 - p.probability_of_nothing) / kRivalErrors.size() * share(s, variance, something) / among;
   }
 }
 
