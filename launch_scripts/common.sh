@@ -15,15 +15,16 @@ omniflight_version() { sed -n 's/^project(.* VERSION \([0-9.]*\).*/\1/p' "$OMNIF
 
 # omniflight_build BASE [cmake arguments]: configures and builds the workspace into BASE/build and BASE/install;
 # OMNIFLIGHT_COLCON_SELECT may select packages ("--packages-up-to a b"), OMNIFLIGHT_WITHOUT_CCACHE=yes builds as if there
-# were none.
+# were none, OMNIFLIGHT_JOINED=yes joins sources all the same.
 omniflight_build() {
   local base="$1"
   shift
   mkdir -p "$base"
   # with a compiler cache every source is its own object; from nothing, small ones are quicker several at a time
-  local speed=(-DOMNIFLIGHT_UNITY=ON)
+  local joined=ON speed=()
   if [ -z "${OMNIFLIGHT_WITHOUT_CCACHE:-}" ] && command -v ccache >/dev/null; then
     speed=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+    [ "${OMNIFLIGHT_JOINED:-}" = yes ] || joined=OFF
   fi
   # one package at a time, all processors inside it: memory stays bounded and nothing waits for a slot
   CMAKE_GENERATOR=Ninja CMAKE_BUILD_PARALLEL_LEVEL="$JOBS" MAKEFLAGS="-j$JOBS" \
@@ -31,5 +32,5 @@ omniflight_build() {
     --event-handlers console_direct- console_stderr- summary+ status- console_start_end- \
     --base-paths src --build-base "$base/build" --install-base "$base/install" --executor sequential \
     ${OMNIFLIGHT_COLCON_SELECT:-} \
-    --cmake-args -DCMAKE_BUILD_TYPE=Release "${speed[@]}" "$@"
+    --cmake-args -DCMAKE_BUILD_TYPE=Release -DOMNIFLIGHT_UNITY="$joined" "${speed[@]}" "$@"
 }
