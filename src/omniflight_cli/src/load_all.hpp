@@ -8,8 +8,15 @@
 
 namespace omniflight::cli {
 
-/// All of these, read with this map (--map); the error of the first that cannot be read.
-Result<std::vector<recording::Recording>> load_all(const std::vector<std::string>& paths,
-                                                   const std::string& map);
+/// How foreign logs are read: --map, and --axes ("enu" or "ned").
+struct ReadAs {
+  std::string map, axes = "enu";
+};
+
+/// One recording, read so.
+Result<recording::Recording> load_as(const std::string& path, const ReadAs& as);
+
+/// All of these; the error of the first that cannot be read.
+Result<std::vector<recording::Recording>> load_all(const std::vector<std::string>& paths, const ReadAs& as);
 
 }  // namespace omniflight::cli

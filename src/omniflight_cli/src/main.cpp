@@ -171,6 +171,15 @@ void add_map(CLI::App& verb, std::string& map) {
       "or which topics of a bag or ULog, are which signals; without it the maps that fit are taken");
 }
 
+void add_axes(CLI::App& verb, std::string& axes) {
+  verb.add_option("--axes", axes,
+                  "Axes of the log: enu (world up, body forward-left-up; or as its map says), or ned "
+                  "(north-east-down and "
+                  "forward-right-down: every vector and attitude is turned)")
+      ->check(CLI::IsMember({"enu", "ned"}))
+      ->capture_default_str();
+}
+
 Status make_folder(const std::string& path) {
   std::error_code ec;
   std::filesystem::create_directories(path, ec);

@@ -34,7 +34,7 @@ namespace {
 struct DiagnoseOptions {
   std::vector<std::string> recordings, held_out, set, baseline;
   Questions questions;
-  std::string vehicle, refly, plan, told, map, ablation, test_bed = "pyramid";
+  std::string vehicle, refly, plan, told, map, axes = "enu", ablation, test_bed = "pyramid";
   double budget_s = 0;
   int jobs = 0;
   bool check = false, refly_recorded = false;
@@ -316,7 +316,7 @@ Result<Read> read_all(const DiagnoseOptions& o) {
   Read out;
   for (const auto& [paths, into] :
        {std::pair{&o.recordings, &out.fit}, {&o.held_out, &out.held_out}, {&o.baseline, &out.baseline}}) {
-    auto read = load_all(*paths, o.map);
+    auto read = load_all(*paths, {o.map, o.axes});
     if (!read) return Failure(read.error());
     *into = std::move(*read);
   }
@@ -360,6 +360,7 @@ Action add_diagnose(CLI::App& verb, Common& common) {
                 "Only say what these recordings can and cannot tell; takes seconds and fits nothing");
   verb.add_option("--told", o->told, "What is known beside the recording (default: told.yaml beside it)");
   add_map(verb, o->map);
+  add_axes(verb, o->axes);
   verb.add_option("--ablation", o->ablation,
                   "Leave a safeguard out, or give something wrong, to see what an answer is worth:\n" +
                       ablations_help())

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "folder.hpp"
+#include "load_all.hpp"
 #include "mcap_export.hpp"
 #include "omniflight_recording/formats.hpp"
 #include "verbs.hpp"
@@ -20,7 +21,7 @@ std::vector<std::string> without_columns(const recording::Recording& r) {
   return out;
 }
 
-Result<int> write(const std::string& in, const std::string& map, const std::string& format, bool force,
+Result<int> write(const std::string& in, const ReadAs& as, const std::string& format, bool force,
                   const Common& common) {
   if (common.out.empty())
     return bad_input("needs a file to write", "--out", "For instance --out flight." + format);
@@ -29,7 +30,7 @@ Result<int> write(const std::string& in, const std::string& map, const std::stri
     return bad_input("is the recording itself", "--out " + common.out, "Choose another --out");
   if (format != "rosbag2")  // a folder is never overwritten, see write_rosbag2
     if (auto ok = refuse_overwriting(common.out, force); !ok) return Failure(ok.error());
-  auto r = recording::load(in, {.map = map});
+  auto r = load_as(in, as);
   if (!r) return Failure(r.error());
   nlohmann::json j{{"written", common.out}, {"format", format}, {"read_as", r->format}};
   j["notes"] = nlohmann::json::array();
@@ -69,14 +70,15 @@ Action add_export(CLI::App& verb, Common& common) {
 
 Action add_import(CLI::App& verb, Common& common) {
   auto file = std::make_shared<std::string>();
-  auto map = std::make_shared<std::string>();
+  auto as = std::make_shared<ReadAs>();
   verb.add_option("log", *file, "Log of another system, recognised by its content")->required();
-  add_map(verb, *map);
+  add_map(verb, as->map);
+  add_axes(verb, as->axes);
   auto force = std::make_shared<bool>(false);
   verb.add_flag("--force", *force, "Overwrite the file that --out names");
-  return [file, map, force, &common]() -> Result<int> {
+  return [file, as, force, &common]() -> Result<int> {
     const std::string kind = std::filesystem::path(common.out).extension() == ".csv" ? "csv" : "mcap";
-    return write(*file, *map, kind, *force, common);
+    return write(*file, *as, kind, *force, common);
   };
 }
 

@@ -153,9 +153,9 @@ Result<int> identify_motor(const IdentifyMotorOptions& o, const Common& common) 
   const auto end =
       clock::now() + std::chrono::duration_cast<clock::duration>(std::chrono::duration<double>(o.budget_s));
   const auto stop = [end] { return interrupted() || clock::now() > end; };
-  auto fit = load_all(o.recordings, o.map);
+  auto fit = load_all(o.recordings, {o.map});
   if (!fit) return Failure(fit.error());
-  auto held_out = load_all(o.held_out, o.map);
+  auto held_out = load_all(o.held_out, {o.map});
   if (!held_out) return Failure(held_out.error());
   auto signals = motor_signals(fit->front(), o.command);
   if (!signals) return Failure(signals.error());

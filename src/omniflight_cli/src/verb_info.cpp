@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "load_all.hpp"
 #include "log_sources.hpp"
 #include "omniflight_recording/formats.hpp"
 #include "verbs.hpp"
@@ -48,13 +49,13 @@ nlohmann::json as_json(const recording::Recording& r) {
 }  // namespace
 
 Action add_info(CLI::App& verb, Common& common) {
-  auto file = std::make_shared<std::string>(), map = std::make_shared<std::string>();
+  auto file = std::make_shared<std::string>();
+  auto as = std::make_shared<ReadAs>();
   verb.add_option("recording", *file, "Any supported log")->required();
-  add_map(verb, *map);
-  return [file, map, &common]() -> Result<int> {
-    recording::LoadOptions options;
-    options.map = *map;
-    const auto r = recording::load(*file, options);
+  add_map(verb, as->map);
+  add_axes(verb, as->axes);
+  return [file, as, &common]() -> Result<int> {
+    const auto r = load_as(*file, *as);
     if (!r) return Failure(r.error());
     tell(*r, common);
     print_json(common, as_json(*r));

@@ -53,6 +53,8 @@ Action add_doctor(CLI::App& verb, Common& common);
 CLI::Validator not_negative(bool zero = true);
 /// The option --map of every verb that opens foreign logs.
 void add_map(CLI::App& verb, std::string& map);
+/// Adds --axes, see ReadAs.
+void add_axes(CLI::App& verb, std::string& axes);
 /// Makes the folder; the error names it.
 Status make_folder(const std::string& path);
 /// Prints JSON on stdout when asked for.

@@ -102,6 +102,19 @@ class ForeignLogs(system.SystemTest):
             self.assertEqual({name: counts[name] for name in ("gyro", "acc", "rotor_speed", "vbat")},
                              {"gyro": 4000, "acc": 4000, "rotor_speed": 2000, "vbat": 2000}, log)
 
+    def test_a_log_in_ned_is_turned_as_told_and_none_twice(self):
+        self.write("ned.csv", "t_s,px_m,py_m,pz_m,qw,qx,qy,qz,gyro_x_radps,gyro_y_radps,gyro_z_radps\n" +
+                   "".join(f"{0.01 * k:.2f},1,2,-3,1,0,0,0,0.1,0.2,0.3\n" for k in range(300)))
+        done = self.run_command("import", "ned.csv", "--axes", "ned", "--out", "enu.csv")
+        self.assertIn("position from NED", done.stdout)
+        header, first = [line.split(",") for line in (self.dir / "enu.csv").read_text().splitlines()[:2]]
+        values = dict(zip(header, map(float, first)))
+        self.assertEqual([values[k] for k in ("px_m", "py_m", "pz_m", "gyro_x_radps", "gyro_y_radps", "gyro_z_radps")], [2, 1, 3, 0.1, -0.2, -0.3])
+        for got, expected in zip((values[k] for k in ("qw", "qx", "qy", "qz")), (0.5 ** 0.5, 0, 0, 0.5 ** 0.5)):
+            self.assertAlmostEqual(abs(got), expected)
+        done = self.run_command("info", "flight.ulg", "--axes", "ned", expect=4)
+        self.assertIn("not to be turned twice", done.stderr)
+
     def table(self, log, *options):
         """The samples of a log: {column: {time [ns]: value}}; times count from the first."""
         self.run_command("import", log, "--out", "table.csv", "--quiet", "--force", *options)
