@@ -26,11 +26,14 @@ omniflight_build() {
     speed=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
     [ "${OMNIFLIGHT_JOINED:-}" = yes ] || joined=OFF
   fi
+  local packages
+  packages="$(colcon --log-base /dev/null list --names-only --base-paths src ${OMNIFLIGHT_COLCON_SELECT:-} | wc -l)"
   # one package at a time, all processors inside it: memory stays bounded and nothing waits for a slot
   CMAKE_GENERATOR=Ninja CMAKE_BUILD_PARALLEL_LEVEL="$JOBS" MAKEFLAGS="-j$JOBS" \
     colcon --log-base "$base/log" build --metas "$OMNIFLIGHT_ROOT/colcon.meta" \
-    --event-handlers console_direct- console_stderr- summary+ status- console_start_end- \
+    --event-handlers console_direct- console_stderr- summary+ status- console_start_end+ \
     --base-paths src --build-base "$base/build" --install-base "$base/install" --executor sequential \
     ${OMNIFLIGHT_COLCON_SELECT:-} \
-    --cmake-args -DCMAKE_BUILD_TYPE=Release -DOMNIFLIGHT_UNITY="$joined" "${speed[@]}" "$@"
+    --cmake-args -DCMAKE_BUILD_TYPE=Release -DOMNIFLIGHT_UNITY="$joined" "${speed[@]}" "$@" |
+    awk -v all="$packages" '/^Starting >>>/ { printf "package %d of %d: %s\n", ++n, all, $3; fflush(); next } { print; fflush() }'
 }
