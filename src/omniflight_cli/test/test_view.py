@@ -2,8 +2,11 @@
 
 import json
 import os
+import pathlib
 import re
+import shutil
 import struct
+import subprocess
 import time
 import unittest
 import xml.etree.ElementTree as ET
@@ -179,6 +182,22 @@ class Foxglove(OnADomain):
         self.assertEqual(json.loads(fox.receive_until(lambda m: isinstance(m, str)))["op"], "status")
         with self.assertRaises(Refused):
             WebSocket(port, protocol="foxglove.websocket.v1", origin="https://evil.example")
+
+    def test_foxgloves_own_client_decodes_every_topic(self):
+        """The npm packages of Foxglove: their client, and their reader of ROS 2 messages."""
+        modules = pathlib.Path(os.environ.get("OMNIFLIGHT_NODE_MODULES", ""))
+        if not shutil.which("node") or not (modules / "@foxglove/ws-protocol").exists():
+            self.skipTest("OMNIFLIGHT_NODE_MODULES names no folder with @foxglove/ws-protocol, @foxglove/rosmsg, "
+                          "@foxglove/rosmsg2-serialization and ws")
+        mission = self.hovering_mission()
+        port = self.view("--mission", mission, "--domain", self.domain)
+        self.start_command("fly", mission, "--rate", "realtime", "--domain", self.domain, "--out", "flight", "--quiet")
+        topics = ["/omniflight/imu", "/tf", "/joint_states", "/view/transform", "/view/vehicle", "/view/world"]
+        done = subprocess.run(["node", system.ROOT / "src/omniflight_cli/test/check_foxglove.mjs", str(port), "40", *topics],
+                              capture_output=True, text=True, timeout=60, check=False)
+        print("\n" + done.stdout)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertGreater(json.loads(done.stdout)["/omniflight/imu"], 0)
 
 
 class Layouts(unittest.TestCase):
