@@ -10,7 +10,7 @@ import json
 import math
 import os
 
-ALARM = 0.25  # kAlarm of search/posterior.hpp
+ALARM, BESIDE = 0.25, 0.5  # kAlarm and kBeside of search/posterior.hpp
 LAW_ERROR = 0.1
 UNKNOWN_ODDS = -8.5  # ln prior odds of one pattern outside the library, about
 
@@ -44,11 +44,11 @@ def named(sets, p, nothing):
     if nothing >= ALARM:
         return out, inclusion
     likelier = lambda s: s["log_evidence_over_nothing"] + s["log_prior"] > 0  # than nothing
-    best = max((likelier(sets[k]), x, k) for k, x in enumerate(p) if sets[k]["effects"])[2]
+    sharp, _ = shares(sets, 1, [2])
+    best = max((likelier(sets[k]), x, k) for k, x in enumerate(sharp) if sets[k]["effects"])[2]
     for name in sorted(set(sets[best]["effects"]), key=lambda n: -inclusion[n]):
-        if sum(x for s, x in zip(sets, p) if len(s["effects"]) > len(out)) <= 1 - ALARM:
-            break
-        out.append(name)
+        if not out or inclusion[name] > BESIDE:
+            out.append(name)
     return out, inclusion
 
 

@@ -28,12 +28,13 @@ bool does_something(const Inference& in, const SetMember& member) {
   return false;
 }
 
-/// The likeliest candidate, or set that is not empty where none is: fitted in the noise of the best set,
-/// which may be another one or none at all, since rivals count in their own noise.
+/// The candidate that is likeliest were laws as right as they are said to be, or set that is not empty where
+/// none is one: fitted in the noise of the best set, which may be another one or none at all, since rivals
+/// count in their own noise.
 SetFit likeliest_of_something(const Inference& in, const Evidence& evidence) {
   const Posterior& p = in.posterior;
   const auto rank = [&](const SetPosterior& s) {
-    return std::tuple(!s.hypotheses.empty(), p.is_candidate(s), s.probability);
+    return std::tuple(!s.hypotheses.empty(), p.is_candidate(s), s.sharp_share);
   };
   const auto likeliest =
       std::max_element(p.sets.begin(), p.sets.end(),
@@ -59,13 +60,8 @@ SetFit named_set(const Inference& in, const Options& o) {
   }
   std::sort(members.rbegin(), members.rend());
   std::vector<SetMember> named;
-  for (const auto& [inclusion, k] : members) {
-    double at_least = 0;
-    for (const SetPosterior& s : p.sets)
-      if (s.hypotheses.size() > named.size()) at_least += s.probability;
-    if (!(at_least > 1 - kAlarm)) break;
-    named.push_back(best.members[k]);
-  }
+  for (const auto& [inclusion, k] : members)
+    if (named.empty() || inclusion > kBeside) named.push_back(best.members[k]);
   return named.size() == best.members.size() ? best : evidence.fit(std::move(named));
 }
 

@@ -5,9 +5,9 @@
 
 namespace omniflight::diagnosis {
 
-/// The members of the likeliest set that the answer names, fitted without the others, the likeliest first:
-/// one where there is an alarm, and as many more as there are at least in all but kAlarm of the posterior.
-/// What stands for one of them elsewhere counts for it. None that does less than arithmetic leaves.
+/// The members of the likeliest candidate that the answer names, fitted without the others, the likeliest
+/// first: one where there is an alarm, and those that are likelier there than not (kBeside). None that does
+/// less than arithmetic leaves.
 SetFit named_set(const Inference& inference, const Options& options);
 
 /// Root mean square distance of parameter k of this hypothesis from `value` in the posterior: over all sets

@@ -16,12 +16,14 @@ struct SetPosterior {
   double log_joint = 0;                 ///< ln evidence plus ln prior
   double log_prior = 0;  ///< without the choice among frequencies, which is part of the evidence
   double probability = 0;
+  double sharp_share = 0;  ///< of those that are not empty, were laws as right as Options::law_error says
 };
 
-/// An effect is named when the probability that nothing was left out is below this, and one more beside
-/// others when that of all smaller sets is: of least expected loss where a false name costs three times as
-/// much as an effect that is missed.
+/// An effect is named when the probability that nothing was left out is below this: of least expected loss
+/// where a false alarm costs three times as much as an effect that is missed.
 inline constexpr double kAlarm = 0.25;
+/// One more beside others is named when it is likelier to be there than not.
+inline constexpr double kBeside = 0.5;
 
 struct Posterior {
   std::vector<SetPosterior> sets;  ///< the likeliest first

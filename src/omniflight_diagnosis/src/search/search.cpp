@@ -186,7 +186,7 @@ void share_probability(double law_error, Posterior& p) {
   };
   double all = 0;
   for (const SetPosterior& s : p.sets) all += share(s, law_error * law_error, most);
-  for (SetPosterior& s : p.sets) s.probability = 0;
+  for (SetPosterior& s : p.sets) s.probability = s.sharp_share = 0;
   for (SetPosterior& s : p.sets)
     if (s.hypotheses.empty())
       p.probability_of_nothing = s.probability = share(s, law_error * law_error, most) / all;
@@ -195,10 +195,12 @@ void share_probability(double law_error, Posterior& p) {
     double among = 0;
     for (const SetPosterior& s : p.sets)
       if (!s.hypotheses.empty()) among += share(s, variance, something);
-    for (SetPosterior& s : p.sets)
-      if (!s.hypotheses.empty())
-        s.probability +=
-            (1 - p.probability_of_nothing) / kRivalErrors.size() * share(s, variance, something) / among;
+    for (SetPosterior& s : p.sets) {
+      if (s.hypotheses.empty()) continue;
+      const double part = share(s, variance, something) / among;
+      s.probability += (1 - p.probability_of_nothing) / kRivalErrors.size() * part;
+      if (factor == kRivalErrors.front()) s.sharp_share = part;
+    }
   }
 }
 
