@@ -5,6 +5,7 @@
 
 #include "../src/pose_index.hpp"
 #include "omniflight_core/random.hpp"
+#include "repetitions.hpp"
 #include "rigid_body_problems.hpp"
 
 namespace omniflight::planning {
@@ -148,7 +149,7 @@ TEST(ConvexScene, PosesAreFreeWhereNoTrianglesAreNear) {
   Random random(2);
   Scene s(l_shaped_body(), thin_things());
   int free = 0, hit = 0;
-  for (int i = 0; i < 500; ++i) {
+  for (int i = 0; i < 150 * times(); ++i) {
     const Pose pose{any_place(random, 0.9), any_turn(random)};
     const double truth = distance_of_surfaces(s.body, pose, s.world);
     if (std::abs(truth - kLeast) < 2e-6) continue;
@@ -157,8 +158,8 @@ TEST(ConvexScene, PosesAreFreeWhereNoTrianglesAreNear) {
     ASSERT_EQ(told, truth > kLeast) << truth;
     (told ? free : hit)++;
   }
-  EXPECT_GT(free, 50);
-  EXPECT_GT(hit, 50);
+  EXPECT_GT(free, 15 * times());
+  EXPECT_GT(hit, 15 * times());
 }
 
 TEST(ConvexScene, MotionsAreFreeAsAWholeOrRefused) {

@@ -6,6 +6,7 @@
 
 #include "../src/triangle_tree.hpp"
 #include "omniflight_core/random.hpp"
+#include "repetitions.hpp"
 #include "rigid_body_problems.hpp"
 
 namespace omniflight::planning {
@@ -110,7 +111,7 @@ TEST(RigidBody, PosesThatAreFreeTouchNothingAndTheOthersDoSo) {
   Random random(3);
   int free = 0, hit = 0;
   const double least = 2e-4 / scene->scale();
-  for (int i = 0; i < 1600; ++i) {
+  for (int i = 0; i < 400 * times(); ++i) {
     Pose pose = any_pose(p, random);
     if (i % 2 == 0) pose.p_WB.x() = random.uniform(-0.3, 0.4);  // in and about the window
     if (i % 4 == 0) pose.p_WB.y() *= 0.15, pose.p_WB.z() = 1.2 + 0.3 * random.uniform(-1, 1);
@@ -124,8 +125,8 @@ TEST(RigidBody, PosesThatAreFreeTouchNothingAndTheOthersDoSo) {
       ASSERT_LE(d, least * 1.01) << pose.p_WB.transpose();
     }
   }
-  EXPECT_GT(free, 200);
-  EXPECT_GT(hit, 400);
+  EXPECT_GT(free, 50 * times());
+  EXPECT_GT(hit, 100 * times());
 }
 
 TEST(RigidBody, MotionsThatAreFreeTouchNothingOnTheWay) {
@@ -134,7 +135,7 @@ TEST(RigidBody, MotionsThatAreFreeTouchNothingOnTheWay) {
   ASSERT_TRUE(scene);
   Random random(4);
   int free = 0, refused = 0;
-  for (int i = 0; i < 160; ++i) {
+  for (int i = 0; i < 60 * times(); ++i) {
     const Pose a = any_pose(p, random);
     const Vec3 step(random.normal(), random.normal(), random.normal()),
         turn(random.normal(), random.normal(), random.normal());

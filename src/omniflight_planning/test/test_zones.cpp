@@ -8,6 +8,7 @@
 #include "omniflight_core/random.hpp"
 #include "omniflight_planning/octree_file.hpp"
 #include "omniflight_planning/plan.hpp"
+#include "repetitions.hpp"
 
 namespace omniflight::planning {
 namespace {
@@ -65,7 +66,7 @@ TEST_F(Zoned, TheDistancesAreThoseToTheClosedVoxelsToo) {
     ASSERT_TRUE(map.close(zones));
     const std::vector<Vec3> closed = closed_voxels(zones, map);
     Random random(1);
-    for (int i = 0; i < 30; ++i) {
+    for (int i = 0; i < 10 * times(); ++i) {
       std::array<int, 3> at{};
       for (std::size_t k = 0; k < 3; ++k) at[k] = static_cast<int>(random.uniform() * map.size()[k]);
       const double before = pyramid().voxel_distance(at[0], at[1], at[2]);
