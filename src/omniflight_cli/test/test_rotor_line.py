@@ -220,7 +220,7 @@ class EndsOnTheLine(board_flight.BoardFlight):
         log = self.dir / "line.txt"
         fly = self.start_command("fly", self.short_mission(), "--plant", "emulator", "--out", "flight", "-p",
                                  f"emulator.line_log={log}", "-p", "gateway.operator_arms=true", "-p",
-                                 "gateway.least_battery_V=999")
+                                 "gateway.least_battery_V=999", "-p", "gateway.connect_timeout_s=8")
         said = self.dir / "flight/log/gateway.log"
         system.wait_until("the gateway", lambda: said.exists() and "activated" in said.read_text(), 30)
         done = self.run_command("arm", expect=NO_RESULT)
