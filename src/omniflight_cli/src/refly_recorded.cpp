@@ -7,6 +7,7 @@
 #include "omniflight_allocation/allocator.hpp"
 #include "omniflight_control/estimator.hpp"
 #include "omniflight_control/law.hpp"
+#include "omniflight_core/progress.hpp"
 #include "omniflight_core/random.hpp"
 #include "omniflight_simulation/plant.hpp"
 #include "omniflight_simulation/sensors.hpp"
@@ -190,6 +191,8 @@ class Loop {
     std::vector<double> speeds(vehicle_.rotors.size());
     const auto held = static_cast<std::size_t>(kHeld / kPeriod);
     for (std::size_t i = 0; i < asked.t.size() + held; ++i) {
+      if (interrupted())
+        return fail(ErrorCode::incomplete, "stopped", "closed loop", "What was found is kept");
       const bool free = i >= held;
       const std::size_t at = free ? i - held : 0;
       const Reference r = free ? asked.at(at) : start;

@@ -35,16 +35,23 @@ struct DiagnoseOptions {
   std::vector<std::string> recordings, held_out, set, baseline;
   Questions questions;
   std::string vehicle, refly, plan, told, map, axes = "enu", ablation, test_bed = "pyramid";
+  std::string out;  ///< folder of the answer
   double budget_s = 0;
   int jobs = 0;
   bool check = false, refly_recorded = false;
 };
 
+constexpr const char* kStopped = "stopped";
+
+/// What was wanted after the search, and Ctrl-C ended.
+Failure stopped() { return fail(ErrorCode::incomplete, kStopped, "diagnose", "What was found is kept"); }
+
 /// Flies the mission again without and with the model, with the recording's seed, and compares all three.
 /// What hangs on more than the model (a neighbour's wash) cannot be flown again: this is said, and nothing
 /// compared.
-Result<Refit> refly(const DiagnoseOptions& o, const std::string& out, const recording::Recording& real,
-                    const Common& common, diagnosis::Diagnosis& d) {
+Result<Refit> refly(const DiagnoseOptions& o, const recording::Recording& real, const Common& common,
+                    diagnosis::Diagnosis& d) {
+  if (interrupted()) return stopped();
   auto vehicle = vehicle::load_vehicle(o.vehicle, o.set);
   if (!vehicle) return Failure(vehicle.error());
   auto recorded = assess(real, *vehicle);
@@ -60,12 +67,14 @@ Result<Refit> refly(const DiagnoseOptions& o, const std::string& out, const reco
     f.seed = std::strtoull(seed->second.c_str(), nullptr, 10);
   f.quiet = common.quiet;
   f.force = true;  // in the folder of this diagnosis
-  f.out = out + "/nominal";
+  f.out = o.out + "/nominal";
   auto before = fly(f);
+  if (interrupted()) return stopped();
   if (!before) return Failure(before.error());
-  f.effects = out + "/model.yaml";
-  f.out = out + "/with_model";
+  f.effects = o.out + "/model.yaml";
+  f.out = o.out + "/with_model";
   auto after = fly(f);
+  if (interrupted()) return stopped();
   if (!after) {  // a model that the simulator refuses alone is still a diagnosis
     say(common, "  not flown again with the model: " + after.error().text());
     return Refit{};
@@ -166,14 +175,13 @@ std::string mission_yaml(const diagnosis::ProposedFlight& f, const std::string& 
 }
 
 /// Writes the best proposed flight that the planner certifies in the test bed; says why when there is none.
-Status write_next_flight(const DiagnoseOptions& o, const std::string& out, diagnosis::Diagnosis& d,
-                         Common& common) {
+Status write_next_flight(const DiagnoseOptions& o, diagnosis::Diagnosis& d, Common& common) {
   std::string why;
   for (const auto& f : d.next_flight.proposed) {
     if (interrupted()) break;
     // where it was flown, or over the middle of the test bed when that place is not free there
     for (const Vec3& start : {f.start, Vec3(0, 0, 0.9), Vec3(0, 0, 1.0), Vec3(0, 0, 1.15), Vec3(0, 0, 1.3)}) {
-      const std::string path = out + "/next_flight.yaml";
+      const std::string path = o.out + "/next_flight.yaml";
       if (auto ok = files::write_file_atomic(path, mission_yaml(f, o.vehicle, o.test_bed, start)); !ok)
         return ok;
       const auto mission = planning::load_mission(path);
@@ -196,8 +204,11 @@ Status write_next_flight(const DiagnoseOptions& o, const std::string& out, diagn
     }
   }
   std::error_code ec;
-  std::filesystem::remove(out + "/next_flight.yaml", ec);
-  if (!why.empty()) {
+  std::filesystem::remove(o.out + "/next_flight.yaml", ec);
+  if (interrupted() && !d.next_flight.proposed.empty()) {
+    say(common, "  no flight is proposed: stopped");
+    d.left_out.push_back(std::string("a proposed flight that fits the test bed (") + kStopped + ")");
+  } else if (!why.empty()) {
     say(common, "  no proposed flight fits the test bed: " + why);
     d.left_out.push_back("a proposed flight that fits the test bed (" + why + ")");
   }
@@ -207,7 +218,7 @@ Status write_next_flight(const DiagnoseOptions& o, const std::string& out, diagn
 /// The answer on the console.
 void tell(const DiagnoseOptions& o, const Common& common, const vehicle::Vehicle& vehicle,
           const std::vector<recording::Recording>& recordings, const diagnosis::Diagnosis& d,
-          const Refit& refit, const std::string& out) {
+          const Refit& refit) {
   say(common, "verdict: " + to_string(d.verdict) + "\n" + d.summary);
   for (const auto& m : d.mismatch)
     say(common,
@@ -250,11 +261,11 @@ void tell(const DiagnoseOptions& o, const Common& common, const vehicle::Vehicle
         say(common, fmt::format("  cut: {:.2f} s to {:.2f} s, {}", w.from_s, w.to_s, w.why));
   }
   if (!d.next_flight.mission.empty())
-    say(common, fmt::format("  next flight: {}/{}, predicted separation {:.1f} sigma", out,
+    say(common, fmt::format("  next flight: {}/{}, predicted separation {:.1f} sigma", o.out,
                             d.next_flight.mission, d.next_flight.predicted_separation_sigma));
   if (const std::string left = diagnosis::stay_together(d.next_flight); !left.empty())
     say(common, "  it would hardly tell apart: " + left);
-  say(common, fmt::format("diagnosed in {:.1f} s; report: {}/report.html", d.runtime_s, out));
+  say(common, fmt::format("diagnosed in {:.1f} s; report: {}/report.html", d.runtime_s, o.out));
 }
 
 /// Writes and tells the answer: the exit code.
@@ -265,15 +276,13 @@ Result<int> conclude(const DiagnoseOptions& o, Common& common, const vehicle::Ve
   const bool answered =
       d.verdict != diagnosis::Verdict::checked && d.verdict != diagnosis::Verdict::unfinished;
   d.runtime_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  const std::string out = common.out.empty() ? fresh_folder("diagnosis") : common.out;
-  if (auto ok = make_folder(out); !ok) return Failure(ok.error());
-  if (auto ok = files::write_file_atomic(out + "/model.yaml", diagnosis::model_yaml(d)); !ok)
+  if (auto ok = files::write_file_atomic(o.out + "/model.yaml", diagnosis::model_yaml(d)); !ok)
     return Failure(ok.error());
-  if (auto ok = write_next_flight(o, out, d, common); !ok) return Failure(ok.error());
+  if (auto ok = write_next_flight(o, d, common); !ok) return Failure(ok.error());
   Refit refit;
   Status flown_again;
   if (!o.refly.empty() && answered) {
-    auto again = refly(o, out, flown, common, d);
+    auto again = refly(o, flown, common, d);
     if (again) {
       refit = std::move(*again);
     } else {  // what was found stays found
@@ -287,17 +296,21 @@ Result<int> conclude(const DiagnoseOptions& o, Common& common, const vehicle::Ve
     const auto told = file.empty() ? Result<diagnosis::PriorKnowledge>(diagnosis::PriorKnowledge{})
                                    : diagnosis::load_prior_knowledge(file);
     if (!told) return Failure(told.error());
-    if (auto ok = refly_recorded(flown, vehicle, *told, options, d); !ok)
+    if (auto ok = refly_recorded(flown, vehicle, *told, options, d); !ok) {
       say(common, "  not flown again: " + ok.error().text());
+      d.left_out.push_back("the recorded flight again: " + ok.error().message);
+    }
   }
-  if (auto ok = write_page(d, refit, flown, "Diagnosis of " + vehicle.name, out + "/report.html"); !ok)
+  const bool cut_short = interrupted();  // what comes now takes less than was promised, and is written
+  if (auto ok = write_page(d, refit, flown, "Diagnosis of " + vehicle.name, o.out + "/report.html"); !ok)
     return Failure(ok.error());
   d.summary = first_sentence(d) + ". " + d.summary;
   const std::string answer = diagnosis::to_json(d);
-  if (auto ok = files::write_file_atomic(out + "/diagnosis.json", answer); !ok) return Failure(ok.error());
+  if (auto ok = files::write_file_atomic(o.out + "/diagnosis.json", answer); !ok) return Failure(ok.error());
   if (common.json) print_json(common, nlohmann::json::parse(answer));
-  tell(o, common, vehicle, recordings, d, refit, out);
+  tell(o, common, vehicle, recordings, d, refit);
   if (!flown_again) return Failure(flown_again.error());
+  if (cut_short) return static_cast<int>(ErrorCode::incomplete);
   switch (d.verdict) {
     case diagnosis::Verdict::unexplained:
     case diagnosis::Verdict::unusable:
@@ -306,6 +319,12 @@ Result<int> conclude(const DiagnoseOptions& o, Common& common, const vehicle::Ve
     default:
       return 0;
   }
+}
+
+/// The folder of the answer, for this run alone until it ends.
+Result<FolderLock> take_folder(DiagnoseOptions& o, const Common& common) {
+  o.out = common.out.empty() ? fresh_folder("diagnosis") : common.out;
+  return FolderLock::take(o.out);
 }
 
 struct Read {
@@ -391,9 +410,12 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     };
     const auto over = [&] { return interrupted() || (o->budget_s > 0 && elapsed() > 0.95 * o->budget_s); };
     diagnosis::Options options;
+    if (auto ok = ask(o->questions, options); !ok) return Failure(ok.error());
     auto read = common.embedded ? std::optional(read_all(*o))
                                 : unless_over<Result<Read>>([o] { return read_all(*o); }, over);
     if (!read) {
+      const auto folder = take_folder(*o, common);
+      if (!folder) leave(Failure(folder.error()));
       const auto recordings = named(o->recordings);
       auto unread = without_a_model(recordings);
       leave(conclude(*o, common, *vehicle, recordings, options, begin, unread));
@@ -405,7 +427,8 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     if (auto ok = take_told(*o, fit.front(), options, common); !ok) return Failure(ok.error());
     if (auto ok = take_neighbours(*o, fit, held_out, options); !ok) return Failure(ok.error());
     ablate_options(o->ablation, options);
-    if (auto ok = ask(o->questions, options); !ok) return Failure(ok.error());
+    const auto folder = take_folder(*o, common);
+    if (!folder) return Failure(folder.error());
     constexpr unsigned kDefaultMost = 4;  // each keeps a copy of the flight, and less and less is won
     options.threads =
         o->jobs > 0 ? o->jobs

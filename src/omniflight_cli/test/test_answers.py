@@ -23,7 +23,7 @@ p.textContent = document.documentElement.scrollWidth + " " + innerWidth; parent.
 class Answers(system.SystemTest):
     def setUp(self):
         super().setUp()
-        self.fly("trajectory_2", "--in-process", "--sensors", "laboratory", "--seed", "2", "--effects", "tether", out="t")
+        self.fly(self.short_mission(), "--in-process", "--sensors", "laboratory", "--seed", "2", "--effects", "tether", out="t")
 
     def begin(self, *arguments):
         shutil.rmtree(self.dir / "d", ignore_errors=True)
@@ -58,11 +58,15 @@ class Answers(system.SystemTest):
                 self.assertNotIn(claim, text)
 
     def ends_in_time(self, begin, after, what, check, limit):
-        """Ctrl-C so long [s] after each start; a busy machine may be late twice, what does not listen is so every time."""
+        """Ctrl-C so long [s] after each start, or when a file is there; a busy machine may be late twice, what does not listen
+        is so every time."""
         took = []
         for _ in range(3):
             process = begin()
-            time.sleep(after)
+            if isinstance(after, float):
+                time.sleep(after)
+            else:
+                system.wait_until(after.name, lambda: after.exists() or process.poll() is not None, 200)
             self.assertIsNone(process.poll(), "it ended before it could be stopped")
             stopped = time.monotonic()
             process.send_signal(signal.SIGINT)
@@ -94,6 +98,31 @@ class Answers(system.SystemTest):
 
         self.ends_in_time(lambda: self.start_command("diagnose", "long.csv", "--vehicle", "omnimorph", "--out", "r"), 0.5,
                           "while it read", check, limit=60)
+
+    def test_control_c_after_the_search_keeps_what_was_found(self):
+        """While a flight is proposed, while the reference is flown again, and while the mission is."""
+        model, proposal = self.dir / "d/model.yaml", self.dir / "d/next_flight.yaml"
+        for what, file, only, wanted, arguments in (
+                ("while it proposed a flight", proposal, "payload_mass,thrust_scale", "a proposed flight", ()),
+                ("while it flew the reference again", model, "payload_mass", "the recorded flight again", ("--refly-recorded",)),
+                ("while it flew the mission again", self.dir / "d/nominal/flight.mcap", "payload_mass", "the flight again in the simulator",
+                 ("--refly", "trajectory_2"))):
+            def check(text):
+                found = self.json("d/diagnosis.json")
+                self.assertNotIn(found["verdict"], ("unfinished", "checked"), text)
+                self.assertTrue(any(x.startswith(wanted) and "stopped" in x for x in found["left_out"]), found["left_out"])
+                self.assertEqual(proposal.exists(), bool(found["next_flight"]["mission"]))
+                self.assertIn("Left out", (self.dir / "d/report.html").read_text())
+
+            self.ends_in_time(lambda: self.begin("--only", only, *arguments), file, what, check, limit=60)
+
+    def test_one_folder_takes_one_diagnosis(self):
+        first = self.begin()
+        system.wait_until("its folder", lambda: (self.dir / "d/.lock").exists() or first.poll() is not None, 60)
+        second = self.run_command("diagnose", "t/flight.mcap", "--vehicle", "omnimorph", "--out", "d", expect=4)
+        self.assertIn(f"in use by another run (process {first.pid})", second.stderr)
+        first.send_signal(signal.SIGINT)
+        self.check_unfinished("".join(first.communicate(timeout=30)))
 
     def test_what_was_found_is_kept_when_it_cannot_be_flown_again(self):
         text = self.ask("--only", "payload_mass", "--refly", "trajectory_2", "--plan", "nowhere", expect=4)
