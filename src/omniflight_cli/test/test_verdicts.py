@@ -8,9 +8,9 @@ import system
 
 
 class Verdicts(system.SystemTest):
-    def pull(self, x, y=0.0):
+    def pull(self, x, y=0.0, z=0.0):
         return self.write(f"pull{x}.yaml", "schema: omniflight.model/1\neffects:\n  - id: constant_pull\n"
-                                           f"    parameters: {{x: {x}, y: {y}, z: 0}}\n")
+                                           f"    parameters: {{x: {x}, y: {y}, z: {z}}}\n")
 
     def badly(self, word, *arguments, mission=None, out="flight", reason):
         done = self.run_command("fly", mission or self.short_mission(), "--in-process", "--out", out, *arguments, expect=2)
@@ -35,6 +35,17 @@ class Verdicts(system.SystemTest):
                             reason="from its reference")
         self.assertTrue(flight["complete"])
         self.assertGreater(flight["judged"]["worst_position_m"], 0.08)
+
+    def test_rotors_at_their_limit_are_flown_badly(self):
+        # 3.2 kg take 0.82 of the thrust, 7.9 N more take the rest while it moves
+        arguments = ("--set", "mass=3.2", "--effects", self.pull(0.0, z=-7.9))
+        judged = self.badly("flown_badly", *arguments, reason="a rotor was at its limit for")["judged"]
+        self.assertGreater(judged["share_at_limit"], 0.01)
+        self.assertEqual(judged["share_at_limit_bound"], 0.01)
+        self.assertLess(judged["worst_position_m"], judged["position_bound_m"], "it is tracked all the same")
+        # who plans with whole rotors may use them
+        whole = self.short_mission("whole.yaml", changes={"rotor_headroom: 0.1": "rotor_headroom: 0"})
+        self.assertGreater(self.fly(whole, "--in-process", *arguments, out="whole")["judged"]["share_at_limit"], 0.01)
 
     def test_the_mission_can_set_its_bounds(self):
         wide = self.short_mission("wide.yaml", changes={"seed: 1": "seed: 1\ntracking: {position_m: 0.4, attitude_deg: 20}"})
