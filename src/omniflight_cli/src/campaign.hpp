@@ -81,6 +81,10 @@ std::vector<Judgement> judge(const Campaign& campaign, const std::vector<Tally>&
 std::vector<Judgement> judge(const Campaign& campaign, const std::vector<Outcome>& outcomes);
 /// One sentence over all judgements; empty without expectations.
 std::string verdict_in_words(const std::vector<Judgement>& judgements);
+/// "2 of 4 flights flown, 1 flown badly, 1 lost", of the verdicts that are there.
+std::string flown_in_words(const std::vector<std::string>& verdicts, std::size_t planned);
+/// The first line of a page: whether everything ended as expected, and what did not first.
+std::string headline(const std::vector<Judgement>& judgements, std::size_t not_flown);
 /// As campaign.json lists them.
 nlohmann::json to_json(const std::vector<Judgement>& judgements);
 

@@ -115,19 +115,22 @@ Status write_many_page(const Campaign& c, const ManyFlights& all,
                        const std::vector<GroupStatistics>& statistics,
                        const std::vector<Judgement>& judgements, const std::string& out) {
   const std::size_t planned = c.groups.size() * c.seeds.size();
-  const std::string counted = fmt::format("{} of {} flights have a result", all.flights.size(), planned);
+  std::vector<std::string> verdicts;
+  for (const ManyFlight& f : all.flights) verdicts.push_back(f.verdict);
+  const std::string counted = flown_in_words(verdicts, planned);
   report::Page page("Campaign " + c.name, c.question.empty() ? counted : c.question);
   const bool whole = all.flights.size() == planned;
   if (c.expected.empty()) {
+    const bool all_flown = whole && std::all_of(all.flights.begin(), all.flights.end(),
+                                                [](auto& f) { return f.verdict == kFlown; });
     page.verdict(
-        whole ? report::Tone::ok : report::Tone::warn, counted,
+        all_flown ? report::Tone::ok : report::Tone::warn, counted,
         "Flights of plant, control law and allocation on the true state: no sensors, estimator, failsafe "
         "or bus.");
   } else {
     const bool met = std::all_of(judgements.begin(), judgements.end(), [](auto& e) { return e.met(); });
     page.verdict(met && whole ? report::Tone::ok : report::Tone::bad,
-                 met ? "Every flight ended as expected" : "Not every flight ended as expected",
-                 counted + ".");
+                 headline(judgements, planned - all.flights.size()), counted + ".");
     report::Table t;
     t.columns = {{.name = "expectation, and what came"}};
     for (const Judgement& e : judgements) t.rows.push_back({report::Cell(e.words())});

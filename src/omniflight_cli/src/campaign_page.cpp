@@ -198,11 +198,13 @@ void flown_verdict(report::Page& page, const std::string& counted, bool all,
 }
 
 void expected_verdict(report::Page& page, const std::string& counted,
-                      const std::vector<Judgement>& judgements) {
+                      const std::vector<Judgement>& judgements, std::size_t not_flown) {
   const bool all =
       std::all_of(judgements.begin(), judgements.end(), [](const Judgement& j) { return j.met(); });
-  page.verdict(all ? report::Tone::ok : report::Tone::bad,
-               all ? "Every flight ended as expected" : "Not every flight ended as expected",
+  page.verdict(!all             ? report::Tone::bad
+               : not_flown == 0 ? report::Tone::ok
+                                : report::Tone::warn,
+               headline(judgements, not_flown),
                fmt::format("{}; {} expectations.", counted, judgements.size()));
   report::Table t;
   t.columns = {{.name = "expectation, and what came"}};
@@ -230,17 +232,20 @@ void bars_of(report::Page& page, const std::vector<const Outcome*>& rows) {
 
 Status write_campaign_page(const Campaign& c, const std::vector<Outcome>& outcomes,
                            const std::vector<Judgement>& judgements, const std::string& out) {
-  const auto flown = static_cast<std::size_t>(
-      std::count_if(outcomes.begin(), outcomes.end(), [](auto& o) { return o.flown(); }));
-  const std::string counted = fmt::format("{} of {} flights flown", flown, c.cases.size());
+  std::vector<std::string> verdicts;
+  for (const Outcome& o : outcomes)
+    if (!o.verdict.empty()) verdicts.push_back(o.verdict);
+  const std::string counted = flown_in_words(verdicts, c.cases.size());
+  const bool all_flown = std::all_of(outcomes.begin(), outcomes.end(), [](auto& o) { return o.flown(); }) &&
+                         outcomes.size() == c.cases.size();
   report::Page page("Campaign " + c.name, c.question.empty() ? counted : c.question);
   const auto rows = ranked(outcomes);
   if (std::any_of(outcomes.begin(), outcomes.end(), [](auto& o) { return !o.investigation.empty(); }))
     cause_verdict(page, outcomes);
   if (c.expected.empty())
-    flown_verdict(page, counted, flown == c.cases.size(), rows);
+    flown_verdict(page, counted, all_flown, rows);
   else
-    expected_verdict(page, counted, judgements);
+    expected_verdict(page, counted, judgements, c.cases.size() - verdicts.size());
   page.section("Side by side").table(side_by_side(outcomes));
   page.section("Ranking").table(ranking(rows));
   bars_of(page, rows);

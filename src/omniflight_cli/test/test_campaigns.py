@@ -129,6 +129,20 @@ class Campaigns(system.SystemTest):
         done = self.run_command("campaign", file, "--out", "campaign", expect=2)
         self.assertIn("pd with every effect: 0 of 1 flights lost, but all were expected to be", done.stdout)
         self.assertTrue(self.json("campaign/campaign.json")["verdict"].startswith("Not as expected: pd"))
+        self.assertEqual(self.first_line(), ("bad", "Not as expected: pd with every effect: 0 of 1 flights lost, but all were "
+                                                    "expected to be"))
+        # without expectations it says how many were flown, and what became of the others
+        pull = self.write("pull.yaml", "schema: omniflight.model/1\neffects:\n  - id: constant_pull\n    parameters: {x: 2.0, y: 0, z: 0}\n")
+        file.write_text(text + f"effects: [none, {pull}]\n")
+        self.run_command("campaign", file, "--out", "mixed", "--quiet", expect=2)
+        self.assertEqual(self.first_line("mixed"), ("warn", "3 of 4 flights flown, 1 flown badly"))
+        file.write_text(file.read_text().replace("sensors: laboratory\n", ""))
+        self.run_command("campaign", file, "--in-process", "--out", "many", "--quiet", expect=None)
+        self.assertEqual(self.first_line("many"), ("warn", "3 of 4 flights flown, 1 flown badly"))
+
+    def first_line(self, folder="campaign"):
+        """(tone, headline) that the page of a campaign begins with."""
+        return re.search(r'<div class="verdict (\w+)">.*?<h2>(.*?)</h2>', (self.dir / folder / "report.html").read_text()).groups()
 
     def test_resume_flies_again_what_was_made_of_other_inputs(self):
         text = FOUR.format(mission=self.short_mission()).replace("seeds: [1, 2]", "seeds: [1]")

@@ -36,6 +36,22 @@ std::string bound(const FamilyLine& l, double b) {
   return (l.smaller ? "<= " : ">= ") + text;
 }
 
+/// What the proof came to, for somebody who does not know its scores.
+std::string in_words(const FamilyScores& s) {
+  Rate named, alarms;
+  for (const FamilyLine& l : s.lines) {
+    if (l.name == "top-1 at 1 sigma" || l.name == "top-1 at 3 sigma")
+      named.k += l.rate.k, named.n += l.rate.n;
+    if (l.name == "false alarms") alarms = l.rate;
+  }
+  std::string out;
+  if (named.n > 0) out = fmt::format("{} of {} single hidden effects named right", named.k, named.n);
+  if (alarms.n > 0)
+    out += fmt::format("{}{} of {} flights with nothing hidden accused wrongly", out.empty() ? "" : ", ",
+                       alarms.k, alarms.n);
+  return out.empty() ? "Nothing was judged" : out;
+}
+
 }  // namespace
 
 json to_json(const FamilyScores& s) {
@@ -142,8 +158,8 @@ Status write_family_report(const FamilyScores& s, const std::string& headline,
     lines.rows.push_back({Cell(l.name), Cell(l.over), Cell(value_of(l)), Cell(bound(l, l.must)),
                           Cell(bound(l, l.goal)), Cell(verdict)});
   }
-  page.verdict(met == judged ? Tone::ok : Tone::warn, fmt::format("{} of {} musts met", met, judged),
-               headline);
+  page.verdict(met == judged && judged > 0 ? Tone::ok : Tone::warn, in_words(s),
+               fmt::format("{} of {} musts met. {}", met, judged, headline));
   page.section("Scores").table(lines);
   page.section("By family");
   std::string axis;

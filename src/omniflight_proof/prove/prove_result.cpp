@@ -87,6 +87,25 @@ report::Table side_by_side(const std::string& name, const Scores& own,
   return t;
 }
 
+/// "31 of 40" of a line of the table, empty where nothing was judged by it.
+std::string out_of(const Scores& scores, const std::string& name) {
+  const Score* s = find(scores, name);
+  return s && s->n > 0 ? fmt::format("{} of {}", s->k, s->n) : "";
+}
+
+/// What the proof came to, for somebody who does not know its scores.
+std::string in_words(const Scores& scores, bool sealed) {
+  std::string out;
+  const auto add = [&](const std::string& counted, const char* what) {
+    if (!counted.empty()) out += (out.empty() ? "" : ", ") + counted + what;
+  };
+  add(out_of(scores, "right effect, top-1"), " hidden effects named right");
+  add(out_of(scores, "detection at >= 0.3 sigma"), " flights with something hidden noticed");
+  add(out_of(scores, "false alarms"), " flights with nothing hidden accused wrongly");
+  if (out.empty()) out = "Nothing was judged";
+  return sealed ? out : "Not sealed, so that this proves nothing: " + out;
+}
+
 }  // namespace
 
 json to_json(const ProofResult& r) {
@@ -149,10 +168,10 @@ Status write_report(const ProofResult& r, const std::filesystem::path& file) {
   const bool sealed = r.probe.value("sealed", false);
   Page page("Concealed effects",
             fmt::format("{} cases, judged after the answers were frozen", r.scores.cases.size()));
-  page.verdict(must == judged && sealed ? Tone::ok : Tone::warn,
-               fmt::format("{} of {} musts met, {} of {} goals", must, judged, goal, judged),
-               (sealed ? std::string("The analysis could not read the truth. ")
-                       : std::string("NOT SEALED: the analysis could have read the truth. ")) +
+  page.verdict(must == judged && judged > 0 && sealed ? Tone::ok : Tone::warn, in_words(r.scores, sealed),
+               fmt::format("{} of {} musts met, {} of {} goals. ", must, judged, goal, judged) +
+                   (sealed ? std::string("The analysis could not read the truth. ")
+                           : std::string("NOT SEALED: the analysis could have read the truth. ")) +
                    (missed.empty() ? "" : "Short of the must: " + missed + "."));
   Table scores{
       {{"score"}, {"over"}, {"came out"}, {"95 % interval"}, {"must"}, {"goal"}, {"verdict"}}, {}, ""};

@@ -5,6 +5,7 @@ families_subset.py PROGRAMS    folder of omniflight_proof_families*
 """
 import hashlib
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -79,7 +80,8 @@ def main():
         need((alarms["rate"]["k"], alarms["rate"]["n"]) == (1, 2), "one of two nominal flights is in alarm")
         whole = result["groups"][0]
         need(whole["detection"]["k"] == 1 and whole["detection"]["n"] == 3, "one of three effects is found")
-        need("<h1" in (folder / "scores" / "report.html").read_text(), "there is a report")
+        first = re.search(r'<div class="verdict \w+">.*?<h2>(.*?)</h2>', (folder / "scores" / "report.html").read_text()).group(1)
+        need("1 of 2 flights with nothing hidden accused wrongly" in first, f"the page begins with what the proof came to: {first}")
         need("SHORT" in scored.stdout and "quadrotor_1200g" in scored.stdout, "the table says by family what is short")
         (seal / "truth.json").write_text((seal / "truth.json").read_text().replace("constant_pull", "payload_mass"))
         forged = subprocess.run(score, capture_output=True, text=True)

@@ -9,6 +9,7 @@ campaign_subset.py PROGRAMS OMNIFLIGHT CONFIGS [CASES NULLS ABLATIONS]
 import hashlib
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -100,8 +101,10 @@ def main():
                  all(a["cases"] == whole["cases"] == int(ablations) for a in proof["ablations"].values()),
                  "every ablation was judged on the same cases")
         need("B6 oracle, told what is hidden" in proof["baselines"], "the oracle was asked")
-        need("<h1" in (out / "report.html").read_text(), "there is a report")
         by_name = {s["name"]: s for s in proof["scores"]}
+        first = re.search(r'<div class="verdict \w+">.*?<h2>(.*?)</h2>', (out / "report.html").read_text()).group(1)
+        need("{k} of {n} flights with nothing hidden accused wrongly".format(**by_name["false alarms"]) in first,
+             f"the page begins with what the proof came to: {first}")
         need(by_name["refused"]["k"] == 0, "every case was answered")
 
         # tampering
