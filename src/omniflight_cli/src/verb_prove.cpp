@@ -10,6 +10,7 @@
 #include <csignal>
 #include <thread>
 
+#include "folder.hpp"
 #include "omniflight_core/progress.hpp"
 #include "omniflight_jobs/executor_cli.hpp"
 #include "verbs.hpp"
@@ -27,7 +28,7 @@ struct ProveOptions {
 };
 
 /// Runs a program with this terminal; Ctrl-C and SIGTERM reach it, and it keeps what is complete.
-Result<int> run(std::vector<std::string> arguments) {
+Result<int> run(std::vector<std::string> arguments, const std::string& out) {
   std::vector<char*> argv;
   for (auto& a : arguments) argv.push_back(a.data());
   argv.push_back(nullptr);
@@ -46,7 +47,7 @@ Result<int> run(std::vector<std::string> arguments) {
   }
   if (WIFEXITED(status)) return WEXITSTATUS(status);
   return fail(ErrorCode::internal, "was ended by signal " + std::to_string(WTERMSIG(status)), arguments[0],
-              "The same command resumes");
+              "The same command with --out " + out + " resumes");
 }
 
 }  // namespace
@@ -81,8 +82,15 @@ Action add_prove(CLI::App& verb, Common& common) {
   verb.add_flag("--no-baselines", o->no_baselines, "Leave the textbook methods out");
   verb.add_flag("--allow-unsealed", o->allow_unsealed, "Go on where the analysis cannot be confined");
   return [o, &common]() -> Result<int> {
+    if (!o->reveal.empty() && common.out.empty())
+      return bad_input("needs the folder of the answers that it is to be held against", "--reveal",
+                       "Give --out, the folder of the sealed run");
     auto program = find_program("omniflight_proof_campaign");
     if (!program) return Failure(program.error());
+    const std::string out = common.out.empty() ? fresh_folder("proof") : common.out;
+    const auto folder = FolderLock::take(out);
+    if (!folder) return Failure(folder.error());
+    say(common, "proof: " + out);
     std::vector<std::string> a{*program,
                                "--cases",
                                std::to_string(o->cases),
@@ -93,7 +101,7 @@ Action add_prove(CLI::App& verb, Common& common) {
     const auto add = [&](const char* option, const std::string& value) {
       if (!value.empty()) a.insert(a.end(), {option, value});
     };
-    add("--out", common.out);
+    add("--out", out);
     if (o->executor.name != "local")
       for (const std::string& argument : arguments_of(o->executor)) a.push_back(argument);
     add("--level", o->level);
@@ -113,7 +121,7 @@ Action add_prove(CLI::App& verb, Common& common) {
     if (o->allow_unsealed) a.emplace_back("--allow-unsealed");
     if (common.quiet) a.emplace_back("--quiet");
     if (common.json) a.emplace_back("--json");
-    return run(a);
+    return run(a, out);
   };
 }
 

@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import re
 import signal
 import unittest
 
@@ -44,11 +45,16 @@ class KilledProof(system.SystemTest):
     def test_no_worker_outlives_it(self):
         if not (system.PROGRAMS.parent.parent / "omniflight_proof/bin/omniflight_proof_campaign").exists():
             self.skipTest("omniflight_proof is not built")
-        proof = self.start_command("prove", "--cases", "2", "--nulls", "0", "--salt", "test", "--jobs", "2", "--no-second",
-                                   "--no-baselines", "--ablations", "0", "--allow-unsealed", "--out", "proof")
+        proof = self.start_command("prove", "--cases", "2", "--nulls", "0", "--salt", "a-salt-for-tests", "--jobs", "2", "--no-second",
+                                   "--no-baselines", "--ablations", "0", "--allow-unsealed")
         workers = system.wait_until("the workers of the proof", lambda: len(descendants(proof.pid)) >= 2 and
                                     descendants(proof.pid) or proof.poll() is not None, 60)
         self.assertIsNone(proof.poll(), "the proof ended before it could be killed")
+        folder = next(p for p in (self.dir / "runs").iterdir() if p.suffix != ".seal")
+        self.assertRegex(folder.name, r"^proof-\d{8}-\d{6}$")
+        second = self.run_command("prove", "--cases", "2", "--nulls", "0", "--out", folder, expect=4)
+        self.assertIn(f"in use by another run (process {proof.pid})", second.stderr)
+        self.assertIn("--out", self.run_command("prove", "--reveal", f"{folder}.seal", expect=4).stderr)
         os.kill(proof.pid, signal.SIGKILL)
         proof.wait(timeout=5)
         system.wait_until("the workers to end", lambda: not any(map(system.alive, workers)), 10)

@@ -40,8 +40,8 @@ struct Options {
 /// A resumed run has the same salt, and must be asked for the same.
 Status settle_salt(Options& o) {
   const fs::path file = fs::path(o.seal) / "draw.json";
-  const json asked = {{"cases", o.draw.cases}, {"nulls", o.draw.nulls},       {"tuning", o.tuning},
-                      {"seed", o.seed},        {"vehicles", o.draw.vehicles}, {"effects", o.draw.effects},
+  const json asked = {{"cases", o.draw.cases},    {"nulls", o.draw.nulls},       {"tuning", o.tuning},
+                      {"seed", o.seed},           {"vehicles", o.draw.vehicles}, {"effects", o.draw.effects},
                       {"longest", o.draw.longest}};
   if (fs::exists(file)) {
     auto text = files::read_file(file, files::kMegabyte);
@@ -82,6 +82,8 @@ Status stage(const Options& o, const LoaderKnows& loader, const FamilyPlan& plan
   const fs::path folder = fs::path(o.seal) / "staging" / plan.id;
   if (!fs::exists(folder / "truth.json")) {
     auto made = make_family_case(plan, o.draw.salt, o.draw.box, loader);
+    // a case whose trials were stopped is another one
+    if (interrupted()) return fail(ErrorCode::incomplete, "stopped", "", "The same command resumes");
     if (!made) {
       Error e = made.error();
       if (e.where.rfind(plan.id, 0) != 0) e.where = plan.id + ": " + e.where;

@@ -4,6 +4,7 @@
 
 #include "family_log.hpp"
 #include "omniflight_control/estimator.hpp"
+#include "omniflight_core/progress.hpp"
 #include "omniflight_proof/plant.hpp"
 
 namespace omniflight::proof {
@@ -105,6 +106,8 @@ class Flight {
   Status run() {
     const int steps = static_cast<int>(std::lround((kHeld + f_.path.duration) / f_.step));
     for (int k = 0; k <= steps; ++k) {
+      if (interrupted())
+        return fail(ErrorCode::incomplete, "stopped in flight", "", "The same command resumes");
       const double t = k * f_.step - kHeld;
       sense();
       if (auto ok = control(t); !ok) return ok;

@@ -5,6 +5,7 @@
 #include "case_log.hpp"
 #include "omniflight_allocation/allocator.hpp"
 #include "omniflight_control/estimator.hpp"
+#include "omniflight_core/progress.hpp"
 #include "omniflight_proof/plant.hpp"
 
 namespace omniflight::proof {
@@ -90,6 +91,8 @@ Result<Flown> fly(const vehicle::Vehicle& vehicle, const FlightSetup& setup) {
   int controls = 0, saturated = 0, samples = 0;
   const int steps = static_cast<int>(std::lround((kHeld + path.duration) / kStep));
   for (int step = 0; step <= steps; ++step) {
+    if (interrupted())
+      return fail(ErrorCode::incomplete, "stopped in flight", "", "The same command resumes");
     const double time = step * kStep, t = time - kHeld;
     const bool held = t < 0;
     sensors.sample(*plant, frame);

@@ -6,9 +6,11 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <csignal>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
 #include "omniflight_core/progress.hpp"
@@ -79,9 +81,16 @@ Result<int> run(std::vector<std::string> arguments, bool silent) {
     execv(argv[0], argv.data());
     _exit(127);
   }
+  using clock = std::chrono::steady_clock;
+  constexpr auto kToEnd = std::chrono::seconds(3);  // then it is killed: what is not complete is made anew
   int status = 0;
-  for (bool told = false; waitpid(pid, &status, WNOHANG) == 0;) {
-    if (interrupted() && !told) told = kill(pid, SIGTERM) == 0;
+  std::optional<clock::time_point> told;
+  while (waitpid(pid, &status, WNOHANG) == 0) {
+    if (interrupted() && !told) {
+      kill(pid, SIGTERM);
+      told = clock::now();
+    }
+    if (told && clock::now() - *told > kToEnd) kill(pid, SIGKILL);
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);

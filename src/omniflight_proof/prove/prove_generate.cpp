@@ -67,6 +67,8 @@ Status stage(const Options& o, const vehicle::Vehicle& vehicle, const std::vecto
   const fs::path folder = fs::path(o.seal) / "staging" / plan.id;
   if (fs::exists(folder / "truth.json")) return {};
   auto made = make_case(vehicle, mechanisms, plan, o.draw.salt, o.draw.sealed);
+  // a case whose trials were stopped is another one
+  if (interrupted()) return fail(ErrorCode::incomplete, "stopped", "", "The same command resumes");
   if (!made) {
     Error e = made.error();
     e.where = plan.id + ": " + e.where;
@@ -136,6 +138,7 @@ Status fly_next(const Options& o, const vehicle::Vehicle& vehicle, const std::ve
     auto path = text ? read_next_flight(*text, file.string()) : Result<Path>(Failure(text.error()));
     auto made = path ? fly_again(vehicle, mechanisms, *p, o.draw.salt, o.draw.sealed, *path)
                      : Result<MadeCase>(Failure(path.error()));
+    if (interrupted()) return fail(ErrorCode::incomplete, "stopped", "", "The same command resumes");
     if (!made) {
       std::cerr << p->id << ": the proposed flight is left out: " << made.error().text() << "\n";
       continue;
