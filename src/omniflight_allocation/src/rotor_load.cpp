@@ -12,6 +12,7 @@ RotorLoad::RotorLoad(WrenchSet wrenches, const vehicle::Vehicle& vehicle, double
     : wrenches_(std::move(wrenches)),
       alpha_(alpha),
       mass_(vehicle.mass),
+      hover_slope_(vehicle.mass * kGravity * wrenches_.load_slope_of_force()),
       inertia_(vehicle.inertia),
       p_BBcm_(vehicle.center_of_mass) {}
 
@@ -44,9 +45,7 @@ RotorLoad::Inertial RotorLoad::inertial_wrench(const Reference& motion) const {
 }
 
 double RotorLoad::hover_load(const Quat& q_WB) const {
-  Reference hover;
-  hover.q_WB = q_WB;
-  return motion_load(hover);
+  return wrenches_.load_of_force(q_WB.conjugate() * Vec3(0.0, 0.0, mass_ * kGravity));
 }
 
 }  // namespace omniflight::allocation

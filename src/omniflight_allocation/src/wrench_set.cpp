@@ -101,6 +101,9 @@ Result<WrenchSet> WrenchSet::create(const vehicle::Vehicle& v, double alpha, dou
     s.faces_.push_back({normal, middle + half_width});
     s.faces_.push_back({-normal, -middle + half_width});
   }
+  Vec6 middle = s.centre_;
+  middle.tail<3>() *= s.lever_;
+  s.load_of_none_ = -s.loads_ * middle;
   return s;
 }
 
@@ -111,6 +114,19 @@ double WrenchSet::load(const Vec6& wrench) const {
   if (!w.allFinite()) return HUGE_VAL;
   if (rank_ < 6 && (outside_ * w).norm() > kUnreachable * (reach_ + w.norm())) return HUGE_VAL;
   return (loads_ * w).cwiseAbs().maxCoeff();
+}
+
+double WrenchSet::load_of_force(const Vec3& force) const {
+  if (rank_ < 6 || !force.allFinite()) {
+    Vec6 wrench = Vec6::Zero();
+    wrench.head<3>() = force;
+    return load(wrench);
+  }
+  return (loads_.leftCols<3>().lazyProduct(force) + load_of_none_).cwiseAbs().maxCoeff();
+}
+
+double WrenchSet::load_slope_of_force() const {
+  return rank_ < 6 ? HUGE_VAL : loads_.leftCols<3>().rowwise().norm().maxCoeff();
 }
 
 WrenchSet::Slice WrenchSet::slice(Part shown, const Vec3& fixed_value) const {

@@ -62,6 +62,25 @@ TEST(RotorLoad, OmnidirectionalFromTheTiltOfTheThesis) {
   EXPECT_LT(worst(41.5), 1.0);
 }
 
+TEST(RotorLoad, HoveringChangesNoFasterThanItsSlope) {
+  auto v = omnimorph(1.595, 5.95);
+  v.center_of_mass = Vec3(0.01, -0.02, 0.005);
+  const RotorLoad limits = RotorLoad::create(v, to_radians(45)).value();
+  Random random(8);
+  double steepest = 0.0;
+  for (int i = 0; i < 20000; ++i) {
+    Reference a, b;
+    a.q_WB = exp_rotation(Vec3(random.uniform(-3, 3), random.uniform(-3, 3), random.uniform(-3, 3)));
+    const Vec3 turn = 0.05 * Vec3(random.normal(), random.normal(), random.normal());
+    b.q_WB = a.q_WB * exp_rotation(turn);
+    const double load = limits.hover_load(a.q_WB), change = std::abs(load - limits.hover_load(b.q_WB));
+    EXPECT_NEAR(load, limits.motion_load(a), 1e-9);
+    EXPECT_LE(change, limits.hover_slope() * turn.norm() + 1e-9);
+    steepest = std::max(steepest, change / turn.norm());
+  }
+  EXPECT_GT(steepest, 0.8 * limits.hover_slope());
+}
+
 TEST(RotorLoad, AQuadrotorHoversUprightOnly) {
   vehicle::Vehicle v;
   v.mass = 0.03;
@@ -79,6 +98,7 @@ TEST(RotorLoad, AQuadrotorHoversUprightOnly) {
   EXPECT_EQ(limits.rank(), 4);
   EXPECT_NEAR(limits.hover_load(Quat::Identity()), std::abs(0.03 * kGravity / 4 - 0.075) / 0.075, 1e-9);
   EXPECT_TRUE(std::isinf(limits.hover_load(exp_rotation(Vec3(0.05, 0, 0)))));
+  EXPECT_TRUE(std::isinf(limits.hover_slope()));
 }
 
 }  // namespace

@@ -11,6 +11,8 @@ namespace omniflight::planning {
 namespace {
 
 constexpr double kFlownTiltTolerance = to_radians(0.5);  // moves a rim of 0.1 m by less than 1 mm
+/// Beyond the least clearance so far, how much is measured: poses that are no farther away need no look.
+constexpr double kLookAhead = 0.05;  // m
 
 }  // namespace
 
@@ -33,15 +35,21 @@ FlownClearance FlownCheck::clearance(const std::vector<FlownPose>& path, const v
   FlownClearance out;
   out.least = kBoxHorizon;
   VehicleSpheres spheres;
-  double alpha = HUGE_VAL;
+  double alpha = HUGE_VAL, free = 0.0;  // free: m, at `looked`
+  Pose looked;
   for (const FlownPose& flown : path) {
     if (!is_finite(flown.pose)) continue;
     if (!(std::abs(flown.alpha - alpha) <= kFlownTiltTolerance)) {
       alpha = flown.alpha;
       spheres = cover_with_spheres(vehicle, alpha);
+    } else if ((flown.pose.p_WB - looked.p_WB).norm() +
+                   spheres.bounding_radius * flown.pose.q_WB.angularDistance(looked.q_WB) <
+               free - out.least) {
+      continue;  // no point of the vehicle has moved far enough to be nearer than the least
     }
-    const double clearance = impl_->boxes.clearance(flown.pose, spheres);
-    if (clearance < out.least) out = {clearance, flown.t, flown.pose.p_WB};
+    looked = flown.pose;
+    free = impl_->boxes.clearance(flown.pose, spheres, out.least + kLookAhead);
+    if (free < out.least) out = {free, flown.t, flown.pose.p_WB};
   }
   return out;
 }
@@ -49,12 +57,19 @@ FlownClearance FlownCheck::clearance(const std::vector<FlownPose>& path, const v
 FlownTether FlownCheck::tether(const std::vector<FlownPose>& path, const Tether& tether) const {
   FlownTether out;
   out.nearest = kBoxHorizon;
-  double twist = 0.0;
+  double twist = 0.0, free = 0.0;  // free: m, of the line that was looked at
+  Vec3 looked_begin = Vec3::Zero(), looked_end = Vec3::Zero();
   for (std::size_t k = 0; k < path.size(); ++k) {
     const Pose& pose = path[k].pose;
     const Vec3 end = tether.attachment_W(pose.p_WB, pose.q_WB);
-    out.nearest =
-        std::min(out.nearest, impl_->boxes.segment_distance(loose_from(tether, end), end, out.nearest));
+    const Vec3 begin = loose_from(tether, end);
+    // no point of a straight line moves farther than both its ends
+    if (k == 0 ||
+        !(std::max((begin - looked_begin).norm(), (end - looked_end).norm()) < free - out.nearest)) {
+      looked_begin = begin, looked_end = end;
+      free = impl_->boxes.segment_distance(begin, end, out.nearest + kLookAhead);
+      out.nearest = std::min(out.nearest, free);
+    }
     const Vec3 way = end - tether.anchor_W;
     out.longest = std::max(out.longest, way.norm());
     const Vec3 along = way.stableNormalized();

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pose_search.hpp"
+#include "connect_search.hpp"
 
 namespace omniflight::planning {
 namespace {
@@ -18,7 +18,7 @@ bool connect(const StateCheck& check, std::vector<Pose>& path, const Pose& to, c
     path.push_back(to);
     return true;
   }
-  PoseSearch rrt(check, path.back(), to, options.seed);
+  ConnectSearch rrt(check, path.back(), to, options.seed);
   const auto part = rrt.solve(options.deadline, kSearchIterations);
   if (!part) return false;
   path.insert(path.end(), part->begin() + 1, part->end());

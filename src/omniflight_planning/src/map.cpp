@@ -51,7 +51,7 @@ void DistanceMap::set_field(StoredField stored, std::string sha256, const MapOpt
   voxels_per_metre_ = 1.0 / resolution_;
   upper_ = lower_ + resolution_ * Vec3(size_[0], size_[1], size_[2]);
   field_ = std::move(stored.field);
-  find_surface();
+  blocks_ = VoxelBlocks::create(field_, size_, resolution_, max_distance_);
 }
 
 Result<DistanceMap> DistanceMap::load(const std::filesystem::path& path, const MapOptions& options) {
@@ -153,20 +153,6 @@ DistanceMap::Bounds DistanceMap::distance_bounds(const Vec3& p) const {
   const double rounding = 5e-7 * (max_distance_ + resolution_);
   return {std::max(0.0, std::min(static_cast<double>(lower) - rounding, edge)),
           std::min(static_cast<double>(upper) + rounding, edge)};
-}
-
-void DistanceMap::find_surface() {
-  const auto [nx, ny, nz] = size_;
-  surface_.assign(row(0, nz), 0);
-  for (int z = 0; z < nz; ++z)
-    for (int y = 0; y < ny; ++y)
-      for (int x = 0; x < nx; ++x) {
-        if (!occupied(x, y, z)) continue;
-        const bool hidden = (x == 0 || occupied(x - 1, y, z)) && (x + 1 == nx || occupied(x + 1, y, z)) &&
-                            (y == 0 || occupied(x, y - 1, z)) && (y + 1 == ny || occupied(x, y + 1, z)) &&
-                            (z == 0 || occupied(x, y, z - 1)) && (z + 1 == nz || occupied(x, y, z + 1));
-        if (!hidden) surface_[row(y, z) + static_cast<std::size_t>(x / 64)] |= std::uint64_t{1} << (x % 64);
-      }
 }
 
 }  // namespace omniflight::planning

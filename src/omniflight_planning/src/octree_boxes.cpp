@@ -50,11 +50,12 @@ OctreeBoxes::OctreeBoxes(const octomap::OcTree& tree, const Zones& zones) {
   }
 }
 
-double OctreeBoxes::clearance(const Pose& pose, const VehicleSpheres& vehicle) {
+double OctreeBoxes::clearance(const Pose& pose, const VehicleSpheres& vehicle, double enough) {
   gather(pose.p_WB, vehicle.bounding_radius);
-  double best = kBoxHorizon;
+  double best = std::min(enough, kBoxHorizon);
   const Mat3 R = pose.q_WB.toRotationMatrix();
   for (const auto& group : vehicle.groups) {
+    if (distance(pose.p_WB + R * group.bound.p_BS) - group.bound.radius >= best) continue;
     double spheres = kBoxHorizon;  // a lower bound: they cover the part
     for (const auto& s : group.spheres)
       spheres = std::min(spheres, distance(pose.p_WB + R * s.p_BS) - s.radius);
@@ -109,8 +110,9 @@ double OctreeBoxes::distance(const Solid& solid, double enough) const {
 
 double OctreeBoxes::distance(const Vec3& p) const {
   double best = std::min((p - lower_).minCoeff(), (upper_ - p).minCoeff());
-  for (const Box& box : near_) best = std::min(best, box.distance(p));
-  return best;
+  double square = HUGE_VAL;
+  for (const Box& box : near_) square = std::min(square, box.squared_distance(p));
+  return std::min(best, std::sqrt(square));
 }
 
 }  // namespace omniflight::planning

@@ -21,9 +21,9 @@ class OctreeBoxes {
   explicit OctreeBoxes(const octomap::OcTree& tree, const Zones& zones = {});
 
   /// Distance [m] of the vehicle's parts to the nearest box or to the edge of the map, exact to 0.1 mm and
-  /// never too large, at most kBoxHorizon; negative in contact (depth of the spheres). Neighbouring poses in
-  /// a row are cheap.
-  double clearance(const Pose& pose, const VehicleSpheres& vehicle);
+  /// never too large, at most `enough` and kBoxHorizon; negative in contact (depth of the spheres).
+  /// Neighbouring poses in a row are cheap.
+  double clearance(const Pose& pose, const VehicleSpheres& vehicle, double enough = kBoxHorizon);
 
   /// Distance [m] of a straight segment to the nearest box or to the edge of the map, exact to 0.01 mm and
   /// never too large, at most `enough`.
@@ -33,9 +33,10 @@ class OctreeBoxes {
   struct Box {
     Vec3 center;
     double half;  // m
-    double distance(const Vec3& p) const {
-      return ((p - center).cwiseAbs().array() - half).max(0.0).matrix().norm();
+    double squared_distance(const Vec3& p) const {
+      return ((p - center).cwiseAbs().array() - half).max(0.0).matrix().squaredNorm();
     }
+    double distance(const Vec3& p) const { return std::sqrt(squared_distance(p)); }
   };
   /// Boxes that can matter near `center`; kept until the vehicle has moved 0.2 m.
   void gather(const Vec3& center, double radius);

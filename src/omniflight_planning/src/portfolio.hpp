@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "pose_search.hpp"
+#include "connect_search.hpp"
 
 namespace omniflight::planning {
 
@@ -31,7 +31,7 @@ class Portfolio {
   struct Search {
     Search(const StateCheck& check, const Pose& start, const Pose& goal, std::uint64_t seed)
         : rrt(check, start, goal, seed) {}
-    PoseSearch rrt;
+    ConnectSearch rrt;
     std::size_t done = 0;  // samples
     std::optional<std::vector<Pose>> path;
     void go_on(const Deadline& end, std::size_t samples);

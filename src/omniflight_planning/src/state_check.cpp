@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "convex_scene.hpp"
+#include "pose_kernel.hpp"
 #include "solid.hpp"
 #include "triangle_tree.hpp"
 
@@ -18,6 +19,14 @@ constexpr double kExactReach = 0.04;  // m
 constexpr double kExactWithin =
     0.2;  // m, clearances below are those of the parts, larger ones of the spheres
 constexpr std::size_t kKnotsBetweenLooks = 256;  // at the clock
+/// Of a motion, where the slope of the load does not tell of those in between.
+constexpr double kAttitudesApart = to_radians(2.0);
+
+std::shared_ptr<const PackedVehicle> packed_for(const DistanceMap& map, const VehicleSpheres& spheres) {
+  const auto& size = map.size();
+  return std::make_shared<const PackedVehicle>(
+      packed(spheres, map.resolution(), std::max({size[0], size[1], size[2]})));
+}
 }  // namespace
 
 Pose interpolate(const Pose& a, const Pose& b, double s) {
@@ -32,6 +41,7 @@ StateCheck::StateCheck(const DistanceMap& map, VehicleSpheres spheres,
                        std::shared_ptr<const allocation::RotorLoad> rotors, double headroom, double margin)
     : map_(map),
       spheres_(std::move(spheres)),
+      packed_(packed_for(map_, spheres_)),
       rotors_(std::move(rotors)),
       headroom_(headroom),
       margin_(margin) {}
@@ -54,6 +64,7 @@ StateCheck StateCheck::with_tilts(VehicleSpheres spheres,
                                   std::vector<std::shared_ptr<const allocation::RotorLoad>> rotors) const {
   StateCheck out = *this;
   out.spheres_ = std::move(spheres);
+  out.packed_ = packed_for(map_, out.spheres_);
   if (out.tether_) out.spheres_.bounding_radius = out.tether_->reach(out.spheres_.bounding_radius);
   out.other_tilts_ = std::move(rotors);
   return out;
@@ -62,6 +73,22 @@ StateCheck StateCheck::with_tilts(VehicleSpheres spheres,
 bool StateCheck::hoverable(const Quat& q_WB) const {
   const auto holds = [&](const auto& rotors) { return rotors->hover_load(q_WB) <= 1.0 - headroom_; };
   return !rotors_ || holds(rotors_) || std::any_of(other_tilts_.begin(), other_tilts_.end(), holds);
+}
+
+bool StateCheck::hoverable_between(const Quat& a, const Quat& b, double angle) const {
+  if (!rotors_ || angle <= 0.0) return true;
+  const Quat mid(Eigen::Vector4d(a.coeffs() + (a.dot(b) < 0.0 ? -1.0 : 1.0) * b.coeffs()).normalized());
+  bool here = false, between = false;
+  const auto ask = [&](const allocation::RotorLoad& rotors) {
+    const double left = 1.0 - headroom_ - rotors.hover_load(mid);
+    here |= left >= 0.0;
+    between |= left >= 0.5 * angle * rotors.hover_slope();
+  };
+  ask(*rotors_);
+  for (const auto& rotors : other_tilts_) ask(*rotors);
+  if (!here || between) return here;
+  if (angle <= kAttitudesApart) return true;
+  return hoverable_between(a, mid, 0.5 * angle) && hoverable_between(mid, b, 0.5 * angle);
 }
 
 StateCheck StateCheck::among(BodySpace space) const {
@@ -144,7 +171,23 @@ Clearance StateCheck::clearance(const Pose& pose) const {
   return best;
 }
 
+float StateCheck::voxels(double length) const { return static_cast<float>(length / map_.resolution()); }
+
+GridPose StateCheck::in_grid(const Pose& pose) const {
+  const Vec3 p = (pose.p_WB - map_.lower()) / map_.resolution() + Vec3::Ones();
+  const auto& q = pose.q_WB;
+  return {{p.x(), p.y(), p.z()}, {q.x(), q.y(), q.z(), q.w()}};
+}
+
 double StateCheck::room_of_vehicle(const Pose& pose, double enough) const {
+  if (space_) return room_of_body(pose, enough);
+  if (!is_finite(pose)) return -1.0;
+  const double most = std::min(map_.max_distance(), margin_ + enough);
+  const float told = room_in_blocks(map_.blocks(), *packed_, in_grid(pose), voxels(margin_), voxels(most));
+  return static_cast<double>(told) * map_.resolution() - margin_;
+}
+
+double StateCheck::room_of_body(const Pose& pose, double enough) const {
   const double accurate = margin_ + kCoarse;
   double best = std::min(map_.max_distance(), margin_ + enough);
   if (const double d = map_.coarse_distance(pose.p_WB) - spheres_.bounding_radius;
@@ -156,7 +199,7 @@ double StateCheck::room_of_vehicle(const Pose& pose, double enough) const {
     double by_spheres;  // m
   };
   // the voxels stand out of the triangles that they hold, so that what touches one is not hit for certain
-  const double stands_out = space_ ? std::sqrt(3.0) * map_.resolution() : 0.0;
+  const double stands_out = std::sqrt(3.0) * map_.resolution();
   std::array<Ambiguous, 64> ambiguous;  // what does not fit in counts by its spheres
   std::size_t count = 0;
   for (const SphereGroup& group : spheres_.groups) {
@@ -176,7 +219,7 @@ double StateCheck::room_of_vehicle(const Pose& pose, double enough) const {
         continue;
       }
       const DistanceMap::Bounds d = map_.distance_bounds(p);
-      if (d.upper + stands_out < margin_ || d.upper + stands_out <= 0.0)
+      if (d.upper + stands_out < margin_)
         return d.upper + stands_out - margin_;  // a point of the part: certainly hit
       fine = std::min(fine, d.lower - s.radius);
     }
@@ -185,15 +228,15 @@ double StateCheck::room_of_vehicle(const Pose& pose, double enough) const {
     else
       best = std::min(best, fine);
   }
-  const double certain = margin_ + (space_ ? kLeastRoom : 0.0);  // no more counts as hit
+  const double certain = margin_ + kLeastRoom;  // no more counts as hit
   // neither certainly free nor certainly hit: the spheres stick out of the parts, so ask the parts, those
   // first that are likely to be hit
   std::sort(ambiguous.begin(), ambiguous.begin() + static_cast<std::ptrdiff_t>(count),
             [](const Ambiguous& a, const Ambiguous& b) { return a.by_spheres < b.by_spheres; });
   for (std::size_t i = 0; i < count && best > certain; ++i) {
     const double enough_of_part = std::min(best, margin_ + kExactReach);
-    best = std::min(best, std::max(ambiguous[i].by_spheres,
-                                   exact(*ambiguous[i].group, pose.p_WB, R, certain, enough_of_part)));
+    best = std::min(best, std::max(ambiguous[i].by_spheres, exact_triangles(*ambiguous[i].group, pose.p_WB, R,
+                                                                            certain, enough_of_part)));
   }
   return best - margin_;
 }
@@ -203,13 +246,21 @@ bool StateCheck::in_space(const Pose& pose) const {
          ((pose.p_WB - space_->lower).minCoeff() >= 0.0 && (space_->upper - pose.p_WB).minCoeff() >= 0.0);
 }
 
+bool StateCheck::clear(const Pose& pose) const {
+  if (!is_finite(pose)) return false;
+  if (space_ || tether_) return room(pose, 2.0 * kLeastRoom) > kLeastRoom;
+  const float least = voxels(margin_ + kLeastRoom);
+  return room_in_blocks(map_.blocks(), *packed_, in_grid(pose), least, voxels(margin_ + 1.5 * kLeastRoom)) >
+         least;
+}
+
 bool StateCheck::valid(const Pose& pose) const {
   if (space_ && space_->parts) {
     SeparationMemory memory;
     if (space_->looks) space_->looks->fetch_add(1, std::memory_order_relaxed);
     return is_finite(pose) && in_space(pose) && space_->parts->free(pose, kLeastRoom, memory);
   }
-  return is_finite(pose) && room(pose, 2.0 * kLeastRoom) > kLeastRoom && hoverable(pose.q_WB);
+  return clear(pose) && hoverable(pose.q_WB);
 }
 
 bool StateCheck::motion_valid(const Pose& a, const Pose& b) const {
@@ -222,16 +273,17 @@ bool StateCheck::motion_valid(const Pose& a, const Pose& b) const {
     return free;
   }
   // most motions that are not free are told by a few poses
-  const auto hit = [&](const Pose& pose) { return room(pose, 2.0 * kLeastRoom) <= kLeastRoom; };
-  if (hit(b)) return false;
+  if (!clear(b)) return false;
   const double angle = a.q_WB.angularDistance(b.q_WB);
+  if (!space_ && !tether_)
+    return hoverable_between(a.q_WB, b.q_WB, angle) &&
+           motion_in_blocks(map_.blocks(), *packed_, in_grid(a), in_grid(b), voxels(margin_),
+                            voxels(kLeastRoom));
   const double length = (b.p_WB - a.p_WB).norm() + angle * spheres_.bounding_radius;
   if (length > kCoarse)
     for (const double at : {0.5, 0.25, 0.75})
-      if (hit(interpolate(a, b, at))) return false;
-  const int attitudes = static_cast<int>(std::ceil(angle / to_radians(2.0)));
-  for (int k = 1; k < attitudes; ++k)
-    if (!hoverable(interpolate(a, b, static_cast<double>(k) / attitudes).q_WB)) return false;
+      if (!clear(interpolate(a, b, at))) return false;
+  if (!hoverable_between(a.q_WB, b.q_WB, angle)) return false;
   double s = 0.0;
   while (s < 1.0) {
     const double free = room(interpolate(a, b, s), (1.0 - s) * length + 2.0 * kLeastRoom);

@@ -76,7 +76,9 @@ Status DistanceMap::close(const Zones& zones, const Deadline& deadline) {
     float& kept = field_[index(x, y, z)];
     kept = std::min(kept, near);
   });
-  find_surface();
+  std::array<int, 3> last{};
+  for (std::size_t k = 0; k < 3; ++k) last[k] = region.first[k] + region.size[k] - 1;
+  blocks_.update(field_, resolution_, region.first, last);
   return {};
 }
 

@@ -20,6 +20,9 @@ class RotorLoad {
   double motion_load(const Reference& motion) const { return load(required_wrench(motion)); }
   /// Load of hovering at an attitude.
   double hover_load(const Quat& q_WB) const;
+  /// The most that hover_load changes by for each radian between two attitudes; infinite where not every
+  /// wrench can be given.
+  double hover_slope() const { return hover_slope_; }
 
   /// What a motion asks of directions in which the rotors give nothing, and how much it needs beyond hovering
   /// at the same attitude; with a fixed path and a level attitude both scale with 1/duration^2.
@@ -39,7 +42,7 @@ class RotorLoad {
   RotorLoad(WrenchSet wrenches, const vehicle::Vehicle& vehicle, double alpha);
 
   WrenchSet wrenches_;
-  double alpha_, mass_;
+  double alpha_, mass_, hover_slope_;
   Mat3 inertia_;
   Vec3 p_BBcm_;
 };

@@ -18,6 +18,12 @@ class WrenchSet {
   /// give it, or it is not finite. wrench: force [N], then torque [Nm] about the centre of mass, body axes.
   double load(const Vec6& wrench) const;
 
+  /// The load of a force [N] without torque, for less time.
+  double load_of_force(const Vec3& force) const;
+  /// The most that load_of_force changes by for each newton of a change of the force [1/N]; infinite below
+  /// rank 6.
+  double load_slope_of_force() const;
+
   /// Part of a wrench (or of a change of one) that no thrusts of any size give: its projection on the
   /// complement of the range of the allocation matrix. Zero at rank 6. Torques divided by the lever arm, so
   /// that all is in N.
@@ -56,6 +62,7 @@ class WrenchSet {
   Vec6 centre_ = Vec6::Zero();                     // scaled wrench of the middle of the box
   std::vector<Face> faces_;
   Eigen::Matrix<double, Eigen::Dynamic, 6> loads_;  // load = max |loads (wrench - middle)|, N and Nm
+  Eigen::VectorXd load_of_none_;                    // loads (0 - middle)
   Mat6 outside_ = Mat6::Zero();                     // part of a wrench that no rotor can give
   int rank_ = 0;
   double lever_ = 1;  // m

@@ -11,6 +11,7 @@
 #include "omniflight_core/frames.hpp"
 #include "omniflight_core/result.hpp"
 #include "omniflight_planning/deadline.hpp"
+#include "omniflight_planning/voxel_blocks.hpp"
 
 namespace octomap {
 class OcTree;
@@ -68,15 +69,21 @@ class DistanceMap {
   /// such a voxel.
   template <class Visit>
   void for_surface(const Vec3& low, const Vec3& high, const Visit& visit) const {
+    constexpr int kEdge = VoxelBlocks::kEdge;
     const std::array<int, 3> from = voxel_of(low), to = voxel_of(high);
-    for (int z = from[2]; z <= to[2]; ++z)
-      for (int y = from[1]; y <= to[1]; ++y)
-        for (int word = from[0] / 64; word <= to[0] / 64; ++word) {
-          std::uint64_t bits = surface_[row(y, z) + static_cast<std::size_t>(word)];
-          if (word == from[0] / 64) bits &= ~std::uint64_t{0} << (from[0] % 64);
-          if (word == to[0] / 64) bits &= ~std::uint64_t{0} >> (63 - to[0] % 64);
-          for (; bits != 0; bits &= bits - 1) visit(voxel_center(64 * word + std::countr_zero(bits), y, z));
-        }
+    // blocks count one voxel more at the lower side
+    for (int z = (from[2] + 1) / kEdge; z <= (to[2] + 1) / kEdge; ++z)
+      for (int y = (from[1] + 1) / kEdge; y <= (to[1] + 1) / kEdge; ++y)
+        for (int x = (from[0] + 1) / kEdge; x <= (to[0] + 1) / kEdge; ++x)
+          for (std::uint64_t bits = blocks_.surface[blocks_.block_of(kEdge * x, kEdge * y, kEdge * z)];
+               bits != 0; bits &= bits - 1) {
+            const int i = std::countr_zero(bits);
+            const std::array<int, 3> at{kEdge * x + i % kEdge - 1, kEdge * y + i / kEdge % kEdge - 1,
+                                        kEdge * z + i / (kEdge * kEdge) - 1};
+            bool inside = true;
+            for (std::size_t k = 0; k < 3; ++k) inside &= at[k] >= from[k] && at[k] <= to[k];
+            if (inside) visit(voxel_center(at[0], at[1], at[2]));
+          }
   }
 
   /// Exact distance [m] from the centre of a voxel to the nearest occupied voxel box, cut off at
@@ -88,6 +95,7 @@ class DistanceMap {
   }
   std::array<int, 3> voxel_of(const Vec3& p) const;  ///< clamped to the map
 
+  const VoxelBlocks& blocks() const { return blocks_; }
   const Vec3& lower() const { return lower_; }  ///< m, corner of the box
   const Vec3& upper() const { return upper_; }  ///< m
   const std::array<int, 3>& size() const { return size_; }
@@ -103,15 +111,10 @@ class DistanceMap {
                static_cast<std::size_t>(size_[0]) +
            static_cast<std::size_t>(x);
   }
-  std::size_t row(int y, int z) const {
-    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size_[1]) + static_cast<std::size_t>(y)) *
-           static_cast<std::size_t>((size_[0] + 63) / 64);
-  }
   void set_field(StoredField field, std::string sha256, const MapOptions& options);
-  void find_surface();
 
-  std::vector<float> field_;            ///< m, x fastest
-  std::vector<std::uint64_t> surface_;  ///< a bit a voxel, rows of whole words
+  std::vector<float> field_;  ///< m, x fastest
+  VoxelBlocks blocks_;        ///< the same, for what is looked at most often
   std::array<int, 3> size_{};
   Vec3 lower_ = Vec3::Zero(), upper_ = Vec3::Zero();
   double resolution_ = 0.0, voxels_per_metre_ = 0.0, max_distance_ = 0.0;

@@ -1,4 +1,4 @@
-// From pose to pose: a straight motion when it is free, else OMPL's RRTConnect in SE(3) and shortcuts.
+// From pose to pose: a straight motion when it is free, else RRT-Connect in SE(3) and shortcuts.
 #pragma once
 
 #include <cstdint>

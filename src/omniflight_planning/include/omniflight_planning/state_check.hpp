@@ -29,6 +29,8 @@ bool is_finite(const Pose& pose);
 
 class ConvexScene;
 class TriangleTree;
+struct GridPose;
+struct PackedVehicle;
 
 /// What a rigid body moves among: triangles, which the voxels of the map hold, and where its origin may be.
 struct BodySpace {
@@ -90,12 +92,17 @@ class StateCheck {
   /// much may be told, for less time.
   double room(const Pose& pose, double enough = HUGE_VAL) const;
   bool hoverable(const Quat& q_WB) const;
+  /// All attitudes between two that can be held, `angle` [rad] apart: by the slope of the load, and where
+  /// that leaves too little, every 2 degrees.
+  bool hoverable_between(const Quat& a, const Quat& b, double angle) const;
   /// Of a body's origin: whether it is in its box. Always true of a vehicle.
   bool in_space(const Pose& pose) const;
+  /// Finite and at least `margin` away from everything, at whatever attitude.
+  bool clear(const Pose& pose) const;
   /// Finite, at least `margin` away from everything and hoverable.
   bool valid(const Pose& pose) const;
   /// Conservative advancement over the whole motion of interpolate(a, b, .): no pose between the ones looked
-  /// at can come closer than the margin. Hovering is checked every 2 degrees.
+  /// at can come closer than the margin.
   bool motion_valid(const Pose& a, const Pose& b) const;
   /// Conservative advancement along the curve itself, with speeds bounded by its Bernstein control points.
   /// Not free and out_of_time when the deadline passes before it is done.
@@ -114,7 +121,11 @@ class StateCheck {
   const std::optional<BodySpace>& space() const { return space_; }
 
  private:
+  GridPose in_grid(const Pose& pose) const;
+  float voxels(double length) const;  ///< of a length [m]
   double room_of_vehicle(const Pose& pose, double enough) const;
+  /// Of a body among triangles.
+  double room_of_body(const Pose& pose, double enough) const;
   /// Distance [m] of a part to the voxels, or `enough` where it is at least that; no more than `low` is told
   /// as any number up to there.
   double exact(const SphereGroup& group, const Vec3& p_WB, const Mat3& R_WB, double low, double enough) const;
@@ -123,6 +134,7 @@ class StateCheck {
 
   const DistanceMap& map_;
   VehicleSpheres spheres_;
+  std::shared_ptr<const PackedVehicle> packed_;
   std::shared_ptr<const allocation::RotorLoad> rotors_;
   std::vector<std::shared_ptr<const allocation::RotorLoad>> other_tilts_;
   double headroom_, margin_;

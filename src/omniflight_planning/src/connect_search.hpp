@@ -1,4 +1,4 @@
-// RRT-Connect of a rigid body of convex parts.
+// RRT-Connect from pose to pose.
 #pragma once
 
 #include <limits>
@@ -12,11 +12,13 @@
 namespace omniflight::planning {
 
 /// Two trees that grow towards each other (Kuffner and LaValle 2000). A seed gives the same path in every
-/// run. Can be continued.
-class BodySearch {
+/// run. Can be continued. Positions are uniform in the map, or in the box of a body. Attitudes of vehicles
+/// are mostly between start and goal, because a mission that keeps its attitude should not tumble on the way;
+/// those of bodies are uniform.
+class ConnectSearch {
  public:
-  /// The space has parts and must outlive it; start and goal are valid.
-  BodySearch(const BodySpace& space, const Pose& start, const Pose& goal, std::uint64_t seed);
+  /// The check must outlive it; start and goal are valid.
+  ConnectSearch(const StateCheck& check, const Pose& start, const Pose& goal, std::uint64_t seed);
 
   /// Continues to the deadline and for so many samples at most; a path or nothing.
   std::optional<std::vector<Pose>> solve(const Deadline& end,
@@ -32,10 +34,15 @@ class BodySearch {
   enum class Extension { trapped, advanced, reached };
   /// From pose number `near` of the tree towards `to`; what was added is its last one.
   Extension extend(Tree& tree, std::size_t near, const Pose& to);
+  bool motion_free(const Pose& from, const Pose& to);
   Pose sample();
   std::vector<Pose> path() const;
 
-  const BodySpace& space_;
+  const StateCheck& check_;
+  const BodySpace* parts_;  // of a body of convex parts; else null
+  Pose start_, goal_;
+  Vec3 lower_, upper_;  // m, of positions
+  double range_;        // m, of one motion, by pose_distance()
   Random random_;
   SeparationMemory memory_;
   Tree trees_[2];  // of the start and of the goal
