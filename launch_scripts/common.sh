@@ -29,7 +29,7 @@ omniflight_build() {
   local packages
   packages="$(colcon --log-base /dev/null list --names-only --base-paths src ${OMNIFLIGHT_COLCON_SELECT:-} | wc -l)"
   # one package at a time, all processors inside it: memory stays bounded and nothing waits for a slot
-  CMAKE_GENERATOR=Ninja CMAKE_BUILD_PARALLEL_LEVEL="$JOBS" MAKEFLAGS="-j$JOBS" \
+  PYTHONUNBUFFERED=1 CMAKE_GENERATOR=Ninja CMAKE_BUILD_PARALLEL_LEVEL="$JOBS" MAKEFLAGS="-j$JOBS" \
     colcon --log-base "$base/log" build --metas "$OMNIFLIGHT_ROOT/colcon.meta" \
     --event-handlers console_direct- console_stderr- summary+ status- console_start_end+ \
     --base-paths src --build-base "$base/build" --install-base "$base/install" --executor sequential \
