@@ -71,6 +71,16 @@ def alive(pid):
     return state != "Z"
 
 
+def listens(pid):
+    """Whether a process has begun to catch Ctrl-C; one that has not yet begun is killed by it."""
+    try:
+        status = pathlib.Path(f"/proc/{pid}/status").read_text()
+    except OSError:
+        return False
+    caught = int(status.split("SigCgt:")[1].split()[0], 16)
+    return bool(caught >> (signal.SIGINT - 1) & 1)
+
+
 class SystemTest(unittest.TestCase):
     """A temporary folder `self.dir` and ways to run the command in it."""
 

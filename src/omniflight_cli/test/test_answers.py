@@ -58,11 +58,12 @@ class Answers(system.SystemTest):
                 self.assertNotIn(claim, text)
 
     def ends_in_time(self, begin, after, what, check, limit):
-        """Ctrl-C so long [s] after each start, or when a file is there; a busy machine may be late twice, what does not listen
+        """Ctrl-C so long [s] after each start of listening, or when a file is there; a busy machine may be late twice, what does not listen
         is so every time."""
         took = []
         for _ in range(3):
             process = begin()
+            system.wait_until("it to listen", lambda: system.listens(process.pid) or process.poll() is not None, 60)
             if isinstance(after, float):
                 time.sleep(after)
             else:
@@ -137,7 +138,8 @@ class Answers(system.SystemTest):
         self.assertLess(found["runtime_s"], 3)
 
     def ask(self, *arguments, expect=0):
-        done = self.run_command("diagnose", "t/flight.mcap", "--vehicle", "omnimorph", "--out", "d", *arguments, expect=expect)
+        done = self.run_command("diagnose", "t/flight.mcap", "--vehicle", "omnimorph", "--out", "d", *arguments, expect=expect,
+                                timeout=180)
         return done.stdout + done.stderr
 
     def test_only_and_exclude_bound_the_search_and_why_tells_what_became_of_an_effect(self):
