@@ -135,7 +135,7 @@ TEST(RigidBody, MotionsThatAreFreeTouchNothingOnTheWay) {
   ASSERT_TRUE(scene);
   Random random(4);
   int free = 0, refused = 0;
-  for (int i = 0; i < 60 * times(); ++i) {
+  for (int i = 0; i < 160 * times(); ++i) {
     const Pose a = any_pose(p, random);
     const Vec3 step(random.normal(), random.normal(), random.normal()),
         turn(random.normal(), random.normal(), random.normal());
