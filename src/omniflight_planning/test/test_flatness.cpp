@@ -93,7 +93,7 @@ TEST(FlatCurve, PassesThroughItsPosesAndIsSmooth) {
     EXPECT_LT(near(poses.back(), curve.length()), 1e-9);
     for (const Pose& pose : poses) {
       double least = 1e9;
-      for (int i = 0; i <= 4000; ++i) least = std::min(least, near(pose, curve.length() * i / 4000));
+      for (int i = 0; i <= 20000; ++i) least = std::min(least, near(pose, curve.length() * i / 20000));
       EXPECT_LT(least, 1e-2);
     }
     const double h = 1e-5 * curve.length();
