@@ -26,7 +26,7 @@ omniflight_build() {
     speed=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
     [ "${OMNIFLIGHT_JOINED:-}" = yes ] || joined=OFF
   fi
-  local packages
+  local packages n=0 line
   packages="$(colcon --log-base /dev/null list --names-only --base-paths src ${OMNIFLIGHT_COLCON_SELECT:-} | wc -l)"
   # one package at a time, all processors inside it: memory stays bounded and nothing waits for a slot
   PYTHONUNBUFFERED=1 CMAKE_GENERATOR=Ninja CMAKE_BUILD_PARALLEL_LEVEL="$JOBS" MAKEFLAGS="-j$JOBS" \
@@ -35,5 +35,10 @@ omniflight_build() {
     --base-paths src --build-base "$base/build" --install-base "$base/install" --executor sequential \
     ${OMNIFLIGHT_COLCON_SELECT:-} \
     --cmake-args -DCMAKE_BUILD_TYPE=Release -DOMNIFLIGHT_UNITY="$joined" "${speed[@]}" "$@" |
-    awk -v all="$packages" '/^Starting >>>/ { printf "package %d of %d: %s\n", ++n, all, $3; fflush(); next } { print; fflush() }'
+    while IFS= read -r line; do
+      case "$line" in
+        "Starting >>> "*) printf 'package %d of %d: %s\n' "$((++n))" "$packages" "${line#Starting >>> }" ;;
+        *) printf '%s\n' "$line" ;;
+      esac
+    done
 }
