@@ -60,8 +60,11 @@ SetFit named_set(const Inference& in, const Options& o) {
   }
   std::sort(members.rbegin(), members.rend());
   std::vector<SetMember> named;
-  for (const auto& [inclusion, k] : members)
-    if (named.empty() || inclusion > kBeside) named.push_back(best.members[k]);
+  for (const auto& [inclusion, k] : members) {
+    const double odds = in.hypotheses[static_cast<std::size_t>(best.members[k].hypothesis)].log_odds;
+    const double beforehand = 1 / (1 + std::exp(-odds));  // above one half only where it is told so
+    if (named.empty() || inclusion > std::max(kBeside, beforehand)) named.push_back(best.members[k]);
+  }
   return named.size() == best.members.size() ? best : evidence.fit(std::move(named));
 }
 
