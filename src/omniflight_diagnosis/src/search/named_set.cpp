@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <tuple>
 
 #include "../numerics/statistics.hpp"
@@ -45,6 +46,26 @@ SetFit likeliest_of_something(const Inference& in, const Evidence& evidence) {
   return likeliest->hypotheses == best ? p.best : evidence.fit(likeliest->members);
 }
 
+/// ln evidence of a set that was visited.
+std::optional<double> evidence_of(const Posterior& p, std::vector<int> hypotheses) {
+  std::sort(hypotheses.begin(), hypotheses.end());
+  for (const SetPosterior& s : p.sets)
+    if (s.hypotheses == hypotheses) return s.log_joint - s.log_prior;
+  return {};
+}
+
+/// Whether the flight speaks for a member of a set beside the others, and not only a prior that was told.
+bool is_supported(const Posterior& p, const std::vector<SetMember>& members, std::size_t member) {
+  if (members.size() < 2) return true;
+  std::vector<int> with, without;
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    with.push_back(members[k].hypothesis);
+    if (k != member) without.push_back(members[k].hypothesis);
+  }
+  const auto here = evidence_of(p, with), there = evidence_of(p, without);
+  return !here || !there || *here > *there;
+}
+
 }  // namespace
 
 SetFit named_set(const Inference& in, const Options& o) {
@@ -54,17 +75,14 @@ SetFit named_set(const Inference& in, const Options& o) {
   const SetFit best = likeliest_of_something(in, evidence);
   std::vector<std::pair<double, std::size_t>> members;
   for (std::size_t k = 0; k < best.members.size(); ++k) {
-    if (!does_something(in, best.members[k])) continue;
+    if (!does_something(in, best.members[k]) || !is_supported(p, best.members, k)) continue;
     const int h = best.members[k].hypothesis;
     members.emplace_back(p.inclusion(in.hypotheses[static_cast<std::size_t>(h)].id, in.hypotheses), k);
   }
   std::sort(members.rbegin(), members.rend());
   std::vector<SetMember> named;
-  for (const auto& [inclusion, k] : members) {
-    const double odds = in.hypotheses[static_cast<std::size_t>(best.members[k].hypothesis)].log_odds;
-    const double beforehand = 1 / (1 + std::exp(-odds));  // above one half only where it is told so
-    if (named.empty() || inclusion > std::max(kBeside, beforehand)) named.push_back(best.members[k]);
-  }
+  for (const auto& [inclusion, k] : members)
+    if (named.empty() || inclusion > kBeside) named.push_back(best.members[k]);
   return named.size() == best.members.size() ? best : evidence.fit(std::move(named));
 }
 

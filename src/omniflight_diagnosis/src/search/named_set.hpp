@@ -6,8 +6,8 @@
 namespace omniflight::diagnosis {
 
 /// The members of the likeliest candidate that the answer names, fitted without the others, the likeliest
-/// first: one where there is an alarm, and those that are likelier there than not (kBeside) and than
-/// beforehand. None that does less than arithmetic leaves.
+/// first: one where there is an alarm, and those that are likelier there than not (kBeside) and for
+/// which the flight speaks. None that does less than arithmetic leaves.
 SetFit named_set(const Inference& inference, const Options& options);
 
 /// Root mean square distance of parameter k of this hypothesis from `value` in the posterior: over all sets

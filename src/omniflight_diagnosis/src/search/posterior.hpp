@@ -22,7 +22,8 @@ struct SetPosterior {
 /// An effect is named when the probability that nothing was left out is below this: of least expected loss
 /// where a false alarm costs three times as much as an effect that is missed.
 inline constexpr double kAlarm = 0.25;
-/// One more beside others is named when it is likelier to be there than not, and than it was beforehand.
+/// One more beside others is named when it is likelier to be there than not, and the
+/// flight speaks for it.
 inline constexpr double kBeside = 0.5;
 
 struct Posterior {
