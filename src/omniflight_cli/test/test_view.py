@@ -189,10 +189,11 @@ class Foxglove(OnADomain):
         if not shutil.which("node") or not (modules / "@foxglove/ws-protocol").exists():
             self.skipTest("OMNIFLIGHT_NODE_MODULES names no folder with @foxglove/ws-protocol, @foxglove/rosmsg, "
                           "@foxglove/rosmsg2-serialization and ws")
-        mission = self.hovering_mission()
+        mission = self.short_mission()
         port = self.view("--mission", mission, "--domain", self.domain)
         self.start_command("fly", mission, "--rate", "realtime", "--domain", self.domain, "--out", "flight", "--quiet")
-        topics = ["/omniflight/imu", "/tf", "/joint_states", "/view/transform", "/view/vehicle", "/view/world"]
+        topics = ["/omniflight/imu", "/omniflight/rotors", "/omniflight/truth", "/command_trajectory", "/view/transform",
+                  "/view/vehicle", "/view/world"]
         done = subprocess.run(["node", system.ROOT / "src/omniflight_cli/test/check_foxglove.mjs", str(port), "40", *topics],
                               capture_output=True, text=True, timeout=60, check=False)
         print("\n" + done.stdout)
