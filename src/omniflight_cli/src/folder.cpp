@@ -16,7 +16,6 @@ namespace omniflight::cli {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr const char* kLockFile = ".lock";
 
 std::string holder(int fd) {
   char text[32] = {};
@@ -43,7 +42,7 @@ std::string fresh_folder(const std::string& name) {
 
 Result<FolderLock> FolderLock::take(const fs::path& folder) {
   if (auto ok = make_folder(folder.string()); !ok) return Failure(ok.error());
-  const fs::path file = folder / kLockFile;
+  const fs::path file = folder / FolderLock::kFile;
   const int fd = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
   if (fd < 0) return bad_input(std::string("cannot be locked: ") + std::strerror(errno), file.string());
   FolderLock lock(fd);

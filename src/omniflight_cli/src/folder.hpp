@@ -15,6 +15,7 @@ std::string fresh_folder(const std::string& name);
 /// A folder that this process alone writes to, until it goes or dies: flock(2) on a file in it.
 class FolderLock {
  public:
+  static constexpr const char* kFile = ".lock";
   /// Makes the folder where it is missing. Refuses one that another run holds, and tells its process id.
   static Result<FolderLock> take(const std::filesystem::path& folder);
   FolderLock(FolderLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
