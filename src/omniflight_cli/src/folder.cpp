@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,6 +17,22 @@ namespace omniflight::cli {
 namespace {
 
 namespace fs = std::filesystem;
+constexpr const char* kLockFile = ".lock";
+constexpr int kAttempts = 10;
+
+/// Whether an open file is the one that is at a path now.
+bool is_at(int fd, const fs::path& file) {
+  struct stat here = {}, there = {};
+  return fstat(fd, &here) == 0 && stat(file.c_str(), &there) == 0 && here.st_ino == there.st_ino &&
+         here.st_dev == there.st_dev;
+}
+
+bool holds_only_the_lock(const fs::path& folder) {
+  std::error_code ec;
+  int files = 0;
+  for (fs::directory_iterator at(folder, ec), end; !ec && at != end; at.increment(ec)) ++files;
+  return !ec && files == 1;
+}
 
 std::string holder(int fd) {
   char text[32] = {};
@@ -41,30 +58,47 @@ std::string fresh_folder(const std::string& name) {
 }
 
 Result<FolderLock> FolderLock::take(const fs::path& folder) {
-  if (auto ok = make_folder(folder.string()); !ok) return Failure(ok.error());
-  const fs::path file = folder / FolderLock::kFile;
-  const int fd = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
-  if (fd < 0) return bad_input(std::string("cannot be locked: ") + std::strerror(errno), file.string());
-  FolderLock lock(fd);
-  if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
-    return bad_input("is in use by another run" + holder(fd), folder.string(),
-                     "Wait for its end, or choose another --out");
+  const fs::path file = folder / kLockFile;
+  // again where another run has removed its folder between two of these steps
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    std::error_code ec;
+    const bool made = !fs::exists(folder, ec);
+    if (auto ok = make_folder(folder.string()); !ok) return Failure(ok.error());
+    const int fd = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
+    if (fd < 0 && errno == ENOENT) continue;
+    if (fd < 0) return bad_input(std::string("cannot be locked: ") + std::strerror(errno), file.string());
+    FolderLock lock(fd);
+    if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
+      return bad_input("is in use by another run" + holder(fd), folder.string(),
+                       "Wait for its end, or choose another --out");
+    }
+    if (!is_at(fd, file)) continue;
+    const std::string pid = std::to_string(getpid()) + "\n";
+    if (ftruncate(fd, 0) != 0 || pwrite(fd, pid.data(), pid.size(), 0) < 0)
+      return bad_input(std::string("cannot be written: ") + std::strerror(errno), file.string(),
+                       "Free space on the disk or choose another --out");
+    if (made) lock.made_ = folder;
+    return lock;
   }
-  const std::string pid = std::to_string(getpid()) + "\n";
-  if (ftruncate(fd, 0) != 0 || pwrite(fd, pid.data(), pid.size(), 0) < 0)
-    return bad_input(std::string("cannot be written: ") + std::strerror(errno), file.string(),
-                     "Free space on the disk or choose another --out");
-  return lock;
+  return bad_input("is made and removed by other runs", folder.string(), "Choose another --out");
 }
 
 FolderLock& FolderLock::operator=(FolderLock&& other) noexcept {
   std::swap(fd_, other.fd_);
+  std::swap(made_, other.made_);
   return *this;
 }
 
-// The file stays: removed while another run waits for it, it would let two in.
+// The file of a folder with results stays. Removed while it is locked, it lets nobody in beside another: who
+// has waited for it sees that it is no longer there.
 FolderLock::~FolderLock() {
-  if (fd_ >= 0) close(fd_);
+  if (fd_ < 0) return;
+  std::error_code ec;
+  if (!made_.empty() && holds_only_the_lock(made_)) {
+    fs::remove(made_ / kLockFile, ec);
+    fs::remove(made_, ec);
+  }
+  close(fd_);
 }
 
 Status refuse_overwriting(const fs::path& file, bool force) {

@@ -12,13 +12,14 @@ namespace omniflight::cli {
 /// "runs/NAME-20261124-201500" in local time; with "-2" and so on where that is there already.
 std::string fresh_folder(const std::string& name);
 
-/// A folder that this process alone writes to, until it goes or dies: flock(2) on a file in it.
+/// A folder that this process alone writes to, until it goes or dies: flock(2) on a file in it. A folder that
+/// it made, and into which nothing was written, goes with it.
 class FolderLock {
  public:
-  static constexpr const char* kFile = ".lock";
   /// Makes the folder where it is missing. Refuses one that another run holds, and tells its process id.
   static Result<FolderLock> take(const std::filesystem::path& folder);
-  FolderLock(FolderLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  FolderLock(FolderLock&& other) noexcept
+      : fd_(std::exchange(other.fd_, -1)), made_(std::move(other.made_)) {}
   FolderLock& operator=(FolderLock&& other) noexcept;
   FolderLock() = default;
   ~FolderLock();
@@ -26,6 +27,7 @@ class FolderLock {
  private:
   explicit FolderLock(int fd) : fd_(fd) {}
   int fd_ = -1;
+  std::filesystem::path made_;  ///< the folder, where it was not there before
 };
 
 /// Refuses a file that is there, unless `force`.

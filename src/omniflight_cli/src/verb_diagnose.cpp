@@ -35,8 +35,7 @@ struct DiagnoseOptions {
   std::vector<std::string> recordings, held_out, set, baseline;
   Questions questions;
   std::string vehicle, refly, plan, told, map, axes = "enu", ablation, test_bed = "pyramid";
-  std::string out;           ///< folder of the answer
-  bool made_folder = false;  ///< by this run
+  std::string out;  ///< folder of the answer
   double budget_s = 0;
   int jobs = 0;
   bool check = false, refly_recorded = false;
@@ -325,17 +324,7 @@ Result<int> conclude(const DiagnoseOptions& o, Common& common, const vehicle::Ve
 /// The folder of the answer, for this run alone until it ends.
 Result<FolderLock> take_folder(DiagnoseOptions& o, const Common& common) {
   o.out = common.out.empty() ? fresh_folder("diagnosis") : common.out;
-  std::error_code ec;
-  o.made_folder = !std::filesystem::exists(o.out, ec);
   return FolderLock::take(o.out);
-}
-
-/// Of a run that has no answer: what is refused leaves nothing behind.
-void give_folder_back(const DiagnoseOptions& o) {
-  std::error_code ec;
-  if (!o.made_folder) return;
-  std::filesystem::remove(std::filesystem::path(o.out) / FolderLock::kFile, ec);
-  std::filesystem::remove(o.out, ec);  // only when it is empty
 }
 
 struct Read {
@@ -458,7 +447,6 @@ Action add_diagnose(CLI::App& verb, Common& common) {
     if (bounded.ended && bounded.answer) progress.finish();
     const auto code = bounded.answer ? conclude(*o, common, *vehicle, fit, options, begin, *bounded.answer)
                                      : Result<int>(Failure(bounded.answer.error()));
-    if (!bounded.answer) give_folder_back(*o);
     if (!bounded.ended) leave(code);
     return code;
   };
