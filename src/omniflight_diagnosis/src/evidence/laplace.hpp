@@ -3,22 +3,12 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 
 #include "../numerics/statistics.hpp"
 #include "../search/hypothesis.hpp"
+#include "set_coordinates.hpp"
 
 namespace omniflight::diagnosis {
-
-/// A hypothesis at values.
-struct SetMember {
-  int hypothesis = 0;         ///< index
-  std::vector<double> theta;  ///< of an effect
-  Eigen::VectorXd start;      ///< offsets of its memory, all windows
-  Eigen::VectorXd weights;    ///< coefficients of a pattern
-  /// Of the wrench of a law that is not linear: taken once, where a fit of it begins.
-  std::optional<double> first_stage = {};
-};
 
 /// What a member is expected to do: its wrench at predicted states times its first stage. N and Nm, all rows.
 Eigen::VectorXd expected_wrench(const RegressionProblem& problem, const Hypothesis& hypothesis,
@@ -81,16 +71,11 @@ class Evidence {
   const std::vector<Hypothesis>& hypotheses() const { return hypotheses_; }
 
  private:
-  struct Layout;
-  void evaluate(const Layout& layout, const Eigen::VectorXd& u, std::vector<SetMember>& members,
+  class Descent;
+  /// Gives members these coordinates, and says what they leave and the derivatives.
+  void evaluate(const SetCoordinates& coordinates, const Eigen::VectorXd& u, std::vector<SetMember>& members,
                 Eigen::VectorXd& rest, Eigen::MatrixXd* columns) const;
-  static double log_integral(const Layout& layout, const Eigen::VectorXd& u, const Eigen::MatrixXd& precision,
-                             const Eigen::VectorXd& gradient);
-  static double log_integral_over_law_errors(const Layout& layout, const Eigen::VectorXd& u,
-                                             const Eigen::MatrixXd& precision,
-                                             const Eigen::VectorXd& gradient, Eigen::Index law);
   double first_stage_of(const SetMember& member) const;
-  Eigen::MatrixXd law_error_columns(const std::vector<SetMember>& members) const;
 
   const RegressionProblem& problem_;
   const NoiseModel& noise_;
