@@ -10,32 +10,78 @@ constexpr double kRankTolerance = 1e-9;  // of the largest singular value
 constexpr double kMerge = 1e-9;          // of the reach
 constexpr double kUnreachable = 1e-6;    // of a wrench: more of it outside the span counts
 
-using Columns = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
-using Normal = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 6, 1>;
+constexpr double kClearlyFullRank = 1e-6;  // of pivots: implies kRankTolerance of singular values
+constexpr double kAlike = 1e-12;           // of the cosine: worth a closer look
+constexpr Eigen::Index kLane = 4;          // rows of loads are padded to a multiple
 
-// Unit vector orthogonal to the given columns; false when they do not leave exactly one direction.
-bool normal_to(const Columns& columns, double scale, Normal& normal) {
-  const Eigen::Index r = columns.rows();
-  if (columns.cols() == 0) {
-    normal = Normal::Ones(1);
-    return r == 1;
+using Basis = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
+using Columns =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, vehicle::kMaxRotors>;
+
+/// The directions that are orthogonal to all but one dimension of a span's generators, each once: unit
+/// vectors without regard to sign. Every choice of generators is one Householder reflection away from that
+/// with one generator less.
+class Normals {
+ public:
+  /// columns: the generators in the coordinates of `span`, whose columns are orthonormal; no longer ones than
+  /// `least` count as dependent.
+  Normals(const Basis& span, const Columns& columns, double least) : least_(least) { choose(span, columns); }
+
+  const std::vector<Vec6>& all() const { return all_; }
+
+ private:
+  /// basis: of what is orthogonal to the generators that are chosen; columns: those that may follow, in its
+  /// coordinates.
+  void choose(const Basis& basis, const Columns& columns) {
+    const Eigen::Index d = basis.cols(), n = columns.cols();
+    if (d == 1) return add(basis.col(0));
+    for (Eigen::Index i = 0; i + d - 1 <= n; ++i) {
+      const double length = columns.col(i).norm();
+      if (length <= least_) continue;
+      if (d == 2) {
+        add(basis.lazyProduct(Eigen::Vector2d(-columns(1, i), columns(0, i)) / length));
+        continue;
+      }
+      Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 6, 1> mirror = columns.col(i);
+      mirror[0] += mirror[0] < 0.0 ? -length : length;
+      const double scale = 2.0 / mirror.squaredNorm();
+      Basis next(6, d - 1);
+      const Vec6 out = scale * basis.lazyProduct(mirror);
+      for (Eigen::Index k = 1; k < d; ++k) next.col(k - 1) = basis.col(k) - mirror[k] * out;
+      Columns later(d - 1, n - i - 1);
+      for (Eigen::Index k = i + 1; k < n; ++k) {
+        const double along = scale * mirror.dot(columns.col(k));
+        later.col(k - i - 1) = columns.col(k).tail(d - 1) - along * mirror.tail(d - 1);
+      }
+      choose(next, later);
+    }
   }
-  const Eigen::ColPivHouseholderQR<Columns> qr(columns);
-  if (std::abs(qr.matrixR()(r - 2, r - 2)) <= kRankTolerance * scale) return false;
-  normal = qr.householderQ() * Normal::Unit(r, r - 1);
-  return true;
-}
 
-// The next subset of k out of n in lexicographic order.
-bool next_subset(std::vector<int>& subset, int n) {
-  const int k = static_cast<int>(subset.size());
-  int i = k - 1;
-  while (i >= 0 && subset[static_cast<std::size_t>(i)] == n - k + i) --i;
-  if (i < 0) return false;
-  ++subset[static_cast<std::size_t>(i)];
-  for (int j = i + 1; j < k; ++j)
-    subset[static_cast<std::size_t>(j)] = subset[static_cast<std::size_t>(j - 1)] + 1;
-  return true;
+  void add(const Vec6& normal) {
+    for (const Vec6& o : all_) {
+      const double cosine = normal.dot(o);
+      if (std::abs(cosine) < 1.0 - kAlike) continue;
+      if ((normal - std::copysign(1.0, cosine) * o).squaredNorm() < 1e-18) return;
+    }
+    all_.push_back(normal);
+  }
+
+  double least_;
+  std::vector<Vec6> all_;
+};
+
+/// The largest magnitude in A w + c, where A has whole lanes of rows.
+template <int kColumns, class Constant>
+double largest_magnitude(const Eigen::Matrix<double, Eigen::Dynamic, 6>& A,
+                         const Eigen::Matrix<double, kColumns, 1>& w, const Constant& constant) {
+  using Lane = Eigen::Array<double, kLane, 1>;
+  Lane most = Lane::Zero();
+  for (Eigen::Index i = 0; i < A.rows(); i += kLane) {
+    Lane sum = constant(i);
+    for (int k = 0; k < kColumns; ++k) sum += A.col(k).segment<kLane>(i).array() * w[k];
+    most = most.max(sum.abs());
+  }
+  return most.maxCoeff();
 }
 
 }  // namespace
@@ -66,32 +112,17 @@ Result<WrenchSet> WrenchSet::create(const vehicle::Vehicle& v, double alpha, dou
   }
   if (lever > 0) s.lever_ = lever;
   B.bottomRows<3>() /= s.lever_;
-  const Eigen::MatrixXd generators = B * (0.5 * (upper - lower)).asDiagonal();
+  const Generators generators = B * (0.5 * (upper - lower)).asDiagonal();
   s.centre_ = B * (0.5 * (upper + lower));
   s.reach_ = generators.colwise().norm().sum() + s.centre_.norm();
+  const double largest = s.find_span(generators);
 
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(generators, Eigen::ComputeFullU);
-  const double largest = svd.singularValues()[0];
-  for (Eigen::Index i = 0; i < svd.singularValues().size(); ++i)
-    s.rank_ += svd.singularValues()[i] > kRankTolerance * largest;
-  s.span_ = svd.matrixU().leftCols(s.rank_);
-  const Eigen::MatrixXd inner = s.span_.transpose() * generators;
-
-  std::vector<int> subset(static_cast<std::size_t>(s.rank_ - 1));
-  for (std::size_t i = 0; i < subset.size(); ++i) subset[i] = static_cast<int>(i);
-  std::vector<Vec6> normals;
-  do {
-    Normal inner_normal;
-    if (!normal_to(inner(Eigen::all, subset), largest, inner_normal)) continue;
-    const Vec6 normal = s.span_ * inner_normal;
-    bool known = false;
-    for (const Vec6& o : normals)
-      known = known || std::min((normal - o).squaredNorm(), (normal + o).squaredNorm()) < 1e-18;
-    if (!known) normals.push_back(normal);
-  } while (next_subset(subset, n));
+  const Columns inner = s.rank_ == 6 ? Columns(generators) : Columns(s.span_.transpose() * generators);
+  const Normals found(s.span_, inner, kRankTolerance * largest);
+  const std::vector<Vec6>& normals = found.all();
   Vec6 scale = Vec6::Ones();
   scale.tail<3>() /= s.lever_;
-  s.loads_.resize(static_cast<Eigen::Index>(normals.size()), 6);
+  s.loads_.setZero((static_cast<Eigen::Index>(normals.size()) + kLane - 1) / kLane * kLane, 6);
   s.outside_ = (Mat6::Identity() - s.span_ * s.span_.transpose()) * scale.asDiagonal();
   for (const Vec6& normal : normals) {
     const double half_width = (normal.transpose() * generators).cwiseAbs().sum(),
@@ -107,13 +138,29 @@ Result<WrenchSet> WrenchSet::create(const vehicle::Vehicle& v, double alpha, dou
   return s;
 }
 
+double WrenchSet::find_span(const Generators& generators) {
+  const Eigen::ColPivHouseholderQR<Generators> qr(generators);
+  const auto pivot = [&](Eigen::Index i) { return std::abs(qr.matrixQR()(i, i)); };
+  if (generators.cols() >= 6 && pivot(5) > kClearlyFullRank * pivot(0)) {
+    rank_ = 6;
+    span_ = Mat6::Identity();
+    return generators.norm();
+  }
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(generators, Eigen::ComputeFullU);
+  const double largest = svd.singularValues()[0];
+  for (Eigen::Index i = 0; i < svd.singularValues().size(); ++i)
+    rank_ += svd.singularValues()[i] > kRankTolerance * largest;
+  span_ = svd.matrixU().leftCols(rank_);
+  return largest;
+}
+
 double WrenchSet::load(const Vec6& wrench) const {
   Vec6 w = wrench;
   w.head<3>() -= centre_.head<3>();
   w.tail<3>() -= lever_ * centre_.tail<3>();
   if (!w.allFinite()) return HUGE_VAL;
   if (rank_ < 6 && (outside_ * w).norm() > kUnreachable * (reach_ + w.norm())) return HUGE_VAL;
-  return (loads_ * w).cwiseAbs().maxCoeff();
+  return largest_magnitude<6>(loads_, w, [](Eigen::Index) { return Eigen::Array<double, kLane, 1>::Zero(); });
 }
 
 double WrenchSet::load_of_force(const Vec3& force) const {
@@ -122,7 +169,8 @@ double WrenchSet::load_of_force(const Vec3& force) const {
     wrench.head<3>() = force;
     return load(wrench);
   }
-  return (loads_.leftCols<3>().lazyProduct(force) + load_of_none_).cwiseAbs().maxCoeff();
+  return largest_magnitude<3>(loads_, force,
+                              [&](Eigen::Index i) { return load_of_none_.segment<kLane>(i).array(); });
 }
 
 double WrenchSet::load_slope_of_force() const {

@@ -55,15 +55,19 @@ class WrenchSet {
     Flat flat;
     std::vector<HalfSpace> half_spaces;
   };
+  using Generators = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+  /// Sets rank_ and span_; the size of the generators [N].
+  double find_span(const Generators& generators);
   Slice slice(Part shown, const Vec3& fixed_value) const;
   Polytope body(const Slice& slice, double scale) const;
 
   Eigen::Matrix<double, 6, Eigen::Dynamic> span_;  // orthonormal, 6 x rank
   Vec6 centre_ = Vec6::Zero();                     // scaled wrench of the middle of the box
   std::vector<Face> faces_;
-  Eigen::Matrix<double, Eigen::Dynamic, 6> loads_;  // load = max |loads (wrench - middle)|, N and Nm
-  Eigen::VectorXd load_of_none_;                    // loads (0 - middle)
-  Mat6 outside_ = Mat6::Zero();                     // part of a wrench that no rotor can give
+  // load = max |loads (wrench - middle)|, N and Nm; rows of zeros fill the last four
+  Eigen::Matrix<double, Eigen::Dynamic, 6> loads_;
+  Eigen::VectorXd load_of_none_;  // loads (0 - middle)
+  Mat6 outside_ = Mat6::Zero();   // part of a wrench that no rotor can give
   int rank_ = 0;
   double lever_ = 1;  // m
   double reach_ = 0;  // N, bound of |scaled wrench|
