@@ -49,9 +49,12 @@ Pose ConnectSearch::sample() {
   return out;
 }
 
-bool ConnectSearch::motion_free(const Pose& from, const Pose& to) {
-  return parts_ ? parts_->parts->motion_free(from, to, StateCheck::kLeastRoom, memory_)
-                : check_.motion_valid(from, to);
+bool ConnectSearch::motion_free(const Tree& tree, const Pose& from, const Pose& to) {
+  if (parts_) return parts_->parts->motion_free(from, to, StateCheck::kLeastRoom, memory_);
+  if (&tree == &trees_[0] || check_.space()) return check_.motion_valid(from, to);
+  // the way that the path will go, of which the new pose is the beginning: motion_valid() looks at the end
+  // first
+  return check_.valid(to) && check_.motion_valid(to, from);
 }
 
 ConnectSearch::Extension ConnectSearch::extend(Tree& tree, std::size_t near, const Pose& to) {
@@ -59,7 +62,7 @@ ConnectSearch::Extension ConnectSearch::extend(Tree& tree, std::size_t near, con
   const double distance = pose_distance(from, to);
   const bool far = distance > range_;
   const Pose aim = far ? interpolate(from, to, range_ / distance) : to;
-  if (!motion_free(from, aim)) return Extension::trapped;
+  if (!motion_free(tree, from, aim)) return Extension::trapped;
   tree.add(aim, near);
   return far ? Extension::advanced : Extension::reached;
 }

@@ -14,7 +14,7 @@ namespace omniflight::planning {
 /// Two trees that grow towards each other (Kuffner and LaValle 2000). A seed gives the same path in every
 /// run. Can be continued. Positions are uniform in the map, or in the box of a body. Attitudes of vehicles
 /// are mostly between start and goal, because a mission that keeps its attitude should not tumble on the way;
-/// those of bodies are uniform.
+/// those of bodies are uniform. Every motion of a vehicle's path has passed motion_valid.
 class ConnectSearch {
  public:
   /// The check must outlive it; start and goal are valid.
@@ -34,7 +34,7 @@ class ConnectSearch {
   enum class Extension { trapped, advanced, reached };
   /// From pose number `near` of the tree towards `to`; what was added is its last one.
   Extension extend(Tree& tree, std::size_t near, const Pose& to);
-  bool motion_free(const Pose& from, const Pose& to);
+  bool motion_free(const Tree& tree, const Pose& from, const Pose& to);
   Pose sample();
   std::vector<Pose> path() const;
 

@@ -39,8 +39,9 @@ struct PathOptions {
   std::uint64_t seed = 1;
   double budget_s = 1.0;   ///< s of wall time; RRTConnect stops at most one motion check later
   Deadline deadline = {};  ///< of the whole plan: nothing is shortened nor proven after it
-  int shortcuts = 300;     ///< attempts; a number and not a time, so that results repeat
-  bool brief = false;      ///< gives up early, where another search with less margin will follow
+  /// Attempts; a number and not a time, so that results repeat. 0: the first path as it is found.
+  int shortcuts = 300;
+  bool brief = false;  ///< gives up early, where another search with less margin will follow
   /// One of planner_names(), see check_planner(), alone instead of what find_path() tries one after the
   /// other; its result is checked and shortened likewise. Only rrtconnect repeats for a seed.
   std::string planner = {};
@@ -67,6 +68,7 @@ tl::expected<void, PathProblem> check_end(const StateCheck& check, const Pose& p
 /// Poses from start to goal, both included; every motion between neighbours has passed motion_valid. The same
 /// seed gives the same path whenever the budget suffices. Tried one after the other: the straight motion,
 /// RRTConnect for a few samples, the gaps of the widest way (gap.hpp), RRTConnect to the end of the budget.
+/// A vehicle's path that the few samples give is the best of four such searches.
 /// Where every way leads through a gap that lacks more than 2 cm for the best pose found in it, the answer
 /// comes early: gap_too_narrow. Every answer without a path names the gap, if there is one.
 PathResult<std::vector<Pose>> find_path(const StateCheck& check, const Pose& start, const Pose& goal,
