@@ -14,25 +14,29 @@ struct Candidate {
   std::vector<PoseCurve> curves;
   std::vector<double> least;  // s, of each, by the minimum-jerk law
   double total = 0.0;         // s, by the law that is asked for: a lower bound
+  bool judged = false;        // at all places; else at few of them, so that the bound is a lower one
 };
 
-Result<Candidate> candidate(const std::vector<Path>& parts, const AtTilt& tilt, const MotionLimits& limits,
-                            Timing timing, const Deadline& deadline) {
-  constexpr int kRoughSteps = 50;  // enough to tell which is quicker
-  Candidate out;
-  for (const Path& part : parts) {
-    out.curves.emplace_back(part);
-    const auto least = least_time(out.curves.back(), *tilt.rotors, limits, deadline);
+/// Times of a candidate; where `rough`, such as are no longer than those, in an eighth of the time.
+Status judge(Candidate& c, const AtTilt& tilt, const MotionLimits& limits, Timing timing, bool rough,
+             const Deadline& deadline) {
+  constexpr int kRoughSteps = 50;    // enough to tell which is quicker
+  constexpr int kRoughSamples = 50;  // of the 400: they ask for no more than all do
+  c.least.clear();
+  c.total = 0.0;
+  for (const PoseCurve& curve : c.curves) {
+    const auto least =
+        least_time(curve, *tilt.rotors, limits, deadline, rough ? kRoughSamples : kShapeSamples);
     if (!least) return Failure(least.error());
-    out.least.push_back(*least);
-    double lower_bound = *least;
+    c.least.push_back(*least);
+    double lower_bound = rough ? *least - kKnotPeriod : *least;  // it is found to half a period
     if (timing == Timing::shortest)
-      if (const auto fastest =
-              time_optimal(out.curves.back(), tilt.rotors->load(), limits, kRoughSteps, deadline))
+      if (const auto fastest = time_optimal(curve, tilt.rotors->load(), limits, kRoughSteps, deadline))
         lower_bound = fastest->duration();
-    out.total += lower_bound;
+    c.total += lower_bound;
   }
-  return out;
+  c.judged = !rough;
+  return {};
 }
 
 std::vector<Path> motions_of(const Path& path) {
@@ -61,25 +65,38 @@ Knots ridden_fast(const Candidate& c, const AtTilt& tilt, const MotionLimits& li
   return knots;
 }
 
-/// See ride_leg. The times of all candidates are cheap; the quickest whose curve is free is the best.
+/// See ride_leg. The quickest whose curve is free is the best; what is slower even by a rough look is not
+/// looked at closely.
 Result<Ridden> ride_attitude(const std::vector<Path>& paths, const AtTilt& tilt, const MotionLimits& limits,
                              Timing timing, const Deadline& deadline) {
   const std::vector<Path> shapes = shapes_of(paths);
   std::vector<Candidate> candidates;
   std::optional<Error> problem;
-  const auto offer = [&](const std::vector<Path>& parts) {
+  const bool rough = shapes.size() > 1 && timing == Timing::minimum_jerk && tilt.rotors->load().rank() == 6;
+  const auto offer = [&](Candidate c, bool roughly) {
     if (deadline.passed()) return;
-    if (auto made = candidate(parts, tilt, limits, timing, deadline))
-      candidates.push_back(std::move(*made));
+    if (auto ok = judge(c, tilt, limits, timing, roughly, deadline); ok)
+      candidates.push_back(std::move(c));
     else
-      problem = made.error();
+      problem = ok.error();
   };
-  for (const Path& shape : shapes) offer({shape});
-  if (shapes.size() > 1) offer(motions_of(shapes.front()));
-  std::sort(candidates.begin(), candidates.end(),
-            [](const Candidate& a, const Candidate& b) { return a.total < b.total; });
-  for (const Candidate& c : candidates) {
-    if (deadline.passed()) break;
+  const auto through = [](const std::vector<Path>& parts) {
+    Candidate out;
+    for (const Path& part : parts) out.curves.emplace_back(part);
+    return out;
+  };
+  for (const Path& shape : shapes) offer(through({shape}), rough);
+  if (shapes.size() > 1) offer(through(motions_of(shapes.front())), rough);
+  while (!candidates.empty() && !deadline.passed()) {
+    const auto quickest =
+        std::min_element(candidates.begin(), candidates.end(),
+                         [](const Candidate& a, const Candidate& b) { return a.total < b.total; });
+    Candidate c = std::move(*quickest);
+    candidates.erase(quickest);
+    if (!c.judged) {
+      offer(std::move(c), false);
+      continue;
+    }
     Knots knots;
     for (std::size_t i = 0; i < c.curves.size(); ++i) {
       auto part = ride_from(c.least[i], c.curves[i], *tilt.rotors, limits, deadline);

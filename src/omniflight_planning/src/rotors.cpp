@@ -34,6 +34,11 @@ Result<Rotors> Rotors::create(const vehicle::Vehicle& vehicle, double alpha, dou
   allocation::QpMatrix H = kWrenchWeight * out.B_.transpose() * out.B_;
   H.diagonal().array() += 1.0;
   out.solver_.set_matrix(H);
+  // H^-1 weight B', in the form whose matrix is that of wrenches: weight B' (weight B B' + 1)^-1
+  Mat6 of_wrenches = kWrenchWeight * out.B_ * out.B_.transpose();
+  of_wrenches.diagonal().array() += 1.0;
+  out.unbounded_ =
+      kWrenchWeight * of_wrenches.ldlt().solve(Mat6(Mat6::Identity())).lazyProduct(out.B_).transpose();
   return out;
 }
 
@@ -44,6 +49,8 @@ double Rotors::slowest() const {
 }
 
 vehicle::RotorVector Rotors::Thrusts::of(const Vec6& wrench_B) {
+  const allocation::QpVector free = rotors_.unbounded_.lazyProduct(wrench_B);
+  if ((free.array() > rotors_.lower_.array() && free.array() < rotors_.upper_.array()).all()) return free;
   const auto found = solver_.solve(-kWrenchWeight * rotors_.B_.transpose() * wrench_B, rotors_.lower_,
                                    rotors_.upper_, warm_);
   warm_ = found.active_set;

@@ -7,7 +7,6 @@
 
 namespace omniflight::planning {
 
-inline constexpr int kShapeSamples = 400;      // knots at which a duration is judged
 inline constexpr double kLongestRide = 600.0;  // s
 
 /// Every limit but the rate of thrust, which is one of knots a period apart.

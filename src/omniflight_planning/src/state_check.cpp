@@ -149,7 +149,10 @@ double StateCheck::exact_triangles(const SphereGroup& group, const Vec3& p_WB, c
 }
 
 Clearance StateCheck::clearance(const Pose& pose) const {
-  Clearance best{map_.max_distance(), pose.p_WB};
+  return nearest(pose, {map_.max_distance(), pose.p_WB});
+}
+
+Clearance StateCheck::nearest(const Pose& pose, Clearance best) const {
   const Mat3 R = pose.q_WB.toRotationMatrix();
   for (const SphereGroup& group : spheres_.groups) {
     if (map_.distance(pose.p_WB + R * group.bound.p_BS) - group.bound.radius >= best.distance) continue;
@@ -333,7 +336,8 @@ CurveCheck StateCheck::curve(const Trajectory& trajectory, const Deadline& deadl
       return out;
     }
     if (k % 10 != 0 && k + 1 != knots.size()) continue;
-    const Clearance c = clearance({knots[k].reference.p_WB, knots[k].reference.q_WB});
+    const Reference& r = knots[k].reference;
+    const Clearance c = nearest({r.p_WB, r.q_WB}, {out.min_clearance, out.p_W});
     if (c.distance < out.min_clearance) {
       out.min_clearance = c.distance;
       out.at = knots[k].t;
@@ -355,7 +359,7 @@ CurveCheck StateCheck::advance_along(const Trajectory& trajectory, const Deadlin
     return Pose{r.p_WB, r.q_WB};
   };
   const auto note = [&](double t) {
-    const Clearance c = clearance(pose_at(t));
+    const Clearance c = nearest(pose_at(t), {out.min_clearance, out.p_W});
     if (c.distance >= out.min_clearance) return;
     out.min_clearance = c.distance;
     out.at = t;

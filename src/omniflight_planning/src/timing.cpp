@@ -194,10 +194,10 @@ Result<double> least_time(const std::vector<TrajectoryKnot>& in_a_second,
 }
 
 Result<double> least_time(const PoseCurve& curve, const Rotors& rotors, const MotionLimits& limits,
-                          const Deadline& deadline) {
+                          const Deadline& deadline, int samples) {
   const double alpha = rotors.load().alpha();
   const std::vector<TrajectoryKnot> in_a_second = minimum_jerk_knots(
-      curve, [alpha](double) { return alpha; }, kShapeSamples, 1.0);
+      curve, [alpha](double) { return alpha; }, samples, 1.0);
   const auto least = least_time(in_a_second, std::vector(in_a_second.size(), &rotors), limits, 0.0, deadline);
   if (!least) return least;
   if (auto ok = check_actuation(in_a_second, rotors.load()); !ok) return Failure(ok.error());

@@ -61,6 +61,8 @@ class Rotors {
   allocation::QpVector lower_, upper_, unseen_;  // N; unseen: a change that counts as none
   allocation::BoxQpSolver solver_;
   std::vector<vehicle::Rotor> rotors_;
+  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::ColMajor, allocation::kMaxInputs, 6>
+      unbounded_;  // thrusts = unbounded wrench where all are within their bounds
 };
 
 }  // namespace omniflight::planning

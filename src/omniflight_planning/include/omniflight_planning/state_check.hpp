@@ -123,6 +123,8 @@ class StateCheck {
  private:
   GridPose in_grid(const Pose& pose) const;
   float voxels(double length) const;  ///< of a length [m]
+  /// The clearance, or `best` where that is no larger; where most poses have more, this takes less time.
+  Clearance nearest(const Pose& pose, Clearance best) const;
   double room_of_vehicle(const Pose& pose, double enough) const;
   /// Of a body among triangles.
   double room_of_body(const Pose& pose, double enough) const;

@@ -55,10 +55,12 @@ inline constexpr std::size_t kMaxKnots = 1'000'000;  // as many as a plan file m
 Result<std::vector<TrajectoryKnot>> ride(const PoseCurve& curve, const Rotors& rotors,
                                          const MotionLimits& limits, const Deadline& deadline = {});
 
-/// The parts of ride(): the time [s] that the limits ask for, judged at 400 places of the curve, and the
-/// first ride that lasts so long at least and keeps the limits at its own knots.
+inline constexpr int kShapeSamples = 400;  // knots at which a duration is judged
+
+/// The parts of ride(): the time [s] that the limits ask for, judged at `samples` places of the curve beside
+/// its start, and the first ride that lasts so long at least and keeps the limits at its own knots.
 Result<double> least_time(const PoseCurve& curve, const Rotors& rotors, const MotionLimits& limits,
-                          const Deadline& deadline = {});
+                          const Deadline& deadline = {}, int samples = kShapeSamples);
 Result<std::vector<TrajectoryKnot>> ride_from(double least, const PoseCurve& curve, const Rotors& rotors,
                                               const MotionLimits& limits, const Deadline& deadline = {});
 
