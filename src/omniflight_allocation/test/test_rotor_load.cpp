@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
+
 #include "omniflight_core/random.hpp"
 #include "omnimorph.hpp"
 
@@ -44,6 +46,37 @@ TEST(RotorLoad, LoadIsTheLeastLargestThrust) {
     best = std::min(best, u.cwiseAbs().maxCoeff() / 6.25);
     EXPECT_LE(load, best + 1e-9);
     EXPECT_GT(load, best - 0.25);
+  }
+}
+
+TEST(RotorLoad, IsTheLargestOverTheNormalsOfEveryFiveRotors) {
+  // each by a decomposition of its own, dependent rotors included: at 0.35 rad and 0.9 rad some faces have
+  // six
+  const auto v = omnimorph();
+  Random random(9);
+  for (const double alpha : {0.05, 0.35, 0.7, 0.9, 1.5}) {
+    const RotorLoad limits = RotorLoad::create(v, alpha).value();
+    ASSERT_EQ(limits.rank(), 6);
+    const Eigen::MatrixXd a = v.allocation_matrix(alpha);
+    std::vector<Vec6> normals;
+    for (unsigned chosen = 0; chosen < 256; ++chosen) {
+      if (std::popcount(chosen) != 5) continue;
+      Eigen::Matrix<double, 5, 6> five;
+      for (int k = 0, row = 0; k < 8; ++k)
+        if (chosen >> k & 1) five.row(row++) = a.col(k).transpose();
+      const Eigen::FullPivLU<Eigen::MatrixXd> lu(five);
+      if (lu.dimensionOfKernel() == 1) normals.emplace_back(lu.kernel().col(0));
+    }
+    ASSERT_GE(normals.size(), 20u);
+    for (int i = 0; i < 200; ++i) {
+      Eigen::VectorXd u(8);
+      for (int k = 0; k < 8; ++k) u[k] = random.uniform(-6.25, 6.25);
+      const Vec6 wrench = a * u;
+      double most = 0.0;
+      for (const Vec6& n : normals)
+        most = std::max(most, std::abs(n.dot(wrench)) / (6.25 * (n.transpose() * a).cwiseAbs().sum()));
+      EXPECT_NEAR(limits.load(wrench), most, 1e-9) << alpha;
+    }
   }
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "connect_search.hpp"
+#include "omniflight_planning/planner.hpp"
 
 namespace omniflight::planning {
 

@@ -75,6 +75,31 @@ TEST(Rotors, ThrustsGiveTheWrenchAndLeaveTheHeadroom) {
   }
 }
 
+TEST(Rotors, ThrustsAreThoseOfTheWholeProgramWithinTheBoundsAndAtThem) {
+  constexpr double kWeight = 1e7;
+  const auto v = omnimorph();
+  const auto rotors = rotors_of(v, to_radians(50));
+  const auto B = v.allocation_matrix(to_radians(50));
+  allocation::QpMatrix H = kWeight * B.transpose() * B;
+  H.diagonal().array() += 1.0;
+  const allocation::QpVector most = allocation::QpVector::Constant(8, 0.9 * 6.25);
+  Rotors::Thrusts thrusts(rotors);
+  Random random(8);
+  int bounded = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    allocation::QpVector some(8);
+    const double size = random.uniform(0.5, 8.0);
+    for (int k = 0; k < 8; ++k) some[k] = random.uniform(-size, size);
+    const Vec6 wrench = B * some;
+    const auto whole = allocation::solve_box_qp(H, -kWeight * B.transpose() * wrench, -most, most);
+    ASSERT_EQ(whole.status, allocation::QpStatus::solved);
+    bounded += whole.active_bounds > 0;
+    EXPECT_LT((thrusts.of(wrench) - whole.u).cwiseAbs().maxCoeff(), 1e-6) << trial;
+  }
+  EXPECT_GT(bounded, 20);
+  EXPECT_LT(bounded, 280);
+}
+
 TEST(Ride, IsSlowerForMotorsThatLagAndKeepsTheirRate) {
   const Pose level{Vec3(0, 0, 1), Quat::Identity()},
       rolled{Vec3(0.6, 0.2, 1.1), exp_rotation(Vec3(2.5, 0, 0))};

@@ -76,6 +76,24 @@ TEST(Ride, KeepsEveryLimitAndOneOfThemTightly) {
   }
 }
 
+TEST(Ride, FewPlacesAskForNoMoreTimeThanAll) {
+  // what is slower by few places than another ride by all of them is slower: by a knot's period, to which
+  // times are found
+  const auto rotors = rotors_of(omnimorph(), to_radians(50));
+  Random random(13);
+  for (int trial = 0; trial < 40; ++trial) {
+    const MotionLimits limits{.speed = random.uniform(0.2, 4),
+                              .acceleration = random.uniform(0.3, 12),
+                              .rate = random.uniform(0.3, 6),
+                              .angular_acceleration = random.uniform(1, 60)};
+    const PoseCurve curve(random_poses(random, 3 + trial % 4));
+    const auto few = least_time(curve, rotors, limits, {}, 50), all = least_time(curve, rotors, limits);
+    ASSERT_TRUE(few && all);
+    EXPECT_LE(*few - kKnotPeriod, *all);
+    EXPECT_GT(*few, 0.8 * *all);
+  }
+}
+
 TEST(Ride, AnAttitudeThatCannotBeHoveredIsNamed) {
   const auto rotors = rotors_of(omnimorph(), to_radians(15));
   const Pose level{Vec3(0, 0, 1), Quat::Identity()}, steep{Vec3(0, 0, 1), exp_rotation(Vec3(0, 1.3, 0))};
