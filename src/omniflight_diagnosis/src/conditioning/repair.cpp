@@ -10,6 +10,7 @@
 #include "imu_place.hpp"
 #include "omniflight_physics/effect_ids.hpp"
 #include "repeats.hpp"
+#include "sensor_noise.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -221,6 +222,10 @@ Repaired repaired(const Recording& recording) {
 Repaired in_order(const Recording& recording, const Options& o) {
   Repaired out = scope_of(recording) == AnalysisScope::wrench ? repaired(recording) : as_it_is(recording);
   out.recording = at_origin(out.recording, o.imu_position);
+  if (add_missing_noise(out.recording))
+    out.notes.push_back(
+        "The sensors record no noise: that of good ones was added (seed 1), so that errors of arithmetic are "
+        "not taken for physics.");
   return out;
 }
 
