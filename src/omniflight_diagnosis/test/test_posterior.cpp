@@ -7,6 +7,7 @@
 #include "../src/regression/predetermined.hpp"
 #include "../src/regression/regression_problem.hpp"
 #include "../src/search/posterior.hpp"
+#include "omniflight_core/random.hpp"
 #include "omniflight_diagnosis/diagnosis.hpp"
 #include "synthetic.hpp"
 
@@ -121,9 +122,10 @@ TEST(Posterior, EveryThreadFindsTheSame) {
 }
 
 /// ln joint densities of nothing, of one law, and of that law beside another, which explains this much more;
-/// prior odds of -4 a law.
-Posterior with_a_second(double first, double more) {
+/// prior odds of -4 a law. What the laws do is spread over this many amplitudes.
+Posterior with_a_second(double first, double more, Eigen::Index amplitudes = 100000) {
   Posterior p;
+  p.energy.setConstant(amplitudes, 2 * std::abs(first + more) / static_cast<double>(amplitudes));
   p.sets = {
       {{}, {}, {}, 0, 0, 0}, {{0}, {}, {}, first - 4, -4, 0}, {{0, 1}, {}, {}, first + more - 8, -8, 0}};
   return p;
@@ -146,6 +148,31 @@ TEST(Posterior, WhatALawHasWrongIsNoEvidenceOfAnother) {
   EXPECT_LT(share_of_second(500, 10, 0.1), 0.1);
   EXPECT_GT(share_of_second(50, 40, 0.1), 0.5) << "of little a tenth is nothing";
   EXPECT_GT(share_of_second(500, 400, 0.1), 0.5) << "what is no misfit";
+}
+
+// Of 500 nat in 20 amplitudes, 160 would be left by laws that are wrong by four tenths, and only 10 are.
+TEST(Posterior, LawsLeaveNoMoreThanIsThere) {
+  Posterior p = with_a_second(480, 20, 20);
+  share_probability(0.1, p);
+  EXPECT_NEAR(p.left_by_laws, 5, 1e-9);
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(p.left_between_laws[k], 10, 1e-9);
+  EXPECT_NEAR(p.sets[2].probability, 1 / (1 + std::exp(4 - 20.0 / 11)), 1e-9);
+}
+
+// Laws that were wrong by four tenths would leave sixteen times the noise in each of fifty amplitudes.
+TEST(Posterior, WhatIsLeftTellsHowWrongLawsAre) {
+  const double temperature = 2;
+  const Eigen::ArrayXd energy = Eigen::ArrayXd::Constant(50, 50), none = Eigen::ArrayXd::Zero(50);
+  Random random(4);
+  const auto left_by = [&](double error) {  // noise and errors of that size
+    Eigen::ArrayXd out(50);
+    for (double& x : out) x = std::sqrt(1 / temperature + error * error * 50) * random.normal();
+    return probability_of_errors(0.1, energy, out, temperature);
+  };
+  for (const double p : probability_of_errors(0.1, none, none, temperature)) EXPECT_NEAR(p, 1.0 / 3, 1e-12);
+  EXPECT_GT(left_by(0.0)[0], 0.9);
+  EXPECT_GT(left_by(0.4)[2], 0.9);
+  EXPECT_LT(left_by(0.0)[2], 1e-3);
 }
 
 // Where every law is far less likely than nothing, shares are numbers nevertheless.

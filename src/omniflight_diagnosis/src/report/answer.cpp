@@ -210,6 +210,17 @@ void add_decisions(const Inference& in, const std::set<std::string>& named, Diag
              (t.beside_found ? ", beside what was found" : "") + (t.about.empty() ? "" : ", " + t.about),
          t.statistic, t.threshold(), "Hausman's test, chi-square of one degree of freedom",
          t.agrees() ? "agrees" : "disagrees: feedback, or what is left out, biases it"});
+  const auto& between = in.posterior.left_between_laws;
+  const auto left = [&](const std::string& about, double nat) {
+    d.decisions.push_back({about, "what they leave of the largest gain", nat, 0,
+                           "their energy over the noise, of each amplitude no more than is left there",
+                           "differences of ln evidence are divided by one plus it"});
+  };
+  left("errors of laws, against nothing", in.posterior.left_by_laws);
+  for (std::size_t k = 0; k < between.size(); ++k)
+    left(format("errors of laws, %.0f times as large, between laws (%.2f)", kRivalErrors[k],
+                in.posterior.probability_of_error[k]),
+         between[k]);
   const Calibration& c = in.problem->calibration();
   std::set<std::string> listed;
   for (std::size_t k = 0; k < c.kinds.size(); ++k)

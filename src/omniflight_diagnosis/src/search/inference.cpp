@@ -244,6 +244,13 @@ class Inferrer {
   }
 
   Inference finish() {
+    out_.posterior.energy =
+        found_->noise()
+            .apply(wrench_of_set(*out_.problem, out_.hypotheses, out_.posterior.best, States::predicted))
+            .array()
+            .square();
+    out_.posterior.probability_of_error = probability_of_errors(
+        o_.law_error, out_.posterior.energy, out_.posterior.best.rest.array(), out_.problem->temperature());
     in_own_noise(*profiler_, nothing_, *found_, out_.posterior, o_);
     add_unfitted(*grid_, out_.hypotheses, out_.posterior);
     return std::move(out_);

@@ -1,6 +1,7 @@
 // Which sets of hypotheses explain the recordings, with probabilities.
 #pragma once
 
+#include <array>
 #include <map>
 #include <set>
 
@@ -26,12 +27,24 @@ inline constexpr double kAlarm = 0.25;
 /// flight speaks for it.
 inline constexpr double kBeside = 0.5;
 
+/// RMS errors of laws over law_error, equally likely before the flight, where one set of laws is compared
+/// with another.
+inline constexpr std::array<double, 3> kRivalErrors{1, 2, 4};
+
 struct Posterior {
   std::vector<SetPosterior> sets;  ///< the likeliest first
   SetFit nothing, best;
   double joint_of_best = 0;     ///< ln evidence plus ln prior, normalised by the noise it was found in
   double joint_of_nothing = 0;  ///< the same of the empty set, in its own noise
   double probability_of_nothing = 0;
+  /// Square of each whitened amplitude of what the best set does: over the variance of what it leaves there.
+  Eigen::ArrayXd energy;
+  /// What laws that are wrong leave of that [nat]: against nothing, and against other laws where both are
+  /// wrong by kRivalErrors.
+  double left_by_laws = 0;
+  std::array<double, kRivalErrors.size()> left_between_laws{};
+  /// Probability of each of kRivalErrors.
+  std::array<double, kRivalErrors.size()> probability_of_error{1.0 / 3, 1.0 / 3, 1.0 / 3};
   /// Hypothesis, and gain of its set of one against nothing [nat]; where that was not fitted, at the best
   /// point of its grid.
   std::vector<std::pair<int, double>> alone;
@@ -54,10 +67,15 @@ struct SearchLimits {
   std::function<bool()> stop;
 };
 
+/// Probabilities of kRivalErrors, times law_error: an error leaves its square of the energy in an amplitude,
+/// `rest` is what is left there [both whitened], and noise leaves a variance of 1/temperature.
+std::array<double, kRivalErrors.size()> probability_of_errors(double law_error, const Eigen::ArrayXd& energy,
+                                                              const Eigen::ArrayXd& rest, double temperature);
+
 /// Shares one among the sets. A law that is right within law_error [1] leaves the square of it of what it
 /// explains, and another law may take that by chance: a difference of ln evidence to nothing counts divided
-/// by one plus that part of the largest gain over nothing. Between sets of laws both are wrong, by law_error
-/// or two or four times it, which is equally likely: the mean over these.
+/// by one plus what is left of the largest gain, and of each amplitude no more than is there. Between sets of
+/// laws both are wrong, by law_error or two or four times it, which is equally likely: the mean over these.
 void share_probability(double law_error, Posterior& posterior);
 
 /// Sets that promise on the grid of shapes (promising_sets), and `seed`, fitted; then the best set without

@@ -9,8 +9,6 @@
 namespace omniflight::diagnosis {
 namespace {
 
-/// RMS errors of laws over law_error, equally likely, where one set of laws is compared with another.
-constexpr std::array<double, 3> kRivalErrors{1, 2, 4};
 constexpr int kNeighbourRounds = 4;  ///< of neighbours of the best set
 constexpr double kNearSet = 5;       ///< nat: what is this far behind has less than a hundredth of the mass
 constexpr double kGridShare = 0.3;   ///< of a gain, at the best point of a grid at least
@@ -172,6 +170,21 @@ double Posterior::inclusion(const std::string& id, const std::vector<Hypothesis>
   return sum;
 }
 
+std::array<double, kRivalErrors.size()> probability_of_errors(double law_error, const Eigen::ArrayXd& energy,
+                                                              const Eigen::ArrayXd& rest,
+                                                              double temperature) {
+  std::array<double, kRivalErrors.size()> out{};
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    const Eigen::ArrayXd more = temperature * std::pow(kRivalErrors[k] * law_error, 2) * energy;
+    out[k] = -0.5 / temperature * (more.log1p() - temperature * rest.square() * more / (1 + more)).sum();
+  }
+  const double best = *std::max_element(out.begin(), out.end());
+  double sum = 0;
+  for (double& x : out) sum += x = std::exp(x - best);
+  for (double& x : out) x /= sum;
+  return out;
+}
+
 void share_probability(double law_error, Posterior& p) {
   double nothing = -1e300, something = -1e300;  // ln evidence of the empty set, the largest of the others
   for (const SetPosterior& s : p.sets) {
@@ -180,26 +193,29 @@ void share_probability(double law_error, Posterior& p) {
   }
   p.joint_of_nothing = nothing;
   const double most = std::max(nothing, something);
-  const auto share = [&](const SetPosterior& s, double variance, double best) {
-    const double chance = 1 + variance * (most - nothing);
-    return std::exp(s.log_prior + (s.log_joint - s.log_prior - best) / chance);
+  const auto left = [&](double variance) {
+    return std::min(variance * (most - nothing), 0.5 * (variance * p.energy).min(1.0).sum());
   };
+  const auto share = [&](const SetPosterior& s, double left_by_laws, double best) {
+    return std::exp(s.log_prior + (s.log_joint - s.log_prior - best) / (1 + left_by_laws));
+  };
+  p.left_by_laws = left(law_error * law_error);
   double all = 0;
-  for (const SetPosterior& s : p.sets) all += share(s, law_error * law_error, most);
+  for (const SetPosterior& s : p.sets) all += share(s, p.left_by_laws, most);
   for (SetPosterior& s : p.sets) s.probability = s.sharp_share = 0;
   for (SetPosterior& s : p.sets)
-    if (s.hypotheses.empty())
-      p.probability_of_nothing = s.probability = share(s, law_error * law_error, most) / all;
-  for (const double factor : kRivalErrors) {
-    const double variance = 2 * std::pow(factor * law_error, 2);  // both are wrong, independently
+    if (s.hypotheses.empty()) p.probability_of_nothing = s.probability = share(s, p.left_by_laws, most) / all;
+  for (std::size_t k = 0; k < kRivalErrors.size(); ++k) {
+    const double here = left(2 * std::pow(kRivalErrors[k] * law_error, 2));  // both are wrong, independently
+    p.left_between_laws[k] = here;
     double among = 0;
     for (const SetPosterior& s : p.sets)
-      if (!s.hypotheses.empty()) among += share(s, variance, something);
+      if (!s.hypotheses.empty()) among += share(s, here, something);
     for (SetPosterior& s : p.sets) {
       if (s.hypotheses.empty()) continue;
-      const double part = share(s, variance, something) / among;
-      s.probability += (1 - p.probability_of_nothing) / kRivalErrors.size() * part;
-      if (factor == kRivalErrors.front()) s.sharp_share = part;
+      const double part = share(s, here, something) / among;
+      s.probability += (1 - p.probability_of_nothing) * p.probability_of_error[k] * part;
+      if (k == 0) s.sharp_share = part;
     }
   }
 }
