@@ -74,8 +74,9 @@ std::array<double, kRivalErrors.size()> probability_of_errors(double law_error, 
 
 /// Shares one among the sets. A law that is right within law_error [1] leaves the square of it of what it
 /// explains, and another law may take that by chance: a difference of ln evidence to nothing counts divided
-/// by one plus what is left of the largest gain, and of each amplitude no more than is there. Between sets of
-/// laws both are wrong, by law_error or two or four times it, which is equally likely: the mean over these.
+/// by one plus that part of the largest gain, where an error leaves no more of an amplitude than is there
+/// (Posterior::energy). Between sets of laws both are wrong, by kRivalErrors times law_error: the mean over
+/// these, by their probabilities.
 void share_probability(double law_error, Posterior& posterior);
 
 /// Sets that promise on the grid of shapes (promising_sets), and `seed`, fitted; then the best set without
