@@ -34,12 +34,18 @@ def shares(sets, nothing, rivals, equal=0):
     return out, none
 
 
-def named(sets, p, nothing):
-    """Names and their probabilities, as the answer has them."""
-    inclusion = {}
+def inclusions(sets, p):
+    """Probability of each name."""
+    out = {}
     for s, x in zip(sets, p):
         for name in set(s["effects"]):
-            inclusion[name] = inclusion.get(name, 0) + x
+            out[name] = out.get(name, 0) + x
+    return out
+
+
+def named(sets, p, nothing):
+    """Names and their probabilities, as the answer has them."""
+    inclusion = inclusions(sets, p)
     out = []
     if nothing >= ALARM:
         return out, inclusion
@@ -62,10 +68,7 @@ def expected_error(statements):
 
 def answered(sets, found):
     """Names and their probabilities as they are in the answer; the probability of nothing."""
-    inclusion = {}
-    for s in sets:
-        for name in set(s["effects"]):
-            inclusion[name] = inclusion.get(name, 0) + s["probability"]
+    inclusion = inclusions(sets, [s["probability"] for s in sets])
     nothing = sum(s["probability"] for s in sets if not s["effects"])
     return [name for name in found if name in inclusion], inclusion, nothing
 

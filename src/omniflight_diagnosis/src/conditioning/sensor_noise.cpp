@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "../numerics/statistics.hpp"
 #include "attitude_rows.hpp"
 #include "omniflight_core/random.hpp"
 #include "omniflight_diagnosis/residual.hpp"
@@ -18,23 +19,6 @@ constexpr std::uint64_t kSeed = 1;  ///< which draw does not matter: spectra are
 constexpr double kAccelerometer = 2.5e-3, kGyro = 1.3e-4, kPosition = 1.3e-5, kAttitude = 5e-5;
 constexpr double kMissing = 0.1;  ///< of these: what has less has none
 
-/// RMS of the white noise of a component: third differences leave nothing of a smooth motion, and 20 times
-/// the variance of the noise. By their median, which gaps do not move.
-double white_noise(const recording::Signal& s) {
-  if (s.size() < 8) return 0;
-  const Eigen::Index n = s.size() - 3;
-  const Eigen::MatrixXd x = s.values.bottomRows(n) - 3 * s.values.middleRows(2, n) +
-                            3 * s.values.middleRows(1, n) - s.values.topRows(n);
-  double square = 0;
-  for (Eigen::Index k = 0; k < x.cols(); ++k) {
-    std::vector<double> size(x.col(k).data(), x.col(k).data() + n);
-    for (double& v : size) v = std::abs(v);
-    std::nth_element(size.begin(), size.begin() + n / 2, size.end());
-    square += std::pow(1.4826 * size[static_cast<std::size_t>(n / 2)], 2) / 20;
-  }
-  return std::sqrt(square / static_cast<double>(x.cols()));
-}
-
 Eigen::MatrixXd draw(const recording::Signal& s, double deviation) {
   Random random(kSeed, s.name);
   Eigen::MatrixXd out(s.size(), 3);
@@ -44,6 +28,23 @@ Eigen::MatrixXd draw(const recording::Signal& s, double deviation) {
 }
 
 }  // namespace
+
+double white_noise(const recording::Signal& s, Eigen::Index from, Eigen::Index to) {
+  constexpr double kGaussian = 0.6745;  // median of |x| of a standard normal
+  const double period = s.median_period_s();
+  double most = 0;
+  for (Eigen::Index c = 0; c < s.width(); ++c) {
+    std::vector<double> third;
+    for (Eigen::Index i = from + 3; i < to; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      if (s.t_s[k] - s.t_s[k - 3] > 4 * period) continue;
+      third.push_back(
+          std::abs(s.values(i, c) - 3 * s.values(i - 1, c) + 3 * s.values(i - 2, c) - s.values(i - 3, c)));
+    }
+    most = std::max(most, median(third) / kGaussian / std::sqrt(20.0));
+  }
+  return most;
+}
 
 bool noise_is_told(const Flight& f, const ToldNoise& noise) {
   const bool estimated = f.has("velocity") || f.has("est_velocity") || !f.has("position");
@@ -71,15 +72,14 @@ bool add_missing_noise(recording::Recording& recording) {
   struct Sensor {
     const char* name;
     Eigen::Index width;
-    double density, per_component;  // of the noise, of that over white_noise()
+    double density, over_component;  // of the noise, of that over a component's
     double ToldNoise::*deviation;
   };
-  // half the angle about three axes is spread over four components of a quaternion
-  static const std::array<Sensor, 4> sensors{
-      {{"acc", 3, kAccelerometer, 1, &ToldNoise::accelerometer},
-       {"gyro", 3, kGyro, 1, &ToldNoise::gyro},
-       {"position", 3, kPosition, 1, &ToldNoise::position},
-       {"attitude", 4, kAttitude, 2 * std::sqrt(4.0 / 3), &ToldNoise::attitude}}};
+  // a component of a quaternion has half of the angle
+  static const std::array<Sensor, 4> sensors{{{"acc", 3, kAccelerometer, 1, &ToldNoise::accelerometer},
+                                              {"gyro", 3, kGyro, 1, &ToldNoise::gyro},
+                                              {"position", 3, kPosition, 1, &ToldNoise::position},
+                                              {"attitude", 4, kAttitude, 2, &ToldNoise::attitude}}};
   ToldNoise usual;
   bool any = false;
   for (const Sensor& sensor : sensors) {
@@ -87,7 +87,8 @@ bool add_missing_noise(recording::Recording& recording) {
     if (!s) continue;
     if (s->width() != sensor.width || !s->values.allFinite() || !(s->median_period_s() > 0)) return false;
     usual.*sensor.deviation = sensor.density / std::sqrt(s->median_period_s());
-    if (sensor.per_component * white_noise(*s) > kMissing * usual.*sensor.deviation) return false;
+    if (sensor.over_component * white_noise(*s, 0, s->size()) > kMissing * usual.*sensor.deviation)
+      return false;
     any = true;
   }
   if (any) add_noise(usual, recording);

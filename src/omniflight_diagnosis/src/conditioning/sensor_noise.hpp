@@ -6,6 +6,10 @@
 
 namespace omniflight::diagnosis {
 
+/// RMS white noise of the noisiest component in samples [from, to), from third differences, which cancel
+/// motion that is quadratic over four samples (variance 20 times that of the noise).
+double white_noise(const recording::Signal& signal, Eigen::Index from, Eigen::Index to);
+
 /// Whether turbulence is told, and the noise of the sensors that this flight's accelerations come from.
 bool noise_is_told(const Flight& flight, const ToldNoise& noise);
 

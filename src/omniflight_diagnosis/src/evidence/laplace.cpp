@@ -6,12 +6,9 @@
 #include "first_stage.hpp"
 #include "inner_products.hpp"
 #include "law_error.hpp"
-#include "set_coordinates.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
-
-using Law = physics::ParameterPrior::Law;
 
 constexpr int kIterations = 8;
 constexpr int kBoundRounds = 4;
@@ -307,7 +304,8 @@ SetMember Evidence::member_at(int hypothesis, int point, const Eigen::VectorXd& 
   for (std::size_t k = 0; k < at.amplitude.size(); ++k) {
     const physics::ParameterPrior prior = problem_.prior(*h.effect, at.amplitude[k]);
     const double u = amplitudes[static_cast<Eigen::Index>(k)];
-    out.theta[at.amplitude[k]] = prior.value(prior.law == Law::half_normal ? std::max(0.05, u) : u);
+    out.theta[at.amplitude[k]] =
+        prior.value(prior.law == physics::ParameterPrior::Law::half_normal ? std::max(0.05, u) : u);
   }
   const std::vector<double> spread = h.effect->start_spread(at.theta.data());
   if (spread.empty()) return out;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "../conditioning/repeats.hpp"
+#include "../conditioning/sensor_noise.hpp"
 #include "../numerics/statistics.hpp"
 #include "../numerics/text.hpp"
 #include "findings.hpp"
@@ -19,25 +20,6 @@ using recording::Signal;
 constexpr double kStillEnough = 5.0;  // s at rest before a reading is judged as an error; chosen
 constexpr const char* kJudged[] = {"acc",      "gyro",         "position",     "attitude",
                                    "velocity", "est_position", "est_attitude", "est_velocity"};
-
-/// RMS white noise of the noisiest component in samples [from, to), from third differences, which cancel
-/// motion that is quadratic over four samples (variance 20 times that of the noise).
-double noise_of(const Signal& s, Eigen::Index from, Eigen::Index to) {
-  constexpr double kGaussian = 0.6745;  // median of |x| of a standard normal
-  const double period = s.median_period_s();
-  double most = 0;
-  for (Eigen::Index c = 0; c < s.width(); ++c) {
-    std::vector<double> third;
-    for (Eigen::Index i = from + 3; i < to; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      if (s.t_s[k] - s.t_s[k - 3] > 4 * period) continue;
-      third.push_back(
-          std::abs(s.values(i, c) - 3 * s.values(i - 1, c) + 3 * s.values(i - 2, c) - s.values(i - 3, c)));
-    }
-    most = std::max(most, median(third) / kGaussian / std::sqrt(20.0));
-  }
-  return most;
-}
 
 std::vector<Window> gaps_of(const Signal& s) {
   std::vector<Window> out;
@@ -91,7 +73,7 @@ std::optional<Vec3> quiet_mean(const Signal& s, double from, double to, double m
   const Vec3 scatter = ((x.rowwise() - mean.transpose()).colwise().squaredNorm() / static_cast<double>(b - a))
                            .cwiseSqrt()
                            .transpose();
-  if (scatter.maxCoeff() > std::min(most, 1.4 * noise_of(s, a, b) + 1e-9)) return std::nullopt;
+  if (scatter.maxCoeff() > std::min(most, 1.4 * white_noise(s, a, b) + 1e-9)) return std::nullopt;
   return mean;
 }
 
@@ -145,7 +127,7 @@ std::vector<SensorFact> sensor_facts(const Recording& r) {
     const double turn =
         recording::is_attitude(s->name) ? 2 : 1;  // quaternion components change by half the angle
     out.push_back(
-        {s->name, "white noise, RMS", turn > 1 ? "rad" : s->unit, turn * noise_of(*s, 0, s->size())});
+        {s->name, "white noise, RMS", turn > 1 ? "rad" : s->unit, turn * white_noise(*s, 0, s->size())});
     if (!(span > 0)) continue;
     out.push_back({s->name, "share of time in gaps", "1", seconds(gaps_of(*s)) / span});
     out.push_back({s->name, "share of time frozen", "1", seconds(frozen_of(r, *s)) / span});
