@@ -103,6 +103,7 @@ std::string parameters(const FlightOptions& o, const Setup& s) {
       // no rotor turns: a machine that stands still as a whole may do so for longer than hardware may wait
       p["gateway"]["stale_after_s"] = "1.0";
       p["gateway"]["board_silence_s"] = "1.5";
+      p["gateway"]["board_stall_s"] = "1.5";
       p["controller"]["mocap_timeout_s"] = "1.5";
       p["controller"]["imu_timeout_s"] = "1.0";
       p["controller"]["missed_share"] = "1.0";

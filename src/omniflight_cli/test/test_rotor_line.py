@@ -154,15 +154,19 @@ class EndsOnTheLine(board_flight.BoardFlight):
             os.kill(pids[f"omniflight_{name}"], signal.SIGCONT)
             time.sleep(0.4)
         output = "".join(fly.communicate(timeout=60))
-        silent = self.json("flight/flight.json")["silent"]
+        flown = self.json("flight/flight.json")
         said = (self.dir / "flight/log/gateway.log").read_text()
-        noticed = {}
+        # all of them came back: the flight goes on to its end, though not where it should be
+        self.assertTrue(flown["complete"], f"{flown['reason']}\n{said}")
+        silent, noticed = flown["silent"], {}
         for name in ("recorder", "controller", "emulator"):
             found = re.findall(rf"{name} has been silent for ([\d.]+) ms", said)
             self.assertTrue(found, said)
             noticed[name] = max(map(float, found))
             self.assertTrue(any(s["component"] == name and s["back"] and 0.35 < s["for_s"] < 2.4 for s in silent), silent)
             self.assertIn(f"{name} stood still for", output)
+        # the gate slowed the rotors down while the controller gave no commands
+        self.assertNotIn("does not turn as commanded", (self.dir / "flight/log/allocator.log").read_text())
         print(f"\nstopped for 0.4 s: noticed after a silence of {noticed} ms, of a lease of 100 ms")
         self.assertLess(min(noticed.values()), 105)
         self.assertLess(max(noticed.values()), 105 + 1e3 * LATE_S)

@@ -84,6 +84,13 @@ class AllocatorComponent final : public bus::Component {
         });
     if (!ladder) return Failure(ladder.error());
     ladder_.emplace(std::move(*ladder));
+    auto gate = bus::Subscription<DiagnosticArray>::create(
+        participant(), topics::gate, bus::Qos::latched_last(4), [this](const auto& m, std::int64_t) {
+          if (const auto statuses = bus::view(m.status); !statuses.empty())
+            losses_->gate(to_s(m.header.stamp), statuses[0].level == 0);  // 0: armed, commands are fresh
+        });
+    if (!gate) return Failure(gate.error());
+    gate_.emplace(std::move(*gate));
     return {};
   }
 
@@ -100,6 +107,7 @@ class AllocatorComponent final : public bus::Component {
     joints_.reset();
     telemetry_.reset();
     ladder_.reset();
+    gate_.reset();
     demand_.reset();
     lost_.reset();
     state_.reset();
@@ -175,7 +183,7 @@ class AllocatorComponent final : public bus::Component {
   std::optional<bus::Publisher<Actuators>> command_;
   std::optional<bus::Subscription<ControllerState>> demand_;
   std::optional<bus::Subscription<RotorTelemetry>> telemetry_;
-  std::optional<bus::Subscription<DiagnosticArray>> ladder_;
+  std::optional<bus::Subscription<DiagnosticArray>> ladder_, gate_;
   bus::Message<DiagnosticArray> lost_message_;
   std::optional<bus::Publisher<DiagnosticArray>> lost_;
 };

@@ -48,6 +48,7 @@ class GatewayComponent final : public ThreadedComponent {
     connect_timeout_ = p.number("connect_timeout_s", 20.0, 1, 120);
     auto gate = read_gate(p, period_);
     const double silence = p.number("board_silence_s", gateway::LinkConfig{}.silence_s, 0.02, 10);
+    const double stall = p.number("board_stall_s", gateway::LinkConfig{}.write_stall_s, 0.02, 10);
     summary_file_ = p.text("summary_file", "");
     operator_arms_ = p.flag("operator_arms", false);
     arming_timeout_ = p.number("arming_timeout_s", 600, 1, 36000);
@@ -69,6 +70,7 @@ class GatewayComponent final : public ThreadedComponent {
     config.rotors = rotors_;
     config.motor_rate_hz = 250;
     config.link.silence_s = silence;
+    config.link.write_stall_s = stall;
     for (const std::string& device : split(devices)) config.boards.push_back({.device = device});
     auto made = gateway::Gateway::create(std::move(config));
     if (!made) return Failure(made.error());

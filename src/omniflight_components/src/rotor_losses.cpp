@@ -1,6 +1,5 @@
 #include "rotor_losses.hpp"
 
-#include <cmath>
 #include <cstdio>
 #include <limits>
 
@@ -49,6 +48,20 @@ void RotorLosses::commanded(std::span<const double> speed, double alpha) {
   alpha_ = alpha;
 }
 
+void RotorLosses::gate(double t, bool passes) {
+  const std::lock_guard lock(mutex_);
+  if (passes == gate_passes_) return;
+  gate_passes_ = passes;
+  if (!passes)
+    gate_closed_s_ = t;
+  else if (t - gate_closed_s_ > kFaded)
+    gate_passed_s_ = t;
+}
+
+bool RotorLosses::got_commands(double t) const {
+  return t >= gate_passed_s_ && (gate_passes_ || t <= gate_closed_s_ + kFaded);
+}
+
 std::string RotorLosses::update(double now_s, double trajectory_time, const Quat& q_WR,
                                 allocation::Allocator& allocator) {
   const bool moves = last_s_ >= 0 && trajectory_time > last_along_;
@@ -58,10 +71,11 @@ std::string RotorLosses::update(double now_s, double trajectory_time, const Quat
   const std::uint32_t before = watch_.lost();
   {
     const std::lock_guard lock(mutex_);
-    while (!samples_.empty() && samples_.front().t <= now_s - kLate) {
-      if (moves && moving_s_ > kFlying && !winds_down_)
+    for (; !samples_.empty() && samples_.front().t <= now_s - kLate; samples_.pop_front()) {
+      if (!got_commands(samples_.front().t))
+        watch_.interrupt();
+      else if (moves && moving_s_ > kFlying && !winds_down_)
         watch_.add(samples_.front().t, command_, samples_.front().speed);
-      samples_.pop_front();
     }
   }
   const std::uint32_t fresh = watch_.lost() & ~before;

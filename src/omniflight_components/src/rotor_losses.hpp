@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <cmath>
 #include <deque>
 #include <mutex>
 #include <string>
@@ -24,6 +25,11 @@ class RotorLosses {
   /// The rotors are wound down: they do not follow their commands any more. From any thread.
   void wind_down() { winds_down_ = true; }
 
+  /// Whether the gate lets commands through from t [s] on; from any thread. While it does not it slows the
+  /// rotors down, and samples of that time are not compared with commands that the rotors never got. Without
+  /// a gate, in lockstep, every command gets through.
+  void gate(double t, bool passes);
+
   /// Speeds [rad/s] and tilt [rad] that are sent to the rotors.
   void commanded(std::span<const double> speed, double alpha);
 
@@ -40,16 +46,22 @@ class RotorLosses {
  private:
   static constexpr double kLate = 0.01;   // s
   static constexpr double kFlying = 1.0;  // s of moving trajectory time after which rotors follow commands
+  // s of a closed gate, which slows rotors down to nothing in 0.5 s, after which they may be slow
+  static constexpr double kFaded = 0.1;
   struct Sample {
     double t;
     std::vector<double> speed;
   };
+  bool got_commands(double t) const;  ///< at t [s]; under mutex_
   std::string drop(std::uint32_t fresh, const Quat& q_WR, allocation::Allocator& allocator);
 
   vehicle::Vehicle vehicle_;
   safety::RotorWatch watch_;
-  std::mutex mutex_;  ///< guards samples_
+  std::mutex mutex_;  ///< guards everything up to gate_passed_s_
   std::deque<Sample> samples_;
+  bool gate_passes_ = true;
+  double gate_closed_s_ = 0;          ///< since when it does not pass
+  double gate_passed_s_ = -HUGE_VAL;  ///< s, since when it passes after it had not for longer than kFaded
   std::atomic<bool> winds_down_{false};
   std::vector<double> command_;
   double alpha_ = 0, hover_load_ = 0;

@@ -62,6 +62,73 @@ TEST(RotorLosses, NothingIsLostOnTheGroundOrWhileRotorsWindDown) {
   EXPECT_EQ(ended.losses.lost(), 0u);
 }
 
+/// The controller stands still for silent_s: the gate slows the rotors down to nothing in 0.5 s, lets
+/// commands through again when they come, and the rotors follow with a lag. The missed ticks are answered all
+/// at once. stands: a rotor that is lost meanwhile, or -1.
+void stand_still(Flight& f, double from_s, double silent_s, int stands = -1) {
+  std::vector<double> command, speed;
+  for (const auto& r : f.v.rotors) command.push_back(0.5 * r.max_speed());
+  speed = command;
+  const double back_s = from_s + silent_s;
+  const auto answer = [&](double t) {
+    f.losses.commanded(command, to_radians(30));
+    const std::string now = f.losses.update(t, t, Quat::Identity(), f.allocator);
+    if (!now.empty()) f.words += now, f.told_s = t;
+  };
+  f.losses.gate(from_s + 0.015, false);
+  for (double t = from_s; t < back_s + 1; t += kPeriod) {
+    const double share = t < back_s ? std::max(0.0, 1 - (t - from_s) / 0.5) : 1;
+    for (std::size_t i = 0; i < speed.size(); ++i)
+      speed[i] += (share * command[i] - speed[i]) * -std::expm1(-kPeriod / f.v.rotors[i].time_constant);
+    if (stands >= 0 && t > from_s) speed[static_cast<std::size_t>(stands)] = 0;
+    f.losses.measured(t, speed);
+    if (t < back_s) continue;
+    if (t < back_s + kPeriod) {
+      for (double missed = from_s; missed < t; missed += kPeriod) answer(missed);
+      f.losses.gate(t, true);
+    }
+    answer(t);
+  }
+}
+
+TEST(RotorLosses, RotorsThatGetNoCommandsAreNotLost) {
+  for (const double silent_s : {0.05, 0.2, 0.4, 0.48}) {
+    Flight f{load("omnimorph")};
+    f.fly(0, HUGE_VAL, 3.0);
+    stand_still(f, 3.0, silent_s);
+    EXPECT_EQ(f.losses.lost(), 0u) << silent_s << " s: " << f.words;
+  }
+}
+
+TEST(RotorLosses, OneThatIsLostWhileItGotNoCommandsIsSaidAfterwards) {
+  for (const double silent_s : {0.05, 0.2, 0.4}) {
+    Flight f{load("omnimorph")};
+    f.fly(0, HUGE_VAL, 3.0);
+    stand_still(f, 3.0, silent_s, 2);
+    EXPECT_EQ(f.losses.lost(), 4u) << silent_s << " s: " << f.words;
+    // from when commands get through: what a loss takes, and a reversal that could be one
+    EXPECT_LT(f.told_s, 3.0 + silent_s + 0.05 + 0.015 + 0.01 + 0.05 + 0.01);
+  }
+}
+
+TEST(RotorLosses, AGateThatFadesForAMomentHidesNoLoss) {
+  Flight f{load("omnimorph")};
+  std::vector<double> command, speed;
+  for (const auto& r : f.v.rotors) command.push_back(0.5 * r.max_speed());
+  speed = command;
+  int k = 0;
+  for (double t = 0; t < 4; t += kPeriod, ++k) {
+    if (t >= 2) speed[2] = 0;
+    f.losses.measured(t, speed);
+    f.losses.gate(t, k % 10 > 1);  // as on a loaded machine: every 20 ms a command is late
+    f.losses.commanded(command, to_radians(30));
+    const std::string now = f.losses.update(t, t, Quat::Identity(), f.allocator);
+    if (!now.empty()) f.words += now, f.told_s = t;
+  }
+  EXPECT_EQ(f.losses.lost(), 4u);
+  EXPECT_NEAR(f.told_s, 2.0 + 0.05 + 0.015 + 0.01, 0.005);
+}
+
 TEST(RotorLosses, WhoCanHoverWithoutOne) {
   const Quat level = Quat::Identity();
   const auto load_without = [&](const char* name, double alpha_deg) {

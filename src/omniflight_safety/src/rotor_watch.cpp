@@ -52,12 +52,16 @@ bool RotorWatch::add(double t, std::span<const double> command, std::span<const 
   return lost_ != before;
 }
 
-void RotorWatch::reset() {
+void RotorWatch::interrupt() {
   slow_since_.assign(rotors_.size(), kTurns);
   expected_.assign(rotors_.size(), 0.0);
   reversed_at_.assign(rotors_.size(), 0.0);
-  lost_ = 0;
   begun_ = false;
+}
+
+void RotorWatch::reset() {
+  interrupt();
+  lost_ = 0;
 }
 
 }  // namespace omniflight::safety

@@ -92,6 +92,18 @@ TEST(RotorWatch, OnceLostItStaysLostUntilReset) {
   EXPECT_EQ(watch.lost(), 0u);
 }
 
+TEST(RotorWatch, AnInterruptionIsNoTimeInWhichARotorWasSlow) {
+  RotorWatch watch = two_rotors();
+  EXPECT_LT(lost_after(watch, {600, 600}, {600, 100}, 0, 0.06), 0);
+  watch.interrupt();
+  EXPECT_NEAR(lost_after(watch, {600, 600}, {600, 100}, 1), 0.05 + kLag, 2 * kPeriod) << "counted anew";
+  EXPECT_EQ(watch.lost(), 2u);
+  watch.interrupt();
+  EXPECT_EQ(watch.lost(), 2u) << "what is lost stays lost";
+  EXPECT_NEAR(lost_after(watch, {600, 600}, {100, 600}, 2), 0.10 + kLag, 2 * kPeriod)
+      << "it may have been reversing";
+}
+
 TEST(RotorWatch, TimesThatDoNotGoOnAreNotCounted) {
   RotorWatch watch = two_rotors();
   const std::array command{600.0, 600.0}, speed{0.0, 600.0};

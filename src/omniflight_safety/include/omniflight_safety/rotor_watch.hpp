@@ -34,6 +34,10 @@ class RotorWatch {
   /// numbers that are not finite and times that do not go on are ignored. True when a rotor was lost with it.
   bool add(double t, std::span<const double> command, std::span<const double> measured);
 
+  /// For a while the rotors did not get the commands. The next sample is judged like the first one: its
+  /// command is what the rotors are to have, and any of them may be reversing. What is lost stays lost.
+  void interrupt();
+
   std::uint32_t lost() const { return lost_; }  ///< bit 0 is the first rotor
   void reset();
 
