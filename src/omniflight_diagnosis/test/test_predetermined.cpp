@@ -1,6 +1,7 @@
 // Regressors know nothing of the noise of their own sample, nor of what a disturbance did to the reference.
 #include "../src/regression/predetermined.hpp"
 
+#include <cstdio>
 #include <cstdlib>
 
 #include "../src/conditioning/reference_motion.hpp"
@@ -46,7 +47,7 @@ double share(int wrong, int at, bool reference_alone) {
   inertia.diagonal() << v.mass, v.mass, v.mass, v.inertia.diagonal();
   Flight flight = flown();
   const auto predict = [&] {
-    return predetermined(flight, flight.segments[0], inertia, v.center_of_mass, 0.025, kLag,
+    return predetermined(flight, inertia, v.center_of_mass, 0.025, kLag,
                          reference_alone)[static_cast<std::size_t>(at)];
   };
   const physics::Situation before = predict();
@@ -63,6 +64,48 @@ double share(int wrong, int at, bool reference_alone) {
 TEST(Predetermined, ASampleIsNoRegressorOfItself) {
   for (const int i : {1, 5, kLag - 1, kLag, 200}) EXPECT_LT(share(i, i, false), 0.1) << i;
   EXPECT_GT(share(200 - kLag, 200, false), 0.1);  // its past is
+}
+
+/// RMS error of the predicted speeds of the rotors [rad/s] over all segments.
+double missed(const Flight& flight) {
+  const vehicle::Vehicle v = test::omnimorph();
+  Mat6 inertia = Mat6::Identity();
+  inertia.diagonal() << v.mass, v.mass, v.mass, v.inertia.diagonal();
+  const auto predicted = predetermined(flight, inertia, v.center_of_mass, 0.025, kLag, false);
+  double squares = 0;
+  std::size_t row = 0, count = 0;
+  for (const Segment& segment : flight.segments)
+    for (int i = segment.begin; i < segment.end; ++i, ++row)
+      for (std::size_t r = 0; r < v.rotors.size(); ++r, ++count)
+        squares += std::pow(
+            predicted[row].rotors[r].speed - flight.situation[static_cast<std::size_t>(i)].rotors[r].speed,
+            2);
+  EXPECT_EQ(row, predicted.size());
+  return std::sqrt(squares / static_cast<double>(count));
+}
+
+TEST(Predetermined, SegmentsBetweenGapsTellTogetherHowTheVehicleAnswers) {
+  Flight flight = flown();
+  const double whole = missed(flight);
+  const Segment all = flight.segments[0];
+  constexpr int kSegment = 80, kGap = 4;
+  flight.segments.clear();
+  double squares = 0;
+  Flight alone = flight;
+  for (int begin = all.begin; begin + kSegment <= all.end; begin += kSegment + kGap) {
+    flight.segments.push_back({begin, begin + kSegment});
+    alone.segments = {flight.segments.back()};
+    squares += std::pow(missed(alone), 2);
+  }
+  ASSERT_GT(flight.segments.size(), 5U);
+  const double together = missed(flight),
+               each = std::sqrt(squares / static_cast<double>(flight.segments.size()));
+  std::printf(
+      "speeds of rotors are missed by %.1f rad/s without gaps, %.1f rad/s in segments of 2 s, %.1f rad/s "
+      "in each by itself\n",
+      whole, together, each);
+  EXPECT_LT(together, 1.3 * whole);
+  EXPECT_LT(together, 0.9 * each);
 }
 
 TEST(Predetermined, TheReferenceAloneKnowsOfNoSample) {

@@ -88,5 +88,16 @@ TEST(PredictionHorizon, ALawThatFeedbackMimicsIsNotFoundAgain) {
   EXPECT_TRUE(real.agrees()) << real.about << " " << real.statistic;
 }
 
+TEST(PredictionHorizon, AlsoCountsWhatALawHasWrong) {
+  const vehicle::Vehicle v = test::omnimorph();
+  Options exact, coarse;
+  exact.law_error = 0;
+  coarse.law_error = 0.5;
+  const Flight flight = flown(v, exact, 0.04, {{physics::find_effect("payload_mass"), {0.3}}});
+  const double sharp = of_law("payload_mass", flight, v, exact).of_laws;
+  EXPECT_GT(sharp, 0);
+  EXPECT_LT(of_law("payload_mass", flight, v, coarse).of_laws, 0.8 * sharp);
+}
+
 }  // namespace
 }  // namespace omniflight::diagnosis

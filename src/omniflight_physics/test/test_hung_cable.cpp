@@ -56,5 +56,24 @@ TEST(HungCable, LosesWhatInelasticLiftingAndLayingDownLose) {
   EXPECT_GT(moved, 10);
 }
 
+TEST(HungCable, ShowsByKinksWithinTheHeightsFlown) {
+  const Effect& cable = *find_effect(kId);
+  EXPECT_TRUE(cable.telling_shapes({}).empty());
+  std::vector<Situation> climb(11, six_states().front());
+  for (std::size_t k = 0; k < climb.size(); ++k) climb[k].body.p_WB.z() = 1 + 0.1 * static_cast<double>(k);
+  bool lifts_all = false, comes_off = false, hangs_free = false;
+  for (const std::vector<double>& theta : cable.telling_shapes(climb)) {
+    ASSERT_EQ(theta.size(), 3U);
+    EXPECT_EQ(theta[0], 0);
+    EXPECT_LT(theta[1], 2);
+    const double end = theta[1] + theta[2];
+    EXPECT_GT(end, 1);
+    lifts_all = lifts_all || (theta[1] < 1 && end > 2);
+    comes_off = comes_off || (theta[1] > 1 && end > 2);
+    hangs_free = hangs_free || (theta[1] < 1 && end < 2);
+  }
+  EXPECT_TRUE(lifts_all && comes_off && hangs_free);
+}
+
 }  // namespace
 }  // namespace omniflight::physics::testing

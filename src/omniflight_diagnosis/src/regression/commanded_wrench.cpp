@@ -151,32 +151,41 @@ struct CommandedWrench::Known {
 CommandedWrench::CommandedWrench(const vehicle::Vehicle& vehicle)
     : vehicle_(vehicle), step_(step_of(vehicle)), known_(std::make_shared<Known>()) {}
 
-void CommandedWrench::add(const Flight& f, Segment segment, double period, int lag, bool reference_alone) {
-  const int n = segment.end - segment.begin;
+void CommandedWrench::add(const Flight& f, double period, int lag, bool reference_alone) {
   const physics::Actuation nominal = physics::nominal_actuation(vehicle_);
   period_ = period;
-  Part p;
-  p.size = n;
-  if (!f.commands.empty()) {
-    Commanded& r = p.recorded;
-    r.width = kernel_width(f);
-    const double first = f.t[static_cast<std::size_t>(segment.begin)], last = first + (n - 1) * period;
-    const double begin = std::max(f.commands.t.front(), first - kSettles - r.width);
-    r.from = first - begin;
-    r.track = part_between(f.commands, begin, last + r.width);
-    r.squares = squares(r, n, nominal);
-    const Eigen::MatrixXd commands = commands_on_grid(f).middleRows(segment.begin, n);
-    const std::span<const physics::Situation> situations{f.situation.data() + segment.begin,
-                                                         static_cast<std::size_t>(n)};
-    p.ahead =
-        predict_from_commands(f, segment, wrench_of(commands.cwiseProduct(commands.cwiseAbs()), situations),
-                              period, lag, reference_alone);
-    p.expected.width = period;
-    for (int i = 0; i < n; ++i) p.expected.track.t.push_back(i * period);
-    p.expected.track.value = p.ahead->of(commands).transpose();
-    p.expected.squares = squares(p.expected, n, nominal);
+  OfFlight out;
+  std::vector<int> rows;
+  for (const Segment& segment : f.segments)
+    for (int i = segment.begin; i < segment.end; ++i) rows.push_back(i);
+  out.size = static_cast<int>(rows.size());
+  if (!f.commands.empty() && out.size > 0) {
+    const Eigen::MatrixXd commands = commands_on_grid(f)(rows, Eigen::all);
+    std::vector<physics::Situation> situations;
+    for (const int i : rows) situations.push_back(f.situation[static_cast<std::size_t>(i)]);
+    out.ahead = predict_from_commands(f, wrench_of(commands.cwiseProduct(commands.cwiseAbs()), situations),
+                                      period, lag, reference_alone);
+    const Eigen::MatrixXd expected = out.ahead->of(commands).transpose();
+    Eigen::Index row = 0;
+    for (const Segment& segment : f.segments) {
+      Part p;
+      p.size = segment.end - segment.begin;
+      Commanded& r = p.recorded;
+      r.width = kernel_width(f);
+      const double first = f.t[static_cast<std::size_t>(segment.begin)], last = first + (p.size - 1) * period;
+      const double begin = std::max(f.commands.t.front(), first - kSettles - r.width);
+      r.from = first - begin;
+      r.track = part_between(f.commands, begin, last + r.width);
+      r.squares = squares(r, p.size, nominal);
+      p.expected.width = period;
+      for (int i = 0; i < p.size; ++i) p.expected.track.t.push_back(i * period);
+      p.expected.track.value = expected.middleCols(row, p.size);
+      p.expected.squares = squares(p.expected, p.size, nominal);
+      row += p.size;
+      out.parts.push_back(std::move(p));
+    }
   }
-  parts_.push_back(std::move(p));
+  flights_.push_back(std::move(out));
 }
 
 Eigen::MatrixXd CommandedWrench::squares(const Commanded& c, int size, const physics::Actuation& a) const {
@@ -218,15 +227,22 @@ Eigen::VectorXd CommandedWrench::compute(const physics::Actuation& altered, bool
                                          const std::vector<physics::Situation>& measured) const {
   const auto n = static_cast<Eigen::Index>(measured.size());
   Eigen::VectorXd out = Eigen::VectorXd::Zero(6 * n);
-  Eigen::Index row = 0;
-  for (const Part& p : parts_) {
-    if (p.ahead) {
-      const std::span<const physics::Situation> here{measured.data() + row, static_cast<std::size_t>(p.size)};
-      Eigen::MatrixXd wrench = difference(p.recorded, altered, here);
-      if (predicted) wrench = expected(wrench, p.ahead->of(wrench), difference(p.expected, altered, here));
-      for (int c = 0; c < 6; ++c) out.segment(c * n + row, p.size) = wrench.col(c);
+  Eigen::Index first = 0;
+  for (const OfFlight& f : flights_) {
+    if (f.ahead) {
+      Eigen::MatrixXd wrench(f.size, 6), simulated(f.size, 6);
+      Eigen::Index row = 0;
+      for (const Part& p : f.parts) {
+        const std::span<const physics::Situation> here{measured.data() + first + row,
+                                                       static_cast<std::size_t>(p.size)};
+        wrench.middleRows(row, p.size) = difference(p.recorded, altered, here);
+        if (predicted) simulated.middleRows(row, p.size) = difference(p.expected, altered, here);
+        row += p.size;
+      }
+      if (predicted) wrench = expected(wrench, f.ahead->of(wrench), simulated);
+      for (int c = 0; c < 6; ++c) out.segment(c * n + first, f.size) = wrench.col(c);
     }
-    row += p.size;
+    first += f.size;
   }
   return out;
 }

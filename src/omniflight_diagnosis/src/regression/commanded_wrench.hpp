@@ -16,9 +16,9 @@ class CommandedWrench {
  public:
   explicit CommandedWrench(const vehicle::Vehicle& vehicle);
 
-  /// Adds a stretch with samples spaced by `period` [s] and a prediction horizon of `lag` samples, see
-  /// Horizon. Stretches must be added in the order of their rows in RegressionProblem.
-  void add(const Flight& flight, Segment segment, double period, int lag, bool reference_alone);
+  /// Adds the segments of a flight, with samples spaced by `period` [s] and a prediction horizon of `lag`
+  /// samples, see Horizon. Flights must be added in the order of their rows in RegressionProblem.
+  void add(const Flight& flight, double period, int lag, bool reference_alone);
 
   /// Wrench [N, Nm, body axes, about the body origin] of an effect at theta over all samples, channel-major
   /// as in RegressionProblem. Rotor geometry is that of `measured`. With `predicted`, its conditional
@@ -33,7 +33,7 @@ class CommandedWrench {
   struct Known;
   Eigen::VectorXd compute(const physics::Actuation& altered, bool predicted,
                           const std::vector<physics::Situation>& measured) const;
-  /// Commands of a stretch and the response of the nominal drives.
+  /// Commands of a segment and the response of the nominal drives.
   struct Commanded {
     CommandTrack track = {};       ///< times count from its begin
     double from = 0;               ///< s, from the begin of the track to the first sample
@@ -41,9 +41,13 @@ class CommandedWrench {
     Eigen::MatrixXd squares = {};  ///< signed squares of speed [rad^2/s^2], samples x rotors
   };
   struct Part {
-    int size = 0;                            ///< samples
-    Commanded recorded = {}, expected = {};  ///< empty where speeds are recorded
-    std::optional<LinearPrediction> ahead = {};
+    int size = 0;  ///< samples
+    Commanded recorded = {}, expected = {};
+  };
+  struct OfFlight {
+    int size = 0;                                ///< samples
+    std::vector<Part> parts = {};                ///< a segment; empty where speeds are recorded
+    std::optional<LinearPrediction> ahead = {};  ///< of the rows of all parts
   };
   /// Simulated signed squares of speed [rad^2/s^2], samples x rotors; empty for invalid drives.
   Eigen::MatrixXd squares(const Commanded& commands, int size, const physics::Actuation& actuation) const;
@@ -54,7 +58,7 @@ class CommandedWrench {
   vehicle::Vehicle vehicle_;
   double step_;        ///< s, of the simulation of drives
   double period_ = 0;  ///< s, of the samples
-  std::vector<Part> parts_;
+  std::vector<OfFlight> flights_;
   std::shared_ptr<Known> known_;  ///< cache: a line search repeats the evaluations of the Jacobian
 };
 

@@ -34,7 +34,6 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
     : flight_count_(static_cast<int>(flights.size())),
       period_(1.0 / options.grid_hz),
       size_(physics::size_of(vehicle, options.environment.gravity)),
-      commanded_(vehicle),
       told_noise_(options.noise),
       predicted_(options.assumes(Assumption::instruments)),
       corrected_(options.assumes(Assumption::spectrum_correction)) {
@@ -43,6 +42,10 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
       vehicle.inertia - vehicle.mass * c * c;
   const int lag = std::max(1, static_cast<int>(std::ceil(horizon.s / period_ - 1e-9)));
   std::vector<Vec6> rest, drawn;
+  const auto measured = std::make_shared<std::vector<physics::Situation>>();
+  const auto commanded = std::make_shared<CommandedWrench>(vehicle);
+  measured_ = measured;
+  commanded_ = commanded;
   std::vector<double> log_voltage;  // of a modelled thrust
   lowest_.setConstant(1e18);
   highest_.setConstant(-1e18);
@@ -50,17 +53,18 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
     const Flight& f = *flights[static_cast<std::size_t>(k)];
     forces_only_ = forces_only_ || f.thrust_modelled;
     kernel_s_.push_back(f.kernel_s);
+    const std::vector<physics::Situation> ahead =
+        predetermined(f, inertia_, vehicle.center_of_mass, period_, lag, horizon.reference_alone);
+    if (predicted_) situation_.insert(situation_.end(), ahead.begin(), ahead.end());
+    commanded->add(f, period_, lag, horizon.reference_alone);
     for (const Segment& segment : f.segments) {
-      const std::vector<physics::Situation> ahead =
-          predetermined(f, segment, inertia_, vehicle.center_of_mass, period_, lag, horizon.reference_alone);
-      commanded_.add(f, segment, period_, lag, horizon.reference_alone);
       stretches_.push_back({n_, n_ + segment.end - segment.begin, k});
       for (int i = segment.begin; i < segment.end; ++i, ++n_) {
         const physics::Situation& now = f.situation[static_cast<std::size_t>(i)];
         rest.push_back(wrench_residual(now, now.a_WB_B - now.g_B, vehicle.center_of_mass));
         if (f.sensor_noise.size() > 0) drawn.emplace_back(f.sensor_noise.row(i));
-        situation_.push_back(predicted_ ? ahead[static_cast<std::size_t>(i - segment.begin)] : now);
-        measured_.push_back(now);
+        if (!predicted_) situation_.push_back(now);
+        measured->push_back(now);
         log_voltage.push_back(f.log_voltage.size() > 0 ? f.log_voltage[i] : 0.0);
         const Vec3& p = now.body.p_WB;
         lowest_ = lowest_.cwiseMin(p);
@@ -93,7 +97,8 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
     sensor_noise_ = channel_major(drawn);
   temperature_ = noise_told() ? options.told_temperature : options.temperature;
   expected_.setZero(rows());
-  calibration_ = calibrate(*this, flights, vehicle, options, log_voltage);
+  calibration_ =
+      std::make_shared<const Calibration>(calibrate(*this, flights, vehicle, options, log_voltage));
 }
 
 void RegressionProblem::expect(const Eigen::VectorXd& wrench) {
@@ -142,14 +147,14 @@ physics::ParameterPrior RegressionProblem::prior(const physics::Effect& effect, 
 void RegressionProblem::between_command_and_speed(const EffectTerm& term, Eigen::VectorXd& value,
                                                   Eigen::MatrixXd* by_theta, States states) const {
   const bool predicted = predicted_ && states == States::predicted;
-  value = commanded_(*term.effect, term.theta, predicted, measured_);
+  value = (*commanded_)(*term.effect, term.theta, predicted, *measured_);
   std::vector<double> theta = term.theta;
   for (std::size_t k = 0; by_theta && k < theta.size(); ++k) {
     const physics::ParameterPrior p = prior(*term.effect, k);
     const double u = p.coordinate(theta[k]), inward = p.value(u + kDriveStep) > theta[k] ? 1 : -1;
     theta[k] = p.value(u + inward * kDriveStep);
     by_theta->col(static_cast<Eigen::Index>(k)) =
-        (commanded_(*term.effect, theta, predicted, measured_) - value) / (theta[k] - term.theta[k]);
+        ((*commanded_)(*term.effect, theta, predicted, *measured_) - value) / (theta[k] - term.theta[k]);
     theta[k] = term.theta[k];
   }
 }
@@ -257,7 +262,7 @@ void RegressionProblem::wrench_of(const EffectTerm& term, Eigen::VectorXd& value
 }
 
 Eigen::VectorXd RegressionProblem::of_command_delay(double late_s, States states) const {
-  Eigen::VectorXd out = commanded_.of_delay(late_s, predicted_ && states == States::predicted, measured_);
+  Eigen::VectorXd out = commanded_->of_delay(late_s, predicted_ && states == States::predicted, *measured_);
   if (forces_only_) out.tail(3 * n_).setZero();
   return out;
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -73,7 +74,7 @@ class RegressionProblem {
   /// Parts of stretches after which the memory of an effect begins anew with free initial states.
   const std::vector<Stretch>& memory_windows() const { return windows_; }
   const Eigen::VectorXd& residual() const { return y_; }
-  const Calibration& calibration() const { return calibration_; }
+  const Calibration& calibration() const { return *calibration_; }
   /// Whether turbulence and the noise of the sensors are told, for all flights.
   bool noise_told() const { return sensor_noise_.size() > 0; }
   const ToldNoise& told_noise() const { return told_noise_; }
@@ -87,7 +88,9 @@ class RegressionProblem {
   double kernel(int flight) const { return kernel_s_[static_cast<std::size_t>(flight)]; }
   /// Multiplies the predicted calibration columns, by their first stages.
   void scale_calibration(const Eigen::VectorXd& factors) {
-    calibration_.columns = calibration_.columns * factors.asDiagonal();
+    auto scaled = std::make_shared<Calibration>(*calibration_);
+    scaled->columns = calibration_->columns * factors.asDiagonal();
+    calibration_ = std::move(scaled);
   }
   /// Predicted accelerations from now on are those that the rotors give together with this wrench (all rows,
   /// N and Nm): what has mass weighs by the acceleration that the vehicle has with it, and not by that of the
@@ -101,7 +104,7 @@ class RegressionProblem {
   /// State, rotors and accelerations as predicted from the samples before.
   std::span<const physics::Situation> situations() const { return situation_; }
   const physics::Situation& situation(int i) const { return situation_[static_cast<std::size_t>(i)]; }
-  const physics::Situation& measured(int i) const { return measured_[static_cast<std::size_t>(i)]; }
+  const physics::Situation& measured(int i) const { return (*measured_)[static_cast<std::size_t>(i)]; }
   const physics::VehicleSize& size() const { return size_; }
   /// Natural size of a channel: weight [N], or weight times the longest lever about this axis [Nm].
   double scale(int channel) const { return channel < 3 ? size_.weight : size_.weight * lever_[channel - 3]; }
@@ -124,7 +127,7 @@ class RegressionProblem {
   void replay(const EffectTerm& term, Eigen::VectorXd& value, Eigen::MatrixXd* by_theta,
               Eigen::MatrixXd* by_start, States states) const;
   const std::vector<physics::Situation>& at(States states) const {
-    return states == States::predicted ? situation_ : measured_;
+    return states == States::predicted ? situation_ : *measured_;
   }
 
   int n_ = 0, flight_count_ = 0;
@@ -135,8 +138,11 @@ class RegressionProblem {
   Vec3 lever_ = Vec3::Ones();
   Vec3 lowest_ = Vec3::Zero(), highest_ = Vec3::Zero(), mean_ = Vec3::Zero();  ///< m, where they flew
   std::vector<Stretch> stretches_, windows_;
-  std::vector<physics::Situation> situation_, measured_;
-  CommandedWrench commanded_;
+  std::vector<physics::Situation> situation_;
+  // what copies share, which differ by the accelerations that they expect
+  std::shared_ptr<const std::vector<physics::Situation>> measured_;
+  std::shared_ptr<const CommandedWrench> commanded_;
+  std::shared_ptr<const Calibration> calibration_;
   Eigen::VectorXd expected_;  ///< wrench besides that of the rotors, in predicted accelerations
   Eigen::VectorXd y_;
   ToldNoise told_noise_;
@@ -144,7 +150,6 @@ class RegressionProblem {
   double temperature_ = 1;
   Eigen::VectorXd sensor_noise_;
   std::vector<double> kernel_s_;
-  Calibration calibration_;
 };
 
 }  // namespace omniflight::diagnosis

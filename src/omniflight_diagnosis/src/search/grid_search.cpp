@@ -64,13 +64,17 @@ class GridSearch::Implementation {
     fixed_slab_ = inner_products(columns_.leftCols(fixed_), columns_, limits.threads);
   }
 
-  std::vector<std::vector<SetMember>> run() {
+  std::vector<std::vector<SetMember>> run(Offered offered) {
+    std::set<int> left_out;
+    for (std::size_t h = 0; h < evidence_.hypotheses().size() && offered == Offered::laws; ++h)
+      if (evidence_.hypotheses()[h].pattern) left_out.insert(static_cast<int>(h));
     std::vector<State> beam{solve({})}, all;
     for (int size = 0; size < limits_.most_members; ++size) {
       if (limits_.stop && limits_.stop()) break;
       std::vector<std::vector<State>> found(beam.size());
       for (const State& state : beam) prepare(state.blocks);
-      parallel_for(beam.size(), limits_.threads, [&](std::size_t k) { found[k] = extend(beam[k]); });
+      parallel_for(beam.size(), limits_.threads,
+                   [&](std::size_t k) { found[k] = extend(beam[k], left_out); });
       std::vector<State> next;
       std::set<std::vector<int>> seen;
       for (auto& some : found)
@@ -287,11 +291,11 @@ class GridSearch::Implementation {
     return out;
   }
 
-  std::vector<State> extend(const State& s) const {
+  /// With one more member, none of `taken`.
+  std::vector<State> extend(const State& s, std::set<int> taken) const {
     Eigen::MatrixXf slab(static_cast<Eigen::Index>(s.index.size()), columns_.cols());
     slab.topRows(fixed_) = fixed_slab_;
     Eigen::Index row = fixed_;
-    std::set<int> taken;
     for (const int at : s.blocks) {
       const Eigen::MatrixXf& own = slab_[static_cast<std::size_t>(at)];
       slab.middleRows(row, own.rows()) = own;
@@ -336,7 +340,9 @@ GridSearch::GridSearch(const Evidence& evidence, const SearchLimits& limits)
     : implementation_(std::make_unique<Implementation>(evidence, limits)) {}
 GridSearch::~GridSearch() = default;
 
-std::vector<std::vector<SetMember>> GridSearch::promising_sets() { return implementation_->run(); }
+std::vector<std::vector<SetMember>> GridSearch::promising_sets(Offered offered) {
+  return implementation_->run(offered);
+}
 
 GridSearch::Additions GridSearch::additions(const SetFit& fit, Noise noise) const {
   return implementation_->additions(fit, noise);

@@ -17,9 +17,12 @@ class GridSearch {
   GridSearch(const Evidence& evidence, const SearchLimits& limits);
   ~GridSearch();
 
+  /// Of what sets consist: patterns are flexible, and where they are offered the beam may never see the
+  /// laws that do the same with fewer numbers.
+  enum class Offered { everything, laws };
   /// Starting values of sets, the most promising first: the best of every size, found by a beam search that
   /// adds members one by one. The empty set is not among them.
-  std::vector<std::vector<SetMember>> promising_sets();
+  std::vector<std::vector<SetMember>> promising_sets(Offered offered = Offered::everything);
 
   /// Whether a gain counts in the noise of the evidence, or about as it is in the noise that the set would
   /// leave itself.

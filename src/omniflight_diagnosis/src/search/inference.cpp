@@ -9,6 +9,7 @@
 #include "../evidence/tolerances.hpp"
 #include "../numerics/parallel.hpp"
 #include "grid_search.hpp"
+#include "profile.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
@@ -21,89 +22,6 @@ constexpr std::size_t kLaws = 6;      ///< that are asked in their own noise at 
 constexpr std::size_t kPatterns = 1;  ///< of these
 constexpr double kRival = 12;         ///< nat: rivals that are this far behind are asked in their own noise
 constexpr double kWorth = 1e-3;       ///< nat
-constexpr int kPasses =
-    3;  ///< noise and set in turn: the second knows the calibration, the third its tolerances
-constexpr std::size_t kTried = 4;  ///< sets that are asked in their own noise to the end
-
-/// ln evidence plus ln prior of a set in the noise that it leaves itself, beside the tolerances that are
-/// likeliest with it, and that set fitted there.
-struct Profile {
-  std::unique_ptr<NoiseModel> noise;
-  Eigen::VectorXd tolerances;  ///< over the problem's
-  SetFit fit;
-  double joint = -1e300;
-};
-
-class Profiler {
- public:
-  Profiler(const RegressionProblem& problem, const std::vector<Hypothesis>& hypotheses,
-           const SlowColumns& slow, const FittedAmplitudes& fitted, const Options& o)
-      : problem_(problem), hypotheses_(hypotheses), slow_(slow), fitted_(fitted), o_(o) {}
-
-  Profile of(std::vector<SetMember> members, const Eigen::VectorXd& tolerances) const {
-    Profile out = begin(std::move(members), tolerances);
-    for (int pass = 0; pass < kPasses && (pass == 0 || !o_.stopped()); ++pass) turn(out);
-    return out;
-  }
-
-  /// The best of these sets, each in its own noise. Only those that lead after the first turn go on.
-  Profile best_of(const std::vector<std::vector<SetMember>>& sets, const Eigen::VectorXd& tolerances) const {
-    std::vector<Profile> all(sets.size());
-    for (std::size_t k = 0; k < sets.size(); ++k) all[k] = begin(sets[k], tolerances);
-    for (int pass = 0; pass < kPasses && (pass == 0 || !o_.stopped()); ++pass) {
-      parallel_for(
-          all.size(), o_.threads, [&](std::size_t k) { turn(all[k]); }, o_.stop);
-      std::stable_sort(all.begin(), all.end(),
-                       [](const Profile& x, const Profile& y) { return x.joint > y.joint; });
-      all.resize(std::min(all.size(), kTried));
-    }
-    return std::move(all.front());
-  }
-
- private:
-  /// A set that has not been fitted yet.
-  static Profile begin(std::vector<SetMember> members, const Eigen::VectorXd& tolerances) {
-    Profile out;
-    out.tolerances = tolerances;
-    out.fit.members = std::move(members);
-    return out;
-  }
-
-  /// Noise beside the set and the calibration that were fitted last, then set and tolerances in it.
-  void turn(Profile& p) const {
-    std::vector<Hypothesis> few;
-    std::vector<int> index;
-    double log_prior = 0;
-    for (SetMember& m : p.fit.members) {
-      index.push_back(m.hypothesis);
-      few.push_back(without_grid(hypotheses_[static_cast<std::size_t>(m.hypothesis)]));
-      log_prior += few.back().log_odds;
-      m.hypothesis = static_cast<int>(few.size()) - 1;
-    }
-    Eigen::VectorXd known = wrench_of_set(problem_, few, p.fit, States::predicted);
-    if (p.fit.calibration.size() > 0) known += problem_.calibration().columns * p.fit.calibration;
-    p.noise = estimate_noise(problem_, slow_, known, problem_.temperature());
-    whiten(*p.noise, 1, few);
-    const Evidence evidence(problem_, fitted_, *p.noise, few, o_.error_of_laws(), p.tolerances);
-    p.fit = evidence.fit(std::move(p.fit.members));
-    Eigen::VectorXd likeliest = p.tolerances;
-    if (o_.assumes(Assumption::tolerance_factors))
-      likeliest = likeliest_tolerances(problem_.calibration(), p.fit, p.tolerances);
-    if (likeliest != p.tolerances) {
-      p.tolerances = std::move(likeliest);
-      p.fit = evidence.with(p.tolerances).fit(std::move(p.fit.members));
-    }
-    p.joint = p.fit.log_evidence + log_prior - p.noise->log_scale() + p.noise->log_prior() +
-              log_prior_of_tolerances(problem_.calibration(), p.tolerances);
-    for (std::size_t k = 0; k < index.size(); ++k) p.fit.members[k].hypothesis = index[k];
-  }
-
-  const RegressionProblem& problem_;
-  const std::vector<Hypothesis>& hypotheses_;
-  const SlowColumns& slow_;
-  const FittedAmplitudes& fitted_;
-  const Options& o_;
-};
 
 /// Drops what is not worth its place when the noise may take over what it does.
 void without_idle_members(const Profiler& profiler, Profile& best) {
@@ -214,10 +132,8 @@ class Inferrer {
       without_idle_members(*profiler_, best);
       if (!(best.joint > current_.joint + kWorth)) break;
       current_ = std::move(best);
-      const Eigen::VectorXd expected =
-          wrench_of_set(*out_.problem, out_.hypotheses, current_.fit, States::predicted);
-      if (!out_.problem->expects(expected)) {
-        out_.problem->expect(expected);
+      if (!out_.problem->expects(current_.expected)) {
+        out_.problem->expect(current_.expected);
         prepare_again(*out_.problem, *current_.noise, o_.threads, out_.hypotheses);
         for (SetMember& m : current_.fit.members) m.first_stage.reset();
       }
@@ -271,6 +187,12 @@ class Inferrer {
     out_.posterior = search(*found_, *grid_, limits_, first_asked);
   }
 
+  bool has_pattern(const std::vector<SetMember>& members) const {
+    return std::any_of(members.begin(), members.end(), [&](const SetMember& m) {
+      return out_.hypotheses[static_cast<std::size_t>(m.hypothesis)].pattern != nullptr;
+    });
+  }
+
   /// What the search found, and what may come out only when the noise no longer contains it.
   std::vector<std::vector<SetMember>> worth_their_own_noise(bool first_round) {
     std::vector<std::vector<SetMember>> tried;
@@ -278,6 +200,12 @@ class Inferrer {
     for (const SetPosterior& rival : out_.posterior.sets)
       if (rival.log_joint > out_.posterior.joint_of_best - kRival && tried.size() < kTried)
         tried.push_back(rival.members);
+    // in noise that contains them laws may be far behind a pattern that does what they do
+    const auto laws =
+        std::find_if(out_.posterior.sets.begin(), out_.posterior.sets.end(),
+                     [&](const SetPosterior& s) { return !s.hypotheses.empty() && !has_pattern(s.members); });
+    if (laws != out_.posterior.sets.end() && laws->log_joint <= out_.posterior.joint_of_best - kRival)
+      tried.push_back(laws->members);
     const Evidence tight(*out_.problem, *fitted_, *out_.noise, out_.hypotheses, o_.error_of_laws(),
                          o_.assumes(Assumption::tolerance_factors)
                              ? tightest_tolerances(out_.problem->calibration())

@@ -114,8 +114,8 @@ double in_samples(double horizon_s, const Options& o) { return std::ceil(horizon
 
 }  // namespace
 
-Horizons::Horizons(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle,
-                   const Options& o) {
+Horizons::Horizons(std::span<const Flight* const> flights, const vehicle::Vehicle& vehicle, const Options& o)
+    : law_error_(o.assumes(Assumption::resolution) ? o.law_error : 0.0) {
   const bool rates = std::all_of(flights.begin(), flights.end(), [](const Flight* f) { return f->has_gyro; });
   horizons_.push_back({std::max(least_horizon(flights), rates ? 0.0 : kLeastWithoutRates)});
   for (const double h : kHorizons)
@@ -146,6 +146,9 @@ HorizonTest Horizons::test(std::size_t k, const Eigen::VectorXd& known,
   // left
   const auto noise = estimate_noise(first, slow_, known, first.noise_told() ? first.temperature() : 1.0);
   const Eigen::VectorXd z = noise->apply(first.residual() - known);
+  // of each amplitude of z: noise, and what laws that are wrong leave
+  const Eigen::VectorXd variance =
+      1 + law_error_ * law_error_ * noise->apply(first.wrench_of(laws, States::measured)).array().square();
   const auto compare = [&](const auto& regressors, double width, const auto& name, HorizonTest& test) {
     const auto own = estimators(*problems_[k], *noise, regressors(*problems_[k]), width);
     for (std::size_t longer = k + 1; longer < count(); ++longer) {
@@ -154,7 +157,7 @@ HorizonTest Horizons::test(std::size_t k, const Eigen::VectorXd& known,
         if (own[asked].size() == 0 || there[asked].size() == 0) continue;
         const Eigen::VectorXd difference = own[asked] - there[asked];
         ++test.compared;
-        const double statistic = std::pow(difference.dot(z), 2) / difference.squaredNorm();
+        const double statistic = std::pow(difference.dot(z), 2) / difference.cwiseAbs2().dot(variance);
         if (statistic > test.statistic) {
           test.statistic = statistic;
           test.about = name(asked);

@@ -49,7 +49,8 @@ class Horizons {
   /// scale of every channel's rotor wrench, and drag along and about every axis. An effect that was left out
   /// correlates with these differently at every horizon, and looks like feedback until it is known.
   /// So are the laws of which that wrench consists: a law that feedback mimics at this horizon has another
-  /// coefficient at longer ones.
+  /// coefficient at longer ones. Two horizons weigh samples differently, so that a law that is wrong by
+  /// Options::law_error of itself has coefficients that differ, too: that is among their variance.
   HorizonTest test(std::size_t k, const Eigen::VectorXd& known, std::span<const EffectTerm> laws) const;
   /// Nothing is known.
   HorizonTest test(std::size_t k) const;
@@ -58,6 +59,7 @@ class Horizons {
   std::vector<std::unique_ptr<RegressionProblem>> problems_;  ///< the shortest horizon first
   std::vector<Horizon> horizons_;
   SlowColumns slow_;  ///< of the first, in whose noise all are tested
+  double law_error_;  ///< RMS, over a law, of what it has wrong
 };
 
 }  // namespace omniflight::diagnosis

@@ -28,6 +28,7 @@ class Search {
     if (!seed.empty()) visit({seed});
     if (limits_.load_starts) visit_swinging();
     visit(grid_.promising_sets());
+    visit(grid_.promising_sets(GridSearch::Offered::laws));
     for (int round = 0; round < kNeighbourRounds && !stopped(); ++round) {
       const double before = best_joint();
       visit_neighbours();

@@ -1,4 +1,7 @@
 // A cable that hangs from the vehicle to the floor: its carried weight grows with height.
+#include <algorithm>
+#include <cmath>
+
 #include "effects/lifting.hpp"
 #include "effects/table.hpp"
 #include "effects/words.hpp"
@@ -32,6 +35,25 @@ class HungCable final : public WrenchEffect<HungCable> {
                     return "a cable of " + hundredths(v("linear_density")) + " kg/m" + from_height(v);
                   }}};
     return info;
+  }
+
+  /// Cables that begin below the flight or at the quarters of its range of heights, and hang free from the
+  /// next of these on or never: between them the weight grows, and it has a kink at both.
+  std::vector<std::vector<double>> telling_shapes(std::span<const Situation> motion) const override {
+    std::vector<std::vector<double>> out;
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (const Situation& s : motion) {
+      low = std::min(low, s.body.p_WB.z());
+      high = std::max(high, s.body.p_WB.z());
+    }
+    const Parameter &start = info().parameters[1], &length = info().parameters[2];
+    for (const double begin : {-1.0, -0.25, 0.25, 0.5, 0.75})
+      for (const double end : {0.25, 0.5, 0.75, HUGE_VAL}) {
+        if (motion.empty() || end <= begin) continue;
+        out.push_back({0, std::clamp(low + begin * (high - low), start.lower, start.upper),
+                       std::clamp((end - begin) * (high - low), length.lower, length.neutral)});
+      }
+    return out;
   }
 
   template <class T>
