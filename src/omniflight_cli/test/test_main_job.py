@@ -74,7 +74,7 @@ class MainJob(system.SystemTest):
     def test_a_proposal_that_fits_nowhere_loses_nothing_of_the_diagnosis(self):
         # a light load, where thrust has been found weak before: only torques tell them apart
         (self.dir / "prior.json").write_text(json.dumps({
-            "schema": "omniflight.diagnosis/1", "findings": [{"effect": "thrust_scale", "probability": 0.5}]}))
+            "schema": "omniflight.diagnosis/1", "findings": [{"effect": "thrust_scale", "probability": 0.9}]}))
         (self.dir / "load.yaml").write_text(
             "schema: omniflight.model/1\neffects:\n  - {id: payload_mass, parameters: {mass: 0.1}}\n")
         self.run_command("plan", "trajectory_1", "--out", "plan", "--quiet")

@@ -115,18 +115,7 @@ void predict_rotors(std::vector<physics::Situation>& out, int lag, int block, in
     for (Eigen::Index i = 0; i < n; ++i)
       known.row(i).tail<kOwn>() << before(i, lag).speed, before(i, lag).acceleration,
           before(i, lag + 1).speed, before(i, lag + 2).speed;
-    // A speed is asked as it is and as its change: a regression that knows little then says that the speed
-    // stays, and not that it is the mean of the flight. The one with the least cross-validated error counts.
-    const Eigen::VectorXd held = known.col(kState + asked.cols());
-    Eigen::MatrixXd turning(n, 3);
-    turning << turning_of(measured, r), Eigen::VectorXd::Zero(n);
-    const Eigen::VectorXd speed = turning.col(0);
-    turning.col(2) = speed - held;
-    turning = predict_linearly(known, turning, block, apart);
-    turning.col(2) += held;
-    if ((turning.col(2) - speed).squaredNorm() < (turning.col(0) - speed).squaredNorm())
-      turning.col(0) = turning.col(2);
-    set_rotor(turning, r, out);
+    set_rotor(predict_linearly(known, turning_of(measured, r), block, apart), r, out);
   }
 }
 
