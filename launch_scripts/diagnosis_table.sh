@@ -2,12 +2,14 @@
 # Flies every plant (simulator, emulator, mujoco) with every sensor set (ideal, laboratory, degraded) in four worlds (nominal,
 # tether, payload, cable), diagnoses each recording, and prints a table: about two minutes a flight. Needs the tree of test.sh.
 # Options: --only WORD,WORD   these plants, sensors and worlds alone
+#          --keep DIR   recordings and diagnoses, DIR/PLANT-WORLD-SENSORS/flight.mcap and diagnosis/diagnosis.json
 # Example: ./launch_scripts/test.sh && ./launch_scripts/diagnosis_table.sh --only simulator,laboratory
 source "$(dirname "$0")/common.sh"
 while [ $# -gt 0 ]; do
   case "$1" in
     --only) export OMNIFLIGHT_ONLY="${2:?--only needs words}"; shift 2 ;;
-    *) sed -n '2,5p' "$0"; exit 4 ;;
+    --keep) OMNIFLIGHT_KEEP="$(realpath -m "${2:?--keep needs a folder}")"; export OMNIFLIGHT_KEEP; shift 2 ;;
+    *) sed -n '2,6p' "$0"; exit 4 ;;
   esac
 done
 tests="$OMNIFLIGHT_ROOT/build/testing/build/omniflight_cli"

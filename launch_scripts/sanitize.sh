@@ -89,7 +89,7 @@ if [ -n "$fly" ]; then
   fly_once a_process_each flown
   # Real time: a sanitizer makes everything several times slower, so that periods are missed and the deadlines are longer.
   fly_once through_boards flown --plant emulator -p controller.missed_share=1 -p gateway.most_missed_share=1 \
-    -p gateway.fresh_for_s=0.1 -p gateway.stale_after_s=1 -p gateway.board_silence_s=2 -p controller.mocap_timeout_s=2 -p controller.imu_timeout_s=2
+    -p gateway.fresh_for_s=0.1 -p gateway.stale_after_s=1 -p gateway.board_silence_s=2 -p gateway.board_stall_s=2 -p controller.mocap_timeout_s=2 -p controller.imu_timeout_s=2
 fi
 
 python3 "$OMNIFLIGHT_ROOT/launch_scripts/sanitizer_reports.py" "$reports" | tee "$base/reports.txt" || failed=$((failed + 1))

@@ -11,7 +11,7 @@ if [ -n "${3:-}" ]; then
 else
   # no rotor turns: a loaded machine may starve a component for longer than hardware may wait
   emulator=(emulator)
-  gateway+=", devices: \"$out/boards/board0;$out/boards/board1;$out/boards/board2\", stale_after_s: 0.3, board_silence_s: 1.5"
+  gateway+=", devices: \"$out/boards/board0;$out/boards/board1;$out/boards/board2\", stale_after_s: 0.3, board_silence_s: 1.5, board_stall_s: 1.5"
   echo "controller: {ros__parameters: {mocap_timeout_s: 1.5, imu_timeout_s: 1.0}}" >>"$out/params.yaml"
   plant_params emulator "link_directory: \"$out/boards\", epoch_monotonic_ns: $epoch_ns"
 fi

@@ -2,10 +2,13 @@
 
 It holds the diagnosis to answering each of them with a verdict of its own contract, to no alarm on most of the nominal
 flights, and to seeing most of the loads; what it names is shown beside what was flown. launch_scripts/diagnosis_table.sh runs
-it; OMNIFLIGHT_ONLY=simulator,ideal,tether bounds plants, sensors and worlds.
+it; OMNIFLIGHT_ONLY=simulator,ideal,tether bounds plants, sensors and worlds, OMNIFLIGHT_KEEP names a folder that recordings and
+diagnoses are kept in.
 """
 
 import os
+import pathlib
+import shutil
 import time
 import unittest
 
@@ -45,6 +48,8 @@ class DiagnosisTable(system.SystemTest):
         self.assertIn(done.returncode, (0, 2), f"{out}: {done.stderr}")
         answer = self.json(f"{out}/diagnosis/diagnosis.json")
         self.assertIn(answer["verdict"], VERDICTS)
+        if keep := os.environ.get("OMNIFLIGHT_KEEP"):
+            shutil.copytree(self.dir / out, pathlib.Path(keep) / out, ignore=shutil.ignore_patterns("boards"), dirs_exist_ok=True)
         (self.dir / out / "flight.mcap").unlink()
         found = {finding["effect"]: finding["probability"] for finding in answer["findings"]}
         return flown, answer["verdict"], found, time.monotonic() - begin

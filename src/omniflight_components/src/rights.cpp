@@ -18,7 +18,7 @@ std::map<std::string, bus::Rights> make_rights() {
       {"planner", {{t::trajectory, t::replanning}, {t::controller, t::mission}}},
       {"allocator",
        {{t::allocator, t::command, t::lost_rotors, t::joints, t::robot_description},
-        {t::controller, t::rotors, t::failsafe}}},
+        {t::controller, t::rotors, t::failsafe, t::gate}}},
       {"controller",
        {{t::controller, t::failsafe, t::transforms},
         {t::trajectory, t::imu, t::mocap, t::wish, t::battery, t::allocator, t::lost_rotors, t::tick}}},

@@ -134,7 +134,8 @@ Flown fly(Commander::Clock clock, std::vector<Wish> wishes = {}, const std::stri
                        "gateway:hold_s:=0.5",
                        "gateway:flight_s:=" + std::to_string(kFlight),
                        "gateway:stale_after_s:=1.0",  // a busy machine is no other clock
-                       "gateway:board_silence_s:=1.5"};
+                       "gateway:board_silence_s:=1.5",
+                       "gateway:board_stall_s:=1.5"};
   if (!more.empty()) options.overrides.push_back(more);
   options.timeout = std::chrono::seconds(60);
   std::atomic<double> fastest{0};
