@@ -268,12 +268,13 @@ Hypothesis without_grid(const Hypothesis& h) {
   return out;
 }
 
-Hypothesis without_grid(const Hypothesis& law, const RegressionProblem& problem, const NoiseModel& noise) {
+Hypothesis without_grid(const Hypothesis& h, const RegressionProblem& problem, const NoiseModel& noise) {
   Hypothesis out;
-  out.id = law.id;
-  out.effect = law.effect;
-  out.log_odds = law.log_odds;
-  prepare_linear(problem, noise, out);
+  out.id = h.id;
+  out.effect = h.effect;
+  out.pattern = h.pattern;
+  out.log_odds = h.log_odds;
+  if (out.effect != nullptr) prepare_linear(problem, noise, out);
   whiten_one(noise, out);
   return out;
 }

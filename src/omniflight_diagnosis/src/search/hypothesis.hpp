@@ -63,8 +63,10 @@ void prepare_again(const RegressionProblem& problem, const NoiseModel& noise, in
 
 /// What a fit needs of a hypothesis on the problem that it was made for: without the grid. Not whitened.
 Hypothesis without_grid(const Hypothesis& hypothesis);
-/// The same of a law on other recordings, whitened by their noise.
-Hypothesis without_grid(const Hypothesis& law, const RegressionProblem& problem, const NoiseModel& noise);
+/// The same on other recordings or at other accelerations, whitened by this noise; a pattern keeps its
+/// amplitudes.
+Hypothesis without_grid(const Hypothesis& hypothesis, const RegressionProblem& problem,
+                        const NoiseModel& noise);
 
 /// Whitens the columns of hypotheses anew.
 void whiten(const NoiseModel& noise, int threads, std::vector<Hypothesis>& hypotheses);

@@ -43,9 +43,8 @@ Profile Profiler::best_of(const std::vector<std::vector<SetMember>>& sets,
 }
 
 /// At the accelerations that the rotors give together with what the set did when it was fitted last, or does
-/// where it begins. What has
-/// mass weighs by them: at those of another set, which leaves some newtons, a load would seem to be lighter
-/// or heavier than it is, by as much at every height, and the right set would fit worse than a wrong one.
+/// where it begins. What has mass weighs by them: at those of another set, which leaves some newtons, a load
+/// would seem to be lighter or heavier than it is, and the right set would fit worse than a wrong one.
 void Profiler::turn(Profile& p) const {
   if (p.expected.size() == 0) p.expected = wrench_of_set(problem_, hypotheses_, p.fit, States::predicted);
   if (problem_.expects(p.expected)) return fit(problem_, p);
@@ -72,9 +71,7 @@ void Profiler::fit(const RegressionProblem& problem, Profile& p) const {
     return out;
   };
   p.noise = estimate_noise(problem_, slow_, known(), problem_.temperature());  // it outlives `problem`
-  for (Hypothesis& h : few)
-    if (h.effect != nullptr) h = without_grid(h, problem, *p.noise);
-  whiten(*p.noise, 1, few);
+  for (Hypothesis& h : few) h = without_grid(h, problem, *p.noise);
   const Evidence evidence(problem, fitted_, *p.noise, few, o_.error_of_laws(), p.tolerances);
   p.fit = evidence.fit(std::move(p.fit.members));
   Eigen::VectorXd likeliest = p.tolerances;
