@@ -27,7 +27,7 @@ constexpr Ablation kAblations[] = {
     {"no-unknown-physics", "nothing beside the library", Assumption::unknown_physics},
     {"no-velocity-observer", "the velocity of poses is their derivative", Assumption::velocity_observer},
     {"no-late-thrust", "thrust follows speeds at once", Assumption::late_thrust},
-    {"no-heavy-tails", "errors of drives are Gaussian", Assumption::heavy_tails},
+    {"no-heavy-tails", "errors of drives and of lone samples are Gaussian", Assumption::heavy_tails},
     {"no-temperature", "likelihoods count as they are"},
     {"late-pose", "the pose is 20 ms later than it says"},
     {"wrong-inertia", "the vehicle file has 10 % too much inertia"},

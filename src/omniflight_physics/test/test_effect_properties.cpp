@@ -62,6 +62,16 @@ TEST(EffectProperties, AnEffectThatTellsTheFloorDependsOnItsHeight) {
   EXPECT_GT(telling, 0);
 }
 
+TEST(EffectProperties, AWrenchThatNoMotionImpliesSaysWhatBecomesOfIt) {
+  int asked_otherwise = 0;
+  for (const Effect* e : builtin_effects()) {
+    const bool not_asked = e->info().stage == Stage::wrench && !e->can_replay();
+    EXPECT_EQ(not_asked, !e->info().not_asked_for.empty()) << e->info().id;
+    asked_otherwise += not_asked;
+  }
+  EXPECT_GT(asked_otherwise, 0);
+}
+
 TEST(EffectProperties, AnUnrecordedFormStandsForItsEffectAndNeedsNoMoreThanItsRival) {
   int forms = 0;
   for (const Effect* e : builtin_effects()) {

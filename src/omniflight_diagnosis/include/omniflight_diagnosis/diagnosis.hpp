@@ -221,9 +221,11 @@ struct RankedSet {
 /// What the best model leaves of a channel.
 struct Remaining {
   std::string channel, unit;
-  /// RMS of the residual; root of the noise spectrum near its highest frequencies, temperature included, both
-  /// in `unit`; share of the power of the residual beyond that of such noise, which is still predictable [1].
+  /// RMS of the residual less lone samples; root of the noise spectrum near its highest frequencies,
+  /// temperature included, both in `unit`; share of the power beyond that of such noise, which is still
+  /// predictable [1].
   double rms = 0, noise_rms = 0, predictable_share = 0;
+  int lone_samples = 0;  ///< that have an impulse beside noise: blows, snatches, faults of a sensor
 };
 
 struct Diagnosis {

@@ -93,7 +93,7 @@ enum class Assumption {
   unknown_physics,      ///< smooth functions and pulsations beside the library; without: the library alone
   velocity_observer,    ///< velocity of poses by an observer; without: differentiated
   late_thrust,          ///< a response of thrust to speed is compensated; without: it is not
-  heavy_tails           ///< errors of drives have heavy tails; without: Gaussian
+  heavy_tails  ///< errors of drives and lone samples of the wrench have heavy tails; without: Gaussian
 };
 
 struct Options {

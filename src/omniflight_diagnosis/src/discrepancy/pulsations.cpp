@@ -55,7 +55,7 @@ std::vector<Pulsation> make_pulsations(const RegressionProblem& problem, const N
   int length = kFiner * static_cast<int>(std::ceil(longest / problem.period()) + 1);
   while (transform_length(length) != length) ++length;  // lengths with fast transforms
   const double step = 1 / (length * problem.period());  // Hz
-  const Eigen::VectorXd weighted = noise.weigh(problem.residual());
+  const Eigen::VectorXd weighted = noise.weigh(noise.residual());
   Eigen::FFT<double> fft;
   for (int k = 0; k < 9; ++k) {
     const BeatAxis axis{k < 6 ? k : k - 6, k >= 6};

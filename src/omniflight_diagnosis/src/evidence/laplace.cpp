@@ -53,7 +53,7 @@ Evidence::Evidence(const RegressionProblem& problem, const FittedAmplitudes& fit
       law_error_(law_error),
       tolerances_(tolerances),
       deviations_(problem.calibration().deviations(tolerances)),
-      z_(noise.scale(fitted.residual)),
+      z_(noise.impulses().count == 0 ? noise.scale(fitted.residual) : noise.apply(noise.residual())),
       log_totals_(log_density_of_totals(problem.calibration(), deviations_)) {
   Eigen::MatrixXd whitened = noise.scale(fitted.calibration);
   whitened.bottomRows(NoiseModel::kBeside) = problem_.calibration().totals;

@@ -1,14 +1,19 @@
 #include "noise_estimate.hpp"
 
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include "../discrepancy/patterns.hpp"
+#include "impulses.hpp"
 #include "inner_products.hpp"
 #include "told_noise.hpp"
 
 namespace omniflight::diagnosis {
 namespace {
 
+/// Times at most that impulses are looked for: a spectrum that contains them hides them.
+constexpr int kImpulseTurns = 4;
 /// Prior standard deviations of the rich model over those of the hypotheses.
 constexpr double kGenerous = 3;
 /// Where slow columns of one prior standard deviation have less than this part of an amplitude's variance,
@@ -82,23 +87,39 @@ Explained explained(const SlowColumns::Channel& channel, const Eigen::VectorXd& 
   return out;
 }
 
-}  // namespace
+/// What a ridge regression on slow columns leaves.
+struct SlowRegression {
+  Eigen::VectorXd rest, freedom;  ///< cosine amplitudes, and how much of each is free
+  Eigen::VectorXd impulses;       ///< cosine amplitudes
+};
 
-std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, const SlowColumns& slow,
-                                           const Eigen::VectorXd& known, double temperature,
-                                           ToldShape shape) {
-  const Eigen::VectorXd y = problem.residual() - known;
-  const Eigen::VectorXd z = cosine_amplitudes(problem, y);
-  Eigen::VectorXd rest = z, freedom = Eigen::VectorXd::Ones(z.size());
-  const Eigen::RowVectorXd means = y.reshaped(problem.samples(), 6).colwise().mean();  // they are no noise
+/// Of `y` (all rows; `z`: its cosine amplitudes) less the impulses.
+SlowRegression regress(const RegressionProblem& problem, const SlowColumns& slow, const Eigen::VectorXd& y,
+                       const Eigen::VectorXd& z, const Impulses& impulses, ToldShape shape) {
+  SlowRegression out;
+  Eigen::VectorXd base = Eigen::VectorXd::Ones(z.size()), clean = y, left = z;
+  if (impulses.count > 0) {
+    clean -= impulses.wrench;
+    left = cosine_amplitudes(problem, clean);
+  }
+  out.impulses = z - left;
+  out.rest = left;
+  const Eigen::RowVectorXd means =
+      clean.reshaped(problem.samples(), 6).colwise().mean();  // they are no noise
   Eigen::Index first = 0;
   for (const Stretch& s : problem.stretches()) {
     const int size = transform_length(s.size());
-    for (int c = 0; c < 6; ++c, first += size) rest[first] -= std::sqrt(size) * means[c];
+    for (int c = 0; c < 6; ++c, first += size) {
+      out.rest[first] -= std::sqrt(size) * means[c];
+      if (impulses.count == 0) continue;
+      const auto here = impulses.sizes.segment(c * problem.samples() + s.begin, size).array();
+      base.segment(first, size).setConstant(1 - static_cast<double>((here != 0).count()) / size);
+    }
   }
+  out.freedom = base;
   for (int pass = 0; pass < 2; ++pass) {
     const Eigen::VectorXd inverse =
-        NoiseModel(problem, rest, freedom, 1, slow.told, shape).inverse_deviations();
+        NoiseModel(problem, out.rest, out.freedom, 1, slow.told, shape).inverse_deviations();
     Eigen::MatrixXd H = Eigen::MatrixXd::Identity(slow.count, slow.count);
     Eigen::VectorXd g = Eigen::VectorXd::Zero(slow.count);
     std::array<Explained, 6> parts;
@@ -107,21 +128,43 @@ std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, con
       parts[c] = explained(channel, inverse);
       const std::vector<Eigen::Index>& rows = parts[c].rows;
       H(channel.columns, channel.columns) += inner_products(parts[c].whitened);
-      g(channel.columns) += parts[c].whitened.transpose() * inverse(rows).cwiseProduct(z(rows));
+      g(channel.columns) += parts[c].whitened.transpose() * inverse(rows).cwiseProduct(left(rows));
     }
     const Eigen::LLT<Eigen::MatrixXd> factor(H);
     const Eigen::VectorXd coefficients = factor.solve(g);
     const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(H.rows(), H.cols()));
-    freedom.setOnes();
+    out.freedom = base;
     for (std::size_t c = 0; c < parts.size(); ++c) {
       const SlowColumns::Channel& channel = slow.channels[c];
-      rest(channel.rows) = z(channel.rows) - channel.amplitudes * coefficients(channel.columns);
+      out.rest(channel.rows) = left(channel.rows) - channel.amplitudes * coefficients(channel.columns);
       const Eigen::MatrixXd own = covariance(channel.columns, channel.columns);
-      freedom(parts[c].rows) =
-          1 - (parts[c].whitened * own).cwiseProduct(parts[c].whitened).rowwise().sum().array();
+      out.freedom(parts[c].rows).array() -=
+          (parts[c].whitened * own).cwiseProduct(parts[c].whitened).rowwise().sum().array();
     }
   }
-  return std::make_unique<NoiseModel>(problem, rest, freedom, temperature, slow.told, shape);
+  return out;
+}
+
+}  // namespace
+
+std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, const SlowColumns& slow,
+                                           const Eigen::VectorXd& known, double temperature,
+                                           ToldShape shape) {
+  const Eigen::VectorXd y = problem.residual() - known, z = cosine_amplitudes(problem, y);
+  const auto sparse = [&](const Impulses& impulses) {
+    SlowRegression left = regress(problem, slow, y, z, impulses, shape);
+    auto noise =
+        std::make_unique<NoiseModel>(problem, left.rest, left.freedom, temperature, slow.told, shape);
+    return std::pair{std::move(noise), std::move(left)};
+  };
+  auto [noise, left] = sparse({});
+  for (int turn = 0; turn < kImpulseTurns && problem.heavy_tails(); ++turn) {
+    Impulses found = find_impulses(problem, *noise, left.rest + left.impulses);
+    if (found.count == 0 || found.count == noise->impulses().count) break;
+    std::tie(noise, left) = sparse(found);
+    noise->set_impulses(std::move(found));
+  }
+  return std::move(noise);
 }
 
 }  // namespace omniflight::diagnosis

@@ -182,26 +182,32 @@ Eigen::MatrixXd cosine_amplitudes(const RegressionProblem& problem,
   return out;
 }
 
-Eigen::MatrixXd NoiseModel::apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const {
-  return scale(cosine_amplitudes(problem_, columns));
-}
-
-Eigen::VectorXd NoiseModel::weigh(const Eigen::VectorXd& column) const {
-  Eigen::VectorXd amplitudes = cosine_amplitudes(problem_, column);
-  const Eigen::VectorXd inverse = inverse_deviations();
-  amplitudes.array() *= inverse.array().square();
-  Eigen::VectorXd out = Eigen::VectorXd::Zero(column.size());
+Eigen::VectorXd samples_of(const RegressionProblem& problem, Eigen::VectorXd amplitudes) {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(problem.rows());
   Eigen::Index row = 0;
-  for (const Stretch& s : problem_.stretches()) {
+  for (const Stretch& s : problem.stretches()) {
     const int size = transform_length(s.size());
     CosineTransform transform(size);
     for (int c = 0; c < 6; ++c, row += size) {
       auto part = amplitudes.segment(row, size);
       transform.invert(part);
-      out.segment(c * problem_.samples() + s.begin, size) = part;
+      out.segment(c * problem.samples() + s.begin, size) = part;
     }
   }
   return out;
+}
+
+Eigen::MatrixXd NoiseModel::apply(const Eigen::Ref<const Eigen::MatrixXd>& columns) const {
+  return scale(cosine_amplitudes(problem_, columns));
+}
+
+Eigen::VectorXd NoiseModel::residual() const {
+  return impulses_.count == 0 ? problem_.residual() : Eigen::VectorXd(problem_.residual() - impulses_.wrench);
+}
+
+Eigen::VectorXd NoiseModel::weigh(const Eigen::VectorXd& column) const {
+  return samples_of(
+      problem_, inverse_deviations().array().square() * cosine_amplitudes(problem_, column).col(0).array());
 }
 
 double NoiseModel::fast_part(int channel) const {

@@ -20,8 +20,20 @@ Eigen::Index amplitude_count(const RegressionProblem& problem);
 Eigen::MatrixXd cosine_amplitudes(const RegressionProblem& problem,
                                   const Eigen::Ref<const Eigen::MatrixXd>& columns);
 
+/// Samples of cosine amplitudes: cosine_amplitudes() undone, zero behind the transform of a stretch. All
+/// rows.
+Eigen::VectorXd samples_of(const RegressionProblem& problem, Eigen::VectorXd amplitudes);
+
 /// Of each channel of each flight; empty where nothing is told.
 using ToldSpectra = std::vector<std::array<std::shared_ptr<const ToldSpectrum>, 6>>;
+
+/// Lone samples that have more than noise of a spectrum.
+struct Impulses {
+  Eigen::VectorXd sizes;   ///< N and Nm in one sample, all rows, mostly zero; empty where nobody looked
+  Eigen::VectorXd wrench;  ///< the same as the signals are smoothed, all rows
+  int count = 0;
+  double log_prior = 0;  ///< ln density of their prior over that of none
+};
 
 class NoiseModel {
  public:
@@ -30,6 +42,8 @@ class NoiseModel {
   /// Channels with a told spectrum are fitted about it.
   NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& rest, const Eigen::VectorXd& freedom,
              double temperature, const ToldSpectra& told = {}, ToldShape shape = ToldShape::corrected);
+  /// With what lone samples have beside this spectrum: it is no part of a residual that is whitened.
+  void set_impulses(Impulses impulses) { impulses_ = std::move(impulses); }
   NoiseModel(const NoiseModel&) = delete;
   NoiseModel& operator=(const NoiseModel&) = delete;
 
@@ -53,6 +67,8 @@ class NoiseModel {
   /// A column (all rows) times the inverse covariance of the noise: its product with another column is that
   /// of both whitened.
   Eigen::VectorXd weigh(const Eigen::VectorXd& column) const;
+  /// The residual of the problem less the impulses. N and Nm, all rows.
+  Eigen::VectorXd residual() const;
   /// What a set that leaves `after` gains on one that leaves `before` [nat, of log-likelihood] in the noise
   /// that it leaves itself, beyond what it gains in this noise: noise that contains an effect hides it. By
   /// the power in octaves, without an estimate of that noise.
@@ -65,8 +81,9 @@ class NoiseModel {
   /// Sum of ln of the standard deviations: subtracted from evidences it makes those in different noise
   /// comparable.
   double log_scale() const { return log_scale_; }
-  /// ln density of the prior of these spectra over its mode; 0 where nothing is told.
-  double log_prior() const { return log_prior_; }
+  /// ln density of the prior of these spectra over its mode (0 where nothing is told), and of the impulses.
+  double log_prior() const { return log_prior_ + impulses_.log_prior; }
+  const Impulses& impulses() const { return impulses_; }
   /// Of a channel of a flight, temperature included.
   const NoiseSpectrum& spectrum(int flight, int channel) const {
     return spectra_[static_cast<std::size_t>(flight)][static_cast<std::size_t>(channel)];
@@ -87,6 +104,7 @@ class NoiseModel {
   Eigen::Index rows_ = kBeside, amplitudes_ = 0;
   double temperature_ = 1;
   double log_scale_ = 0, log_prior_ = 0;
+  Impulses impulses_;
 };
 
 }  // namespace omniflight::diagnosis

@@ -36,6 +36,7 @@ RegressionProblem::RegressionProblem(std::span<const Flight* const> flights, con
       size_(physics::size_of(vehicle, options.environment.gravity)),
       told_noise_(options.noise),
       predicted_(options.assumes(Assumption::instruments)),
+      heavy_tails_(options.assumes(Assumption::heavy_tails)),
       corrected_(options.assumes(Assumption::spectrum_correction)) {
   const Mat3 c = skew(vehicle.center_of_mass);
   inertia_ << vehicle.mass * Mat3::Identity(), -vehicle.mass * c, vehicle.mass * c,

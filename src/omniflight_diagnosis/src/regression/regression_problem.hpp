@@ -80,6 +80,8 @@ class RegressionProblem {
   const ToldNoise& told_noise() const { return told_noise_; }
   /// Whether noise spectra have a smooth correction.
   bool spectra_corrected() const { return corrected_; }
+  /// Whether lone samples may have more than noise of a spectrum.
+  bool heavy_tails() const { return heavy_tails_; }
   /// Divides log-likelihoods of the residual.
   double temperature() const { return temperature_; }
   /// A draw of what the told noise of the sensors does to the residual; all rows.
@@ -146,7 +148,8 @@ class RegressionProblem {
   Eigen::VectorXd expected_;  ///< wrench besides that of the rotors, in predicted accelerations
   Eigen::VectorXd y_;
   ToldNoise told_noise_;
-  bool predicted_, corrected_;  ///< unless an ablation takes regressors as measured, spectra as fitted
+  bool predicted_, heavy_tails_,
+      corrected_;  ///< unless an ablation takes regressors as measured, spectra as fitted
   double temperature_ = 1;
   Eigen::VectorXd sensor_noise_;
   std::vector<double> kernel_s_;

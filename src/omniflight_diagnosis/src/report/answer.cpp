@@ -168,12 +168,20 @@ void add_remaining(const Inference& in, const Eigen::VectorXd& rest, Diagnosis& 
   const RegressionProblem& problem = *in.problem;
   const int n = problem.samples();
   for (int c = 0; c < 6; ++c) {
-    const Eigen::VectorXd x = rest.segment(c * n, n);
+    Eigen::VectorXd x = rest.segment(c * n, n);
     if (x.isZero(0)) continue;
+    const Impulses& impulses = in.noise->impulses();
+    Remaining out{kChannels[static_cast<std::size_t>(c)], channel_unit(c)};
+    if (impulses.count > 0) {
+      x -= impulses.wrench.segment(c * n, n);
+      out.lone_samples = static_cast<int>((impulses.sizes.segment(c * n, n).array() != 0).count());
+    }
     // power beyond that of white noise at the level of high frequencies: coloured noise, or physics not found
-    const double noise = in.noise->fast_part(c);
-    d.remaining.push_back({kChannels[static_cast<std::size_t>(c)], channel_unit(c), rms(x), noise,
-                           std::max(0.0, 1 - noise * noise / std::max(1e-300, x.squaredNorm() / n))});
+    out.rms = rms(x);
+    out.noise_rms = in.noise->fast_part(c);
+    out.predictable_share =
+        std::max(0.0, 1 - std::pow(out.noise_rms, 2) / std::max(1e-300, x.squaredNorm() / n));
+    d.remaining.push_back(std::move(out));
   }
 }
 

@@ -193,7 +193,8 @@ Json remaining(const Diagnosis& d) {
                    {"unit", x.unit},
                    {"rms", number(x.rms)},
                    {"noise_rms", number(x.noise_rms)},
-                   {"predictable_share", number(x.predictable_share)}});
+                   {"predictable_share", number(x.predictable_share)},
+                   {"lone_samples", x.lone_samples}});
   return out;
 }
 

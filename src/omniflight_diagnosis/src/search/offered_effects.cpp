@@ -22,7 +22,7 @@ std::string why_not_offered(const physics::Effect& effect, std::span<const Fligh
       return "commands and speeds of the rotors tell it, where both are recorded";
   } else if (!effect.can_replay()) {
     return info.stage == physics::Stage::wrench
-               ? "its force is random: it counts as noise"
+               ? info.not_asked_for
                : "it is no effect of the wrench: a check of its stage tells it, where there is one";
   }
   if (listed(o.exclude, info.id)) return "excluded by the caller";

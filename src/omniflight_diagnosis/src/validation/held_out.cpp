@@ -38,7 +38,7 @@ Eigen::VectorXd what_is_left(RegressionProblem& problem, const SlowColumns& slow
   Eigen::MatrixXd precision = inner_products(X);
   precision.diagonal().array() += 1;
   const Eigen::VectorXd likeliest =
-      precision.llt().solve(X.transpose() * noise->apply(problem.residual() - expected));
+      precision.llt().solve(X.transpose() * noise->apply(noise->residual() - expected));
   return problem.residual() - problem.wrench_of(laws, States::measured) -
          calibration.measured * likeliest.head(calibration.columns.cols()) -
          start * likeliest.tail(start.cols());

@@ -54,6 +54,9 @@ struct EffectInfo {
   /// Why a flight without rotor speeds, whose thrust is only modelled, cannot show it: a clause, which the
   /// diagnosis gives as its reason not to ask for the effect. Empty: such a flight can.
   std::string hidden_by_modelled_thrust = {};
+  /// Of a wrench that no recorded motion implies (can_replay() is false): what becomes of it in a diagnosis,
+  /// a clause as above.
+  std::string not_asked_for = {};
   /// Of an effect that has numbers for every rotor: how many a rotor. Those of rotor r begin at index
   /// r * this; the diagnosis asks for one rotor at a time. 0: its parameters belong to the whole vehicle.
   int parameters_per_rotor = 0;

@@ -33,6 +33,7 @@ class CableChainEffect final : public Effect {
         .stage = Stage::wrench,
         .aliases = {"hung_cable", "cable_pendulum"},
         .separated_by = "as hung_cable; its forces differ while the cable swings, lands or is lifted",
+        .not_asked_for = "hung_cable and cable_pendulum are asked for in its place",
         .words = {{"linear_density"}, [](const KnownValues& v) {
                     return "a swinging cable of " + hundredths(v("linear_density")) + " kg/m";
                   }}};

@@ -25,6 +25,7 @@ class Gust final : public Effect {
         .stage = Stage::wrench,
         .aliases = {"wind", "parasitic_drag"},
         .separated_by = "its spectrum, not its mean: hover for a minute",
+        .not_asked_for = "its force is random: it counts as noise",
         .words = {{"intensity"},
                   [](const KnownValues& v) { return "gusts of " + two_digits(v("intensity")) + " m/s"; }}};
     return info;
