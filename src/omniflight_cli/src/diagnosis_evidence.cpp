@@ -75,6 +75,19 @@ std::optional<Evidence> what_else(const Diagnosis& d) {
   return Evidence{"What else was asked, and why is it not named?", text};
 }
 
+/// Blows are no noise, and no effect either.
+std::optional<Evidence> what_came_at_once(const Diagnosis& d) {
+  constexpr int kByChance = 2;  // in a channel of noise
+  std::string text;
+  for (const Remaining& x : d.remaining)
+    if (x.lone_samples > kByChance)
+      text += fmt::format("{}{}: {} lone samples of up to {:.2g} {}, the largest at {:.2f} s",
+                          text.empty() ? "" : "; ", x.channel, x.lone_samples, x.largest_lone_sample, x.unit,
+                          x.largest_at_s);
+  if (text.empty()) return std::nullopt;
+  return Evidence{"What came and went at once?", text + ": blows, snatches or faults of a sensor"};
+}
+
 }  // namespace
 
 std::vector<Evidence> evidence(const Diagnosis& d) {
@@ -87,6 +100,7 @@ std::vector<Evidence> evidence(const Diagnosis& d) {
   out.push_back(
       {"What differs most?", fmt::format("{}: {:.3g} {} RMS where {:.2g} {} is noise{}", first->channel,
                                          first->rms, first->unit, first->noise_rms, first->unit, where)});
+  if (auto blows = what_came_at_once(d)) out.push_back(std::move(*blows));
   if (d.findings.empty() && d.unexplained.empty()) return out;
   for (const ChannelFit& f : d.fit.in_sample)
     if (f.channel == first->channel)

@@ -47,6 +47,16 @@ TEST(DiagnosisEvidence, BeginsWithWhatStandsOutAndFollowsItToFlightsThatNoFitTou
             "were not asked, one by one below");
 }
 
+TEST(DiagnosisEvidence, TellsOfBlowsAndNotOfWhatChanceMakes) {
+  Diagnosis d = loaded();
+  d.remaining = {{"Fx", "N", 0.04, 0.04, 0.0, 2, 0.3, 1.0}, {"Fz", "N", 0.05, 0.04, 0.1, 42, 4.21, 41.27}};
+  const auto steps = evidence(d);
+  ASSERT_EQ(steps.size(), 6u);
+  EXPECT_EQ(
+      steps[1].answer,
+      "Fz: 42 lone samples of up to 4.2 N, the largest at 41.27 s: blows, snatches or faults of a sensor");
+}
+
 TEST(DiagnosisEvidence, AModelThatMakesItWorseIsSaidToDoSo) {
   Diagnosis d = loaded();
   for (auto& f : d.fit.held_out) std::swap(f.rms_before, f.rms_after);

@@ -225,7 +225,10 @@ struct Remaining {
   /// temperature included, both in `unit`; share of the power beyond that of such noise, which is still
   /// predictable [1].
   double rms = 0, noise_rms = 0, predictable_share = 0;
-  int lone_samples = 0;  ///< that have an impulse beside noise: blows, snatches, faults of a sensor
+  /// Samples that have an impulse beside noise: blows, snatches, faults of a sensor. How many; the largest
+  /// one, in `unit` over one sample of the grid, and when it was [s].
+  int lone_samples = 0;
+  double largest_lone_sample = 0, largest_at_s = 0;
 };
 
 struct Diagnosis {

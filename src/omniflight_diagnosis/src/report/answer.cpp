@@ -174,7 +174,11 @@ void add_remaining(const Inference& in, const Eigen::VectorXd& rest, Diagnosis& 
     Remaining out{kChannels[static_cast<std::size_t>(c)], channel_unit(c)};
     if (impulses.count > 0) {
       x -= impulses.wrench.segment(c * n, n);
-      out.lone_samples = static_cast<int>((impulses.sizes.segment(c * n, n).array() != 0).count());
+      const auto sizes = impulses.sizes.segment(c * n, n).array().abs();
+      Eigen::Index largest = 0;
+      out.lone_samples = static_cast<int>((sizes != 0).count());
+      out.largest_lone_sample = sizes.maxCoeff(&largest);
+      if (out.lone_samples > 0) out.largest_at_s = problem.measured(static_cast<int>(largest)).t;
     }
     // power beyond that of white noise at the level of high frequencies: coloured noise, or physics not found
     out.rms = rms(x);

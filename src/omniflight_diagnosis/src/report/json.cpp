@@ -194,7 +194,9 @@ Json remaining(const Diagnosis& d) {
                    {"rms", number(x.rms)},
                    {"noise_rms", number(x.noise_rms)},
                    {"predictable_share", number(x.predictable_share)},
-                   {"lone_samples", x.lone_samples}});
+                   {"lone_samples", x.lone_samples},
+                   {"largest_lone_sample", number(x.largest_lone_sample)},
+                   {"largest_at_s", number(x.largest_at_s)}});
   return out;
 }
 
