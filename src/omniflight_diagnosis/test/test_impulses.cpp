@@ -10,7 +10,7 @@
 namespace omniflight::diagnosis {
 namespace {
 
-constexpr double kBlow = 6.0, kLasts = 0.03;   // N, s
+constexpr double kBlow = 6.0, kLasts = 0.03;     // N, s
 constexpr double kFirst = 3.025, kEvery = 1.31;  // s
 
 /// A nominal OmniMorph of which every 1.31 s something knocks from below, and its problem and noise.
@@ -38,7 +38,8 @@ struct Knocked {
     flight = *prepared;
     const Flight* one[] = {&flight};
     problem = std::make_unique<RegressionProblem>(one, vehicle, options, Horizon{0.1});
-    noise = estimate_noise(*problem, slow_columns(*problem), Eigen::VectorXd::Zero(problem->rows()), 1);
+    noise = estimate_noise(*problem, slow_columns(*problem), Eigen::VectorXd::Zero(problem->rows()), 1,
+                           ToldShape::corrected, LoneSamples::sought);
   }
 
   /// Spectral density of the force along z [N^2 T] at a frequency [Hz].

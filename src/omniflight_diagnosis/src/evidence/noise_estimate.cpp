@@ -148,8 +148,8 @@ SlowRegression regress(const RegressionProblem& problem, const SlowColumns& slow
 }  // namespace
 
 std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, const SlowColumns& slow,
-                                           const Eigen::VectorXd& known, double temperature,
-                                           ToldShape shape) {
+                                           const Eigen::VectorXd& known, double temperature, ToldShape shape,
+                                           LoneSamples lone) {
   const Eigen::VectorXd y = problem.residual() - known, z = cosine_amplitudes(problem, y);
   const auto sparse = [&](const Impulses& impulses) {
     SlowRegression left = regress(problem, slow, y, z, impulses, shape);
@@ -158,7 +158,8 @@ std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, con
     return std::pair{std::move(noise), std::move(left)};
   };
   auto [noise, left] = sparse({});
-  for (int turn = 0; turn < kImpulseTurns && problem.heavy_tails(); ++turn) {
+  const bool sought = lone == LoneSamples::sought && problem.heavy_tails();
+  for (int turn = 0; turn < kImpulseTurns && sought; ++turn) {
     Impulses found = find_impulses(problem, *noise, left.rest + left.impulses);
     if (found.count == 0 || found.count == noise->impulses().count) break;
     std::tie(noise, left) = sparse(found);

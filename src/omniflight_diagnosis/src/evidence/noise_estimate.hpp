@@ -29,10 +29,15 @@ struct SlowColumns {
 /// regression on them would take noise away.
 SlowColumns slow_columns(const RegressionProblem& problem);
 
+/// Whether lone samples may have more than noise. What a set leaves before it was fitted has steps and peaks
+/// that are no blows: taken off, they would not speak for a better fit any more.
+enum class LoneSamples { none, sought };
+
 /// Noise of the residual less `known` (what a fitted set does, or zero) and less a ridge regression on
 /// `slow`.
 std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, const SlowColumns& slow,
                                            const Eigen::VectorXd& known, double temperature,
-                                           ToldShape shape = ToldShape::corrected);
+                                           ToldShape shape = ToldShape::corrected,
+                                           LoneSamples lone = LoneSamples::none);
 
 }  // namespace omniflight::diagnosis

@@ -145,7 +145,7 @@ HorizonTest Horizons::test(std::size_t k, const Eigen::VectorXd& known,
   // sensors may be noisier than they are told to be; a spectrum that is estimated has the size of what is
   // left
   const auto noise = estimate_noise(first, slow_, known, first.noise_told() ? first.temperature() : 1.0);
-  const Eigen::VectorXd z = noise->apply(noise->residual() - known);
+  const Eigen::VectorXd z = noise->apply(first.residual() - known);
   // of each amplitude of z: noise, and what laws that are wrong leave
   const Eigen::VectorXd variance =
       1 + law_error_ * law_error_ * noise->apply(first.wrench_of(laws, States::measured)).array().square();

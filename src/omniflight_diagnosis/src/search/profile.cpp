@@ -70,7 +70,9 @@ void Profiler::fit(const RegressionProblem& problem, Profile& p) const {
     if (p.fit.calibration.size() > 0) out += problem.calibration().columns * p.fit.calibration;
     return out;
   };
-  p.noise = estimate_noise(problem_, slow_, known(), problem_.temperature());  // it outlives `problem`
+  const bool fitted = p.fit.calibration.size() > 0;
+  p.noise = estimate_noise(problem_, slow_, known(), problem_.temperature(), ToldShape::corrected,
+                           fitted ? LoneSamples::sought : LoneSamples::none);  // it outlives `problem`
   for (Hypothesis& h : few) h = without_grid(h, problem, *p.noise);
   const Evidence evidence(problem, fitted_, *p.noise, few, o_.error_of_laws(), p.tolerances);
   p.fit = evidence.fit(std::move(p.fit.members));

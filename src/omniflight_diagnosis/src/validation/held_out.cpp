@@ -29,7 +29,7 @@ Eigen::VectorXd what_is_left(RegressionProblem& problem, const SlowColumns& slow
                              const std::vector<EffectTerm>& laws) {
   problem.expect(laws);
   const Eigen::VectorXd expected = problem.wrench_of(laws);
-  const auto noise = estimate_noise(problem, slow, expected, 1);
+  const auto noise = estimate_noise(problem, slow, expected, 1, ToldShape::corrected, LoneSamples::sought);
   const Calibration& calibration = problem.calibration();
   const Eigen::MatrixXd start = start_columns(problem, laws);
   Eigen::MatrixXd own(problem.rows(), calibration.columns.cols() + start.cols());
