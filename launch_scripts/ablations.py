@@ -17,6 +17,7 @@ IDS = ["no-law-error", "no-resolution", "no-initial-states", "no-load-starts", "
        "no-tolerance-factors", "no-told-totals", "no-told-noise", "no-spectrum-correction", "no-occurrence",
        "no-unknown-physics", "no-velocity-observer", "no-late-thrust", "no-heavy-tails"]
 WHOLE = "whole"
+NOMINAL = ("null", "decoy")
 
 
 def diagnose(options, case, ablation):
@@ -56,7 +57,7 @@ def scores(options, ablation):
 
 def good(case):
     """Whether an answer is what it should be: nothing in a nominal flight, the whole truth and nothing else otherwise."""
-    return not case["alarm"] if case["kind"] == "null" else case["exact"] or case["unknown_right"]
+    return not case["alarm"] if case["kind"] in NOMINAL else case["exact"] or case["unknown_right"]
 
 
 def sign_test(better, worse):
@@ -67,7 +68,7 @@ def sign_test(better, worse):
 
 def row(name, s, whole):
     group = s["groups"][0]
-    nominal = {c["case"]: c["alarm"] for c in s["cases"] if c["kind"] == "null"}
+    nominal = {c["case"]: c["alarm"] for c in s["cases"] if c["kind"] in NOMINAL}
     here, there = ({c["case"]: good(c) for c in x["cases"]} for x in (s, whole))
     worse = sum(there[k] and not here[k] for k in here)
     better = sum(here[k] and not there[k] for k in here)
