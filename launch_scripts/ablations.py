@@ -17,7 +17,6 @@ IDS = ["no-law-error", "no-resolution", "no-initial-states", "no-load-starts", "
        "no-tolerance-factors", "no-told-totals", "no-told-noise", "no-spectrum-correction", "no-occurrence",
        "no-unknown-physics", "no-velocity-observer", "no-late-thrust", "no-heavy-tails"]
 WHOLE = "whole"
-NOMINAL = ("null", "decoy")
 
 
 def diagnose(options, case, ablation):
@@ -57,7 +56,7 @@ def scores(options, ablation):
 
 def good(case):
     """Whether an answer is what it should be: nothing in a nominal flight, the whole truth and nothing else otherwise."""
-    return not case["alarm"] if case["kind"] in NOMINAL else case["exact"] or case["unknown_right"]
+    return not case["alarm"] if case["kind"] in ("null", "decoy") else case["exact"] or case["unknown_right"]
 
 
 def sign_test(better, worse):
@@ -68,12 +67,11 @@ def sign_test(better, worse):
 
 def row(name, s, whole):
     group = s["groups"][0]
-    nominal = {c["case"]: c["alarm"] for c in s["cases"] if c["kind"] in NOMINAL}
     here, there = ({c["case"]: good(c) for c in x["cases"]} for x in (s, whole))
     worse = sum(there[k] and not here[k] for k in here)
     better = sum(here[k] and not there[k] for k in here)
     rate = lambda r: f'{r["k"]}/{r["n"]}'
-    return [name, f"{sum(nominal.values())}/{len(nominal)}", rate(group["detection"]), rate(group["top1"]), rate(group["in_set"]),
+    return [name, rate(group["false_alarms"]), rate(group["detection"]), rate(group["top1"]), rate(group["in_set"]),
             "-" if group["set_size"] is None else f'{group["set_size"]:.1f}', rate(group["pairs_exact"]), rate(group["unknown"]), rate(group["intervals"]),
             f'{s["reliability"]["expected_calibration_error"]:.2f}', f'{group["log_score"]:.2f}', rate(group["unanswered"]),
             str(sum(here.values())), f"{worse}, {better}" if s is not whole else "", f"{sign_test(better, worse):.2f}" if s is not whole else "",
