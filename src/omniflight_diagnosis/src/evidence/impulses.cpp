@@ -12,12 +12,6 @@ constexpr int kImpulseRounds = 12;  ///< in which more of them are found
 constexpr int kSolverSteps = 30;
 constexpr double kSolved = 1e-3;  ///< of the slope before the first step
 
-/// One channel of one stretch.
-struct Part {
-  Eigen::Index begin = 0, size = 0;  ///< among all rows
-  double weight = 0;                 ///< 1/variance of an impulse given all other samples
-};
-
 /// What smoothing the signals (Flight::kernel_s) leaves of each cosine amplitude of an impulse.
 Eigen::ArrayXd smoothed(const RegressionProblem& problem) {
   Eigen::ArrayXd out(amplitude_count(problem));
@@ -31,18 +25,6 @@ Eigen::ArrayXd smoothed(const RegressionProblem& problem) {
   return out;
 }
 
-std::vector<Part> parts_of(const RegressionProblem& problem, const Eigen::ArrayXd& inverse) {
-  std::vector<Part> out;
-  Eigen::Index amplitude = 0;
-  for (const Stretch& s : problem.stretches()) {
-    const int size = transform_length(s.size());
-    for (int c = 0; c < 6; ++c, amplitude += size)
-      out.push_back({static_cast<Eigen::Index>(c) * problem.samples() + s.begin, size,
-                     inverse.segment(amplitude, size).square().sum() / size});
-  }
-  return out;
-}
-
 /// Slopes of the log-likelihood by impulses of one deviation, at sizes of `u` deviations.
 class Slopes {
  public:
@@ -51,8 +33,14 @@ class Slopes {
     const Eigen::ArrayXd inverse = noise.inverse_deviations();
     sought_ = kernel_ * inverse.square() * rest.array();
     precision_ = (kernel_ * inverse).square();
-    for (const Part& p : parts_of(problem, kernel_ * inverse))
-      if (p.weight > 0) deviations_.segment(p.begin, p.size) = 1 / std::sqrt(p.weight);
+    Eigen::Index amplitude = 0;
+    for (const Stretch& s : problem.stretches()) {
+      const int size = transform_length(s.size());
+      for (int c = 0; c < 6; ++c, amplitude += size) {
+        const double weight = precision_.segment(amplitude, size).sum() / size;
+        if (weight > 0) deviations_.segment(c * problem.samples() + s.begin, size) = 1 / std::sqrt(weight);
+      }
+    }
   }
   Eigen::ArrayXd at_none() const { return deviations_ * samples_of(problem_, sought_).array(); }
   /// What sizes take from the slopes.

@@ -1,7 +1,6 @@
 #include "noise_estimate.hpp"
 
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 #include "../discrepancy/patterns.hpp"
@@ -90,22 +89,15 @@ Explained explained(const SlowColumns::Channel& channel, const Eigen::VectorXd& 
 /// What a ridge regression on slow columns leaves.
 struct SlowRegression {
   Eigen::VectorXd rest, freedom;  ///< cosine amplitudes, and how much of each is free
-  Eigen::VectorXd impulses;       ///< cosine amplitudes
 };
 
-/// Of `y` (all rows; `z`: its cosine amplitudes) less the impulses.
+/// Of `y` (all rows), which these impulses were taken off.
 SlowRegression regress(const RegressionProblem& problem, const SlowColumns& slow, const Eigen::VectorXd& y,
-                       const Eigen::VectorXd& z, const Impulses& impulses, ToldShape shape) {
-  SlowRegression out;
-  Eigen::VectorXd base = Eigen::VectorXd::Ones(z.size()), clean = y, left = z;
-  if (impulses.count > 0) {
-    clean -= impulses.wrench;
-    left = cosine_amplitudes(problem, clean);
-  }
-  out.impulses = z - left;
-  out.rest = left;
-  const Eigen::RowVectorXd means =
-      clean.reshaped(problem.samples(), 6).colwise().mean();  // they are no noise
+                       const Impulses& impulses, ToldShape shape) {
+  const Eigen::VectorXd z = cosine_amplitudes(problem, y);
+  SlowRegression out{z, {}};
+  Eigen::VectorXd free = Eigen::VectorXd::Ones(z.size());
+  const Eigen::RowVectorXd means = y.reshaped(problem.samples(), 6).colwise().mean();  // they are no noise
   Eigen::Index first = 0;
   for (const Stretch& s : problem.stretches()) {
     const int size = transform_length(s.size());
@@ -113,10 +105,10 @@ SlowRegression regress(const RegressionProblem& problem, const SlowColumns& slow
       out.rest[first] -= std::sqrt(size) * means[c];
       if (impulses.count == 0) continue;
       const auto here = impulses.sizes.segment(c * problem.samples() + s.begin, size).array();
-      base.segment(first, size).setConstant(1 - static_cast<double>((here != 0).count()) / size);
+      free.segment(first, size).setConstant(1 - static_cast<double>((here != 0).count()) / size);
     }
   }
-  out.freedom = base;
+  out.freedom = free;
   for (int pass = 0; pass < 2; ++pass) {
     const Eigen::VectorXd inverse =
         NoiseModel(problem, out.rest, out.freedom, 1, slow.told, shape).inverse_deviations();
@@ -128,15 +120,15 @@ SlowRegression regress(const RegressionProblem& problem, const SlowColumns& slow
       parts[c] = explained(channel, inverse);
       const std::vector<Eigen::Index>& rows = parts[c].rows;
       H(channel.columns, channel.columns) += inner_products(parts[c].whitened);
-      g(channel.columns) += parts[c].whitened.transpose() * inverse(rows).cwiseProduct(left(rows));
+      g(channel.columns) += parts[c].whitened.transpose() * inverse(rows).cwiseProduct(z(rows));
     }
     const Eigen::LLT<Eigen::MatrixXd> factor(H);
     const Eigen::VectorXd coefficients = factor.solve(g);
     const Eigen::MatrixXd covariance = factor.solve(Eigen::MatrixXd::Identity(H.rows(), H.cols()));
-    out.freedom = base;
+    out.freedom = free;
     for (std::size_t c = 0; c < parts.size(); ++c) {
       const SlowColumns::Channel& channel = slow.channels[c];
-      out.rest(channel.rows) = left(channel.rows) - channel.amplitudes * coefficients(channel.columns);
+      out.rest(channel.rows) = z(channel.rows) - channel.amplitudes * coefficients(channel.columns);
       const Eigen::MatrixXd own = covariance(channel.columns, channel.columns);
       out.freedom(parts[c].rows).array() -=
           (parts[c].whitened * own).cwiseProduct(parts[c].whitened).rowwise().sum().array();
@@ -150,22 +142,22 @@ SlowRegression regress(const RegressionProblem& problem, const SlowColumns& slow
 std::unique_ptr<NoiseModel> estimate_noise(const RegressionProblem& problem, const SlowColumns& slow,
                                            const Eigen::VectorXd& known, double temperature, ToldShape shape,
                                            LoneSamples lone) {
-  const Eigen::VectorXd y = problem.residual() - known, z = cosine_amplitudes(problem, y);
-  const auto sparse = [&](const Impulses& impulses) {
-    SlowRegression left = regress(problem, slow, y, z, impulses, shape);
-    auto noise =
-        std::make_unique<NoiseModel>(problem, left.rest, left.freedom, temperature, slow.told, shape);
-    return std::pair{std::move(noise), std::move(left)};
+  const Eigen::VectorXd y = problem.residual() - known;
+  SlowRegression left = regress(problem, slow, y, {}, shape);
+  const auto noise_beside = [&](Impulses impulses) {
+    return std::make_unique<NoiseModel>(problem, left.rest, left.freedom, temperature, slow.told, shape,
+                                        std::move(impulses));
   };
-  auto [noise, left] = sparse({});
+  auto noise = noise_beside({});
   const bool sought = lone == LoneSamples::sought && problem.heavy_tails();
   for (int turn = 0; turn < kImpulseTurns && sought; ++turn) {
-    Impulses found = find_impulses(problem, *noise, left.rest + left.impulses);
+    if (turn > 0) left.rest += cosine_amplitudes(problem, noise->impulses().wrench);
+    Impulses found = find_impulses(problem, *noise, left.rest);
     if (found.count == 0 || found.count == noise->impulses().count) break;
-    std::tie(noise, left) = sparse(found);
-    noise->set_impulses(std::move(found));
+    left = regress(problem, slow, y - found.wrench, found, shape);
+    noise = noise_beside(std::move(found));
   }
-  return std::move(noise);
+  return noise;
 }
 
 }  // namespace omniflight::diagnosis

@@ -80,10 +80,11 @@ double fit_spectra(std::span<const std::shared_ptr<const ToldSpectrum>> told,
 
 NoiseModel::NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& rest,
                        const Eigen::VectorXd& freedom, double temperature, const ToldSpectra& told,
-                       ToldShape shape)
+                       ToldShape shape, Impulses impulses)
     : problem_(problem),
       spectra_(static_cast<std::size_t>(problem.flights())),
-      temperature_(std::max(1e-3, temperature)) {
+      temperature_(std::max(1e-3, temperature)),
+      impulses_(std::move(impulses)) {
   const double rate = 1 / problem.period();
   for (int flight = 0; flight < problem.flights(); ++flight)
     for (const int first : {0, 3}) {

@@ -39,11 +39,11 @@ class NoiseModel {
  public:
   /// Fitted to the cosine amplitudes `rest` of what a regression left of the residual, with `freedom` of each
   /// (1: nothing was fitted, 0: all of it). `temperature` divides all log-likelihoods (1: as they are).
-  /// Channels with a told spectrum are fitted about it.
+  /// Channels with a told spectrum are fitted about it. `impulses`: what lone samples have beside it, which
+  /// is no part of a residual that is whitened.
   NoiseModel(const RegressionProblem& problem, const Eigen::VectorXd& rest, const Eigen::VectorXd& freedom,
-             double temperature, const ToldSpectra& told = {}, ToldShape shape = ToldShape::corrected);
-  /// With what lone samples have beside this spectrum: it is no part of a residual that is whitened.
-  void set_impulses(Impulses impulses) { impulses_ = std::move(impulses); }
+             double temperature, const ToldSpectra& told = {}, ToldShape shape = ToldShape::corrected,
+             Impulses impulses = {});
   NoiseModel(const NoiseModel&) = delete;
   NoiseModel& operator=(const NoiseModel&) = delete;
 

@@ -148,8 +148,8 @@ class RegressionProblem {
   Eigen::VectorXd expected_;  ///< wrench besides that of the rotors, in predicted accelerations
   Eigen::VectorXd y_;
   ToldNoise told_noise_;
-  bool predicted_, heavy_tails_,
-      corrected_;  ///< unless an ablation takes regressors as measured, spectra as fitted
+  // unless an ablation takes regressors as measured, noise as Gaussian, spectra as fitted
+  bool predicted_, heavy_tails_, corrected_;
   double temperature_ = 1;
   Eigen::VectorXd sensor_noise_;
   std::vector<double> kernel_s_;

@@ -166,11 +166,11 @@ void add_mismatch(const Inference& in, const Eigen::VectorXd& wrench, const Eige
 
 void add_remaining(const Inference& in, const Eigen::VectorXd& rest, Diagnosis& d) {
   const RegressionProblem& problem = *in.problem;
+  const Impulses& impulses = in.noise->impulses();
   const int n = problem.samples();
   for (int c = 0; c < 6; ++c) {
     Eigen::VectorXd x = rest.segment(c * n, n);
     if (x.isZero(0)) continue;
-    const Impulses& impulses = in.noise->impulses();
     Remaining out{kChannels[static_cast<std::size_t>(c)], channel_unit(c)};
     if (impulses.count > 0) {
       x -= impulses.wrench.segment(c * n, n);
